@@ -1,5 +1,5 @@
 // Ranked rows of whole designs, read from charts: an invocation takes one design. Twin of crates/chart/src/lanes, where the derivation
-// stands. The charts are data: `numbers`, `shape` and `rows` hold them. The constants before this text give their sizes (crates/kernel/src/gpu/ranking/shader.rs).
+// stands. The charts are data: `numbers`, `shape` and `rows` hold them. The constants before this text (lanes/sheet.rs there) give their sizes.
 
 struct Job {
     // Designs of this batch, bound of the rank.

@@ -78,7 +78,8 @@ impl Said {
                 answers.push((tap.strain, tap.arc, tap.status | estimated.status));
             }
             let row = &reduced.drives[0];
-            figures.push([row.deviation.sd(), row.total_rms()].map(|x| x.filter(|_| row.complete())));
+            figures
+                .push([row.deviation.sd(), row.figures().total_rms()].map(|x| x.filter(|_| row.complete())));
         }
         let each = begun.elapsed().as_secs_f64() / answers.len().max(1) as f64;
         Ok(Self { taps, answers, figures, each })

@@ -163,7 +163,7 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed
 
 fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
-    let (d, row) = (&report.best.point, &report.best.row);
+    let (d, row) = (&report.best.point, report.best.row.figures());
     let title = match search.objective {
         Objective::Pareto => "point of the front with the least total",
         _ => "best design",
@@ -185,11 +185,11 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| short(x) + unit);
     let (signal, theory) = (spec.study.setup.signal, spec.study.setup.estimate.theory);
     let read = if signal.unit().is_empty() { String::new() } else { format!(" {}", signal.unit()) };
-    let mean = row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit);
-    let sd = number(row.deviation.sd().map(|s| s * report.best.unit), "");
-    let [total, noise] = [row.total_rms(), row.noise_rms()].map(|x| number(x, " mm"));
-    let bias = bias(theory, row.error_rms(), &|x| number(x, " mm"));
-    let (word, most, force) = (signal.word(), number(row.strain_max(), &read), number(row.force_max(), " N"));
+    let mean = row.mean.map_or(f64::NAN, |m| (1.0 + m) * report.best.unit);
+    let sd = number(row.sd.map(|s| s * report.best.unit), "");
+    let [total, noise] = [row.total_rms(), row.noise_rms].map(|x| number(x, " mm"));
+    let bias = bias(theory, row.error_rms, &|x| number(x, " mm"));
+    let (word, most, force) = (signal.word(), number(row.strain_max, &read), number(row.force_max, " N"));
     let _ = writeln!(
         text,
         "  K_mean {mean:.6}, K_sd {sd}, total {total} (bias {bias}, noise {noise}), largest {word} {most}, largest force {force}"

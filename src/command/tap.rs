@@ -106,10 +106,10 @@ fn summary(spec: &Spec, report: &Report) -> String {
     let number = |x: Option<f64>| x.map_or("none".to_owned(), short);
     let signal = spec.study.setup.signal.word();
     let line = |name: &str, Sample { drive, row, .. }: &Sample, theory: Theory, end: &str| {
-        let [total, noise, sd, most] =
-            [row.total_rms(), row.noise_rms(), row.deviation.sd(), row.strain_max()].map(number);
-        let bias = bias(theory, row.error_rms(), &number);
-        let mean = row.deviation.mean().map_or("none".to_owned(), |m| format!("{:.6}", 1.0 + m));
+        let row = row.figures();
+        let [total, noise, sd, most] = [row.total_rms(), row.noise_rms, row.sd, row.strain_max].map(number);
+        let bias = bias(theory, row.error_rms, &number);
+        let mean = row.mean.map_or("none".to_owned(), |m| format!("{:.6}", 1.0 + m));
         format!(
             "{name} {symbol} {drive:.4}{unit}{end}: total {total} mm (bias {bias}, noise {noise}), K_mean {mean}, K_sd {sd}, {signal} {most}\n"
         )

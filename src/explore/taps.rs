@@ -12,7 +12,7 @@ use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
-    solid::{Held, distorted_linear, is_solid},
+    solid::{distorted_linear, is_solid},
     taper::Taper,
 };
 use crate::scene::{Drive, Precision, Setup, Side, Signal, Tuple};
@@ -105,8 +105,7 @@ pub fn f64_method(setup: &Setup, tolerance: f64) -> Method {
 
 /// δ = ε/(θ f) − 1 of a tap that has a strain.
 fn strain(o: &Outcome) -> Option<f64> {
-    let bad = [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
-    (bad.iter().all(|s| !o.status.has(*s))).then(|| -o.deviation / (1.0 + o.deviation))
+    (!o.status.has(Status::NO_READING)).then(|| -o.deviation / (1.0 + o.deviation))
 }
 
 /// P of the linear theory of the model, N.
@@ -127,26 +126,11 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
     let (L_a, d) = (a * reach, D * (1.0 - q[TAPER] * reach));
     let taper = Taper::new(D, d, L_a);
     let gauge = [-0.5, 0.5].map(|end| a * (q[PLACE] + end * POINT));
-    let curve = |shear| StrainCurve::new(taper, gauge, hub, setup.drive, shear);
-    let bare = Inverse::new(curve(0.0));
-    let theory = match setup.model.shear {
-        true => Inverse::new(curve(shear_length2(&taper, setup.model.nu))),
-        false => bare.clone(),
-    };
+    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };
+    let theory = Inverse::new(StrainCurve::new(taper, gauge, hub, setup.drive, shear));
     let tuple =
         Tuple { D, d, L_a, x_ss: gauge[0], l: a * POINT, a: f64::NAN, drive: f64::NAN, ..Tuple::default() };
-    let shared = Shared {
-        taper,
-        length: L_a,
-        gauge,
-        model: curve(0.0),
-        peak: bare.peak().1,
-        theory,
-        foil: None,
-        body: None,
-        start: Held::new(&setup.model).start(&taper),
-        contact: None,
-    };
+    let shared = Shared { theory, ..Shared::new(setup, (taper, L_a), None, (gauge, hub), None) };
     let drive = match setup.drive {
         Drive::Angle => q[DRIVE].to_degrees(),
         Drive::Displacement => q[DRIVE] * a,

@@ -99,7 +99,7 @@ pub(super) fn judge(
     let mut setup = setup.clone();
     setup.estimate.theory = theory;
     let mut scorer = Scorer::new(&setup, layout, search, method);
-    scorer.evaluator = scorer.evaluator.leaving();
+    scorer.evaluator.leaves = true;
     let mut best: Option<Tuple> = None;
     if let Some(v) = search.variables.iter().find(|v| v.quantity == Quantity::Column(Column::Drive)) {
         let between = |ends: [f64; 2], n: usize| -> Vec<f64> {

@@ -126,9 +126,9 @@ pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
         Limit::Solved => "the model would have no solution",
     };
     parts.extend(report.binding.iter().map(|l| binds(l).to_owned()));
-    let row = &report.best.row;
+    let row = report.best.row.figures();
     if let (true, Some(error), Some(noise)) =
-        (search.objective != Objective::Sd, row.error_rms(), row.noise_rms())
+        (search.objective != Objective::Sd, row.error_rms, row.noise_rms)
     {
         let larger = if error > noise { "bias" } else { "noise" };
         let mm = |x: Option<f64>| match x.unwrap_or(f64::NAN) {

@@ -13,7 +13,8 @@ use crate::backend::Choice;
 use crate::chart::between;
 use crate::chart::lanes::Figures;
 use crate::chart::ranges::Wanted;
-use crate::chart::reader::{LEAST_TAPS, Reader, RowReader, directions};
+use crate::chart::ranker::Ranker;
+use crate::chart::reader::{LEAST_TAPS, Reader, directions};
 use crate::curve::{self, Ask, Curve, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
@@ -39,7 +40,7 @@ pub struct Scorer<'a> {
     pub(super) judge: Judge<'a>,
     pub(super) batch: usize,
     /// What whole rows are read from in place of solved taps.
-    pub(super) rows: Option<Arc<RowReader>>,
+    pub(super) rows: Option<Arc<Ranker>>,
 }
 
 impl<'a> Scorer<'a> {
@@ -104,14 +105,14 @@ impl<'a> Scorer<'a> {
     }
 
     /// Scores of whiskers read from charts, those outside them from their taps.
-    fn read(&mut self, reader: &RowReader, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+    fn read(&mut self, reader: &Ranker, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         let (judge, n) = (&self.judge, self.judge.distances.len());
         let whiskers = 1 + judge.deviations.len();
         let tuples: Vec<Tuple> = (0..points.len() * whiskers)
             .into_par_iter()
             .map(|w| judge.whisker(&points[w / whiskers], w % whiskers))
             .collect();
-        let found = reader.read(&tuples);
+        let found = reader.figures(&tuples);
         let told = |(tuple, figures): (&Tuple, &Option<Figures>)| {
             figures.as_ref().map(|f| judge.score_of_chart(tuple, f))
         };
@@ -223,7 +224,7 @@ impl Scorer<'_> {
         // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
         let own = robust.is_none_or(|r| r.calibrated == Calibrated::Each);
         if own && planar {
-            self.rows = RowReader::new(setup, distances, wanted, tolerance)?.map(Arc::new);
+            self.rows = Ranker::of_rows(setup, distances, wanted, tolerance)?.map(Arc::new);
         }
         if self.rows.is_some() {
             return Ok((self, true));

@@ -187,7 +187,7 @@ impl Judge<'_> {
         let taper = Taper::new(tuple.D, tuple.d, tuple.L_a);
         let [x1, x2] = taper.gauge(tuple.x_ss, tuple.l);
         let row = &figures.row;
-        let largest = row.strain_max().unwrap_or(0.0);
+        let largest = row.figures().strain_max.unwrap_or(0.0);
         let nearest = self.distances.iter().copied().fold(figures.arc[0], f64::min);
         let [place, highest] = figures.peak;
         if row.complete() {
@@ -200,7 +200,7 @@ impl Judge<'_> {
                 farthest: figures.arc[1] / tuple.L_a,
                 strain: largest,
                 reading: largest,
-                force: row.force_max().unwrap_or(0.0),
+                force: row.figures().force_max.unwrap_or(0.0),
                 unsolved: 0.0,
                 highest: row.k.map(|k| (k, highest)),
                 peak: place,

@@ -206,9 +206,10 @@ fn shares(setup: &Setup, s: &Sensitivity) -> Value {
 /// What the other estimator would give; over the sampled whiskers where there are any.
 fn other(setup: &Setup, other: &Other) -> Value {
     let figures = |d: &Design| {
+        let row = d.row.figures();
         json!({
             setup.drive.column(): d.point.drive, "total_rms_mm": Some(d.score.figures[1]).filter(|t| t.is_finite()),
-            "error_rms_mm": d.row.error_rms(), "noise_rms_mm": d.row.noise_rms(), "status": d.row.status.to_string(),
+            "error_rms_mm": row.error_rms, "noise_rms_mm": row.noise_rms, "status": row.status.to_string(),
         })
     };
     json!({

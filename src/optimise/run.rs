@@ -113,7 +113,7 @@ fn under_alarm(
     let scorer = |choice: &Choice, setup| {
         let mut scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
         // With no distance of taps that come near no equilibrium: the reference takes seconds to say that there is none.
-        scorer.evaluator = scorer.evaluator.leaving();
+        scorer.evaluator.leaves = true;
         scorer.batch = BATCH[usize::from(choice.backend.name != "gpu")];
         Ok::<_, Error>(scorer)
     };

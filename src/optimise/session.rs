@@ -121,7 +121,7 @@ impl<'a> Session<'a> {
 
     /// Evaluations fail once `stop` is set.
     pub fn stop_by(&mut self, stop: &'a AtomicBool) {
-        self.scorers.iter_mut().for_each(|scorer| scorer.evaluator.stop_by(stop));
+        self.scorers.iter_mut().for_each(|scorer| scorer.evaluator.stop = stop);
     }
 
     /// Scores `points`; the last batch of a budget may be cut short and then ends the search.

@@ -111,9 +111,9 @@ pub(super) fn over(value: f64) -> f64 {
 /// K_sd, total_rms_mm, weighted sum.
 pub(super) fn figures(judge: &Judge<'_>, row: &DriveRow, gauge: f64, length: f64) -> [f64; 3] {
     let unit = if judge.setup.estimate.convention == Convention::Elongation { gauge } else { 1.0 };
-    let sd = row.deviation.sd().unwrap_or(f64::NAN);
-    let total = row.total_rms().unwrap_or(f64::NAN);
-    let mean = 1.0 + row.deviation.mean().unwrap_or(f64::NAN);
+    let row = row.figures();
+    let [sd, total] = [row.sd, row.total_rms()].map(|x| x.unwrap_or(f64::NAN));
+    let mean = 1.0 + row.mean.unwrap_or(f64::NAN);
     let [by_sd, by_distance] = judge.search.weights;
     // A weight of 0 leaves its term out, also where that has no value.
     let term = |weight: f64, value: f64| if weight == 0.0 { 0.0 } else { weight * value };

@@ -211,11 +211,11 @@ fn best(
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
     let mut scorer = Scorer::new(setup, &layout, &search, choice.open(&setup.model)?);
     scorer.evaluator = scorer.evaluator.guarded(guard);
-    scorer.evaluator.stop_by(stop);
+    scorer.evaluator.stop = stop;
     let mut curve = Curve::new(scorer, &layout, progress);
-    curve.scorer.evaluator.leave_at_most(LEFT[0]);
+    curve.scorer.evaluator.spare = LEFT[0];
     let samples = curve.grid(ends, steps)?;
-    curve.scorer.evaluator.leave_at_most(LEFT[1]);
+    curve.scorer.evaluator.spare = LEFT[1];
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
     let free = |s: &Sample| optimum::relaxed(s, goal);

@@ -138,6 +138,7 @@ pub fn kinked(curve: &mut Curve<'_>, at: &Sample, goal: Goal) -> Result<bool, Er
 
 /// What limits the optimum, and whether it lies at a bound of the interval.
 pub fn limited_by(optimum: &Sample, ends: [f64; 2], objective: Objective) -> (LimitedBy, bool) {
+    let row = optimum.row.figures();
     let at_bound = ends.iter().any(|end| (optimum.drive - end).abs() <= REACHED * end);
     let others = [Limit::NoStrain, Limit::Slipped, Limit::Root];
     let word = if optimum.score.limit(Limit::Strain) > -REACHED {
@@ -146,7 +147,7 @@ pub fn limited_by(optimum: &Sample, ends: [f64; 2], objective: Objective) -> (Li
         LimitedBy::Bound
     } else if others.iter().any(|l| optimum.score.limit(*l) > -REACHED) {
         LimitedBy::CompleteRows
-    } else if objective != Objective::Sd && optimum.row.noise_rms() > optimum.row.error_rms() {
+    } else if objective != Objective::Sd && row.noise_rms > row.error_rms {
         LimitedBy::Noise
     } else {
         LimitedBy::Bias

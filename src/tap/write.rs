@@ -33,17 +33,17 @@ pub fn k_names(setup: &Setup) -> [&'static str; 2] {
 
 /// A row of tap.csv: one point of the curve.
 fn fields(s: &Sample, unit: f64) -> impl Iterator<Item = Field> {
-    let (row, error) = (&s.row, s.row.error_rms());
-    let mean = row.deviation.mean().map(|m| (1.0 + m) * unit);
-    let sd = row.deviation.sd().map(|sd| sd * unit);
-    let numbers = [Some(s.drive), mean, sd, error, row.noise_rms(), row.total_rms(), row.strain_max(), error];
+    let row = s.row.figures();
+    let (mean, sd) = (row.mean.map(|m| (1.0 + m) * unit), row.sd.map(|sd| sd * unit));
+    let [error, total] = [row.error_rms, row.total_rms()];
+    let numbers = [Some(s.drive), mean, sd, error, row.noise_rms, total, row.strain_max, error];
     numbers.map(Field::from).into_iter().chain([row.status.into()])
 }
 
 /// One point of the curve as JSON.
 fn point(setup: &Setup, s: &Sample, unit: f64) -> Value {
     let mut point = named(heading("tap").names(setup), fields(s, unit));
-    point["force_max_N"] = s.row.force_max().into();
+    point["force_max_N"] = s.row.figures().force_max.into();
     point
 }
 
@@ -85,9 +85,9 @@ pub fn why(setup: &Setup, report: &Report, ends: [f64; 2], objective: Objective)
     let [from, to] = ends.map(|end| (optimum.drive - end).abs());
     let end = if from <= to { "smallest" } else { "largest" };
     // The model itself has no bias, unless a tap before the peak is taken for one beyond it.
-    let exact = setup.estimate.theory == Theory::Exact && optimum.row.error_rms() == Some(0.0);
+    let exact = setup.estimate.theory == Theory::Exact && optimum.row.figures().error_rms == Some(0.0);
     let trend = match (objective, end) {
-        (Objective::Distance, _) if exact && optimum.row.total_rms() == Some(0.0) => {
+        (Objective::Distance, _) if exact && optimum.row.figures().total_rms() == Some(0.0) => {
             "without bias and noise none is better than another"
         }
         (Objective::Distance, "smallest") if exact => "the noise grows with it",

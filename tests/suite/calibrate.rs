@@ -37,9 +37,9 @@ fn the_papers_procedure_gives_the_rows_of_a_sweep() {
             };
             same(row.deviation.mean().map(|m| 1.0 + m), "K_mean");
             same(row.deviation.sd(), "K_sd");
-            same(row.error_rms(), "error_rms_mm");
-            same(row.error_max(), "error_max_mm");
-            same(row.error_mean(), "error_mean_mm");
+            same(row.figures().error_rms, "error_rms_mm");
+            same(row.figures().error_max, "error_max_mm");
+            same(row.figures().error_mean, "error_mean_mm");
         }
     }
 }

@@ -169,7 +169,7 @@ fn tolerances_ask_for_more_margin() {
     let worst = robust("measure = \"cvar90\"");
     let nominal = robust("calibrated = \"nominal\"");
     // A limit kept by nine of ten whiskers is kept with a margin by the nominal one.
-    assert!(mean.best.row.strain_max().unwrap() < 0.0199);
+    assert!(mean.best.row.figures().strain_max.unwrap() < 0.0199);
     assert!(
         base.value < mean.value && mean.value < worst.value && worst.value < nominal.value,
         "{} {} {} {}",

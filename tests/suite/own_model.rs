@@ -182,14 +182,14 @@ fn searches_find_what_a_scan_finds() {
     };
     let best = report.best.point;
     assert!((report.value / at(best.d, best.drive) - 1.0).abs() < 1e-5, "{report:?}");
-    assert_eq!(report.best.row.error_rms(), Some(0.0));
+    assert_eq!(report.best.row.figures().error_rms, Some(0.0));
     let other = report.other.as_ref().expect("a distance is told");
     assert_eq!(other.theory.estimator(), "paper");
     let suited = other.best.expect("a drive").score.figures[1];
     assert!(suited > report.value && suited <= other.here.score.figures[1] * (1.0 + 1e-9), "{other:?}");
     for objective in ["weighted", "pareto"] {
         let text = format!("{SEARCH}objective = \"{objective}\"\nbudget = {{ evaluations = 1500 }}\n");
-        assert!(search(&text, CPU).best.row.total_rms().is_some_and(|t| t >= report.value * (1.0 - 1e-6)));
+        assert!(search(&text, CPU).best.row.figures().total_rms() >= Some(report.value * (1.0 - 1e-6)));
     }
 }
 

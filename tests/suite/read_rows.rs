@@ -2,7 +2,7 @@
 
 use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, Row, number, sweep};
-use vibrissa::chart::{ranges::Wanted, reader::RowReader};
+use vibrissa::chart::{ranges::Wanted, ranker::Ranker};
 use vibrissa::design::Design;
 use vibrissa::scene::Tuple;
 use vibrissa::statistics::Figures;
@@ -25,8 +25,8 @@ fn agrees(text: &str, read: std::ops::Range<f64>) {
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     let row = |r: u64| layout.stroke(&layout.design(r / layout.n_drives), r % layout.n_drives);
     let tuples: Vec<Tuple> = (0..layout.n_designs * layout.n_drives).map(row).collect();
-    let reader = RowReader::new(setup, &distances, &Wanted::of(&layout), 1e-5).unwrap().expect("charts");
-    let got = reader.read(&tuples);
+    let reader = Ranker::of_rows(setup, &distances, &Wanted::of(&layout), 1e-5).unwrap().expect("charts");
+    let got = reader.figures(&tuples);
     let want = sweep(text, CPU_F64).designs.rows;
     assert_eq!(got.len(), want.len());
     let share = got.iter().flatten().count() as f64 / got.len() as f64;

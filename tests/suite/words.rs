@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use vibrissa::census::Taps;
 use vibrissa::census::configuration::{Configuration, HUB, all as configured};
 use vibrissa::chart::ranges::Wanted;
-use vibrissa::chart::reader::{Reader, RowReader};
+use vibrissa::chart::{ranker::Ranker, reader::Reader};
 
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
@@ -285,11 +285,11 @@ fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
         assert_eq!(format!("{tap:?}"), format!("{alone:?}"), "{:?}", tuples[i]);
     }
     let rows =
-        RowReader::new(&setup, &distances, &wanted, 1e-5).expect("it solves").expect("there are charts");
-    let together = rows.read(&tuples);
+        Ranker::of_rows(&setup, &distances, &wanted, 1e-5).expect("it solves").expect("there are charts");
+    let together = rows.figures(&tuples);
     assert!(together.iter().flatten().count() > 300);
     for (i, row) in together.iter().enumerate() {
-        let alone = rows.read(&tuples[i..=i]);
+        let alone = rows.figures(&tuples[i..=i]);
         assert_eq!(format!("{row:?}"), format!("{:?}", alone[0]), "{:?}", tuples[i]);
     }
 }

@@ -1,7 +1,7 @@
 //! Several taps side by side: what does not change while they are solved, and the rod under a load that is tried.
 
 use vibrissa_kernel::cpu::law::{Law, polynomial};
-use vibrissa_kernel::cpu::{Pack, Scalar, series};
+use vibrissa_kernel::cpu::{Packed, Scalar, series};
 use vibrissa_kernel::{Chart, rule::limits::TINY};
 
 use super::tableau::{A, B, C, STAGES};
@@ -33,7 +33,7 @@ impl<T: Scalar> Fixed<T> {
 
     /// 1 − cos x and sin x.
     #[inline(always)]
-    pub fn turn<const L: usize, const SET: u8>(&self, x: Pack<T, L, SET>) -> [Pack<T, L, SET>; 2] {
+    pub fn turn<P: Packed<Scalar = T>>(&self, x: P) -> [P; 2] {
         let z = x * x;
         [z * polynomial(&self.one_minus_cos, z), x - x * z * polynomial(&self.x_minus_sin, z)]
     }
@@ -89,12 +89,12 @@ pub struct Bent<P> {
     pub beyond: P,
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Bent<Pack<T, L, SET>> {
+impl<P: Packed> Bent<P> {
     /// Takes back `before` in the lanes whose contact leaves no `length` of a piece: what lies beyond it, other lanes only integrate.
     #[inline(always)]
-    fn keep(&mut self, length: Pack<T, L, SET>, before: &Self) {
-        let zero = Pack::of(0.0);
-        let pick = |new: &mut Pack<T, L, SET>, old: Pack<T, L, SET>| *new = zero.if_less(length, *new, old);
+    fn keep(&mut self, length: P, before: &Self) {
+        let zero = P::of(0.0);
+        let pick = |new: &mut P, old: P| *new = zero.if_less(length, *new, old);
         for m in 0..self.state.len() {
             pick(&mut self.state[m], before.state[m]);
         }
@@ -120,10 +120,10 @@ pub struct Load<P> {
     pub force: [P; 2],
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
+impl<P: Packed> Ground<P> {
     /// Of the taps that `lane` names, with `steps` over each whisker at least.
     pub fn new<'a>(lane: impl Fn(usize) -> &'a Tap<'a>, effects: Effects, steps: usize) -> Self {
-        let pack = |f: &dyn Fn(&Tap<'a>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
+        let pack = |f: &dyn Fn(&Tap<'a>) -> f64| P::gather(|i| f(lane(i)));
         // All lanes have as many pieces and steps (`classes`).
         let pieces = (0..lane(0).rod.pieces.len()).map(|k| {
             let field = |f: &dyn Fn(&Piece) -> f64| pack(&|tap| f(&tap.rod.pieces[k]).min(1e30));
@@ -168,21 +168,18 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
 
     /// R and R′ at `s` of a diameter that is a power of the distance from the tip.
     #[inline(always)]
-    fn powered(&self, s: Pack<T, L, SET>, sloped: bool) -> [Pack<T, L, SET>; 2] {
+    fn powered(&self, s: P, sloped: bool) -> [P; 2] {
         let [wider, tip, length, n] = self.power;
-        let v = Pack::of(1.0) - s * length;
-        let (mut vn, mut slope) = (v, v);
-        for i in 0..L {
-            let (v, n) = (v.0[i].get().max(0.0), n.0[i].get());
-            vn.0[i] = T::of(v.powf(n));
-            slope.0[i] = T::of(if sloped && v > 0.0 { v.powf(n - 1.0) } else { 0.0 });
-        }
-        [tip + wider * vn, Pack::of(0.0) - wider * n * length * slope]
+        let v = P::of(1.0) - s * length;
+        let power =
+            |less: f64| P::gather(|i| if v.lane(i) > 0.0 { v.lane(i).powf(n.lane(i) - less) } else { 0.0 });
+        let (vn, slope) = (power(0.0), if sloped { power(1.0) } else { P::of(0.0) });
+        [tip + wider * vn, P::of(0.0) - wider * n * length * slope]
     }
 
     /// R and R′ at the arc `s`, by the piece that holds a.
     #[inline(always)]
-    fn radius(&self, s: Pack<T, L, SET>) -> [Pack<T, L, SET>; 2] {
+    fn radius(&self, s: P) -> [P; 2] {
         if self.shape.power {
             return self.powered(s, true);
         }
@@ -192,8 +189,8 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
 
     /// R and sin α, cos α of a contact at the arc `s`; 0, 0 and 1 on the centreline.
     #[inline(always)]
-    pub fn touched(&self, s: Pack<T, L, SET>) -> (Pack<T, L, SET>, [Pack<T, L, SET>; 2]) {
-        let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
+    pub fn touched(&self, s: P) -> (P, [P; 2]) {
+        let (zero, one) = (P::of(0.0), P::of(1.0));
         if !self.effects.surface {
             return (zero, [zero, one]);
         }
@@ -209,27 +206,17 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
 
     /// The load of P and T, N, at the arc c.
     #[inline(always)]
-    pub fn load(
-        &self,
-        arc: Pack<T, L, SET>,
-        normal: Pack<T, L, SET>,
-        tangential: Pack<T, L, SET>,
-    ) -> Load<Pack<T, L, SET>> {
+    pub fn load(&self, arc: P, normal: P, tangential: P) -> Load<P> {
         let (height, [sin, cos]) = self.touched(arc);
-        let zero = Pack::of(0.0);
+        let zero = P::of(0.0);
         let force = [tangential * cos - normal * sin, zero - normal * cos - tangential * sin];
         Load { arc, normal, tangential, tilt: [sin, cos], height, force }
     }
 
     /// The rod under `load`; with its errors where `judging`.
     #[inline(always)]
-    pub fn bend(
-        &self,
-        fixed: &Fixed<T>,
-        load: &Load<Pack<T, L, SET>>,
-        judging: bool,
-    ) -> Bent<Pack<T, L, SET>> {
-        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
+    pub fn bend(&self, fixed: &Fixed<P::Scalar>, load: &Load<P>, judging: bool) -> Bent<P> {
+        let (zero, one) = (P::of(0.0), P::of(1.0));
         let mut bent = Bent { state: [zero; 6], errors: [zero; 3], load: zero, beyond: zero };
         let states = if self.shape.curved { 6 } else { 4 };
         let mut slopes = [[zero; 6]; STAGES];
@@ -241,20 +228,19 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
                 continue;
             }
             let [thin, thick] = [self.of_piece(piece, high), self.of_piece(piece, low)];
-            let ratio =
-                (thick / thin.max(Pack::of(TINY))).max(Pack::of(1.0 / STEEPEST)).min(Pack::of(STEEPEST));
+            let ratio = (thick / thin.max(P::of(TINY))).max(P::of(1.0 / STEEPEST)).min(P::of(STEEPEST));
             let step = 1.0 / piece.steps as f64;
             let before = bent;
             for number in 0..piece.steps {
                 for stage in 0..STAGES {
                     let mut state = bent.state;
                     for &(before, weight) in A[stage] {
-                        let weight = Pack::of(step * weight);
+                        let weight = P::of(step * weight);
                         for m in 0..states {
                             state[m] = weight.mul_add(slopes[before][m], state[m]);
                         }
                     }
-                    let t = Pack::of(step * (number as f64 + C[stage]));
+                    let t = P::of(step * (number as f64 + C[stage]));
                     let spread = t + (one - t) * ratio;
                     let s = high - length * t / spread;
                     let rate = length * ratio / (spread * spread);
@@ -264,19 +250,20 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
                 for stage in 0..STAGES {
                     let [all, fifth, third] = B[stage];
                     for m in 0..states {
-                        bent.state[m] = Pack::of(step * all).mul_add(slopes[stage][m], bent.state[m]);
+                        bent.state[m] = P::of(step * all).mul_add(slopes[stage][m], bent.state[m]);
                     }
                     if judging {
                         for (error, m) in errors.iter_mut().zip([0, 2, 3]) {
-                            error[0] = Pack::of(step * fifth).mul_add(slopes[stage][m], error[0]);
-                            error[1] = Pack::of(step * third).mul_add(slopes[stage][m], error[1]);
+                            error[0] = P::of(step * fifth).mul_add(slopes[stage][m], error[0]);
+                            error[1] = P::of(step * third).mul_add(slopes[stage][m], error[1]);
                         }
                     }
                 }
                 if judging {
                     for (sum, [fifth, third]) in bent.errors.iter_mut().zip(errors) {
                         let (fifth, third) = (fifth * fifth, third * third);
-                        let both = (fifth + Pack::of(0.01) * third).max(Pack::of(least_square(T::ROUNDING)));
+                        let both =
+                            (fifth + P::of(0.01) * third).max(P::of(least_square(P::Scalar::ROUNDING)));
                         *sum = *sum + fifth / both.sqrt();
                     }
                 }
@@ -288,7 +275,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
 
     /// R at `s` by `piece`.
     #[inline(always)]
-    fn of_piece(&self, piece: &Lane<Pack<T, L, SET>>, s: Pack<T, L, SET>) -> Pack<T, L, SET> {
+    fn of_piece(&self, piece: &Lane<P>, s: P) -> P {
         if self.shape.power {
             return self.powered(s, false)[0];
         }
@@ -299,14 +286,14 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     #[inline(always)]
     fn slope(
         &self,
-        fixed: &Fixed<T>,
-        load: &Load<Pack<T, L, SET>>,
-        piece: &Lane<Pack<T, L, SET>>,
-        (s, rate): (Pack<T, L, SET>, Pack<T, L, SET>),
-        state: &[Pack<T, L, SET>; 6],
-        seen: &mut Bent<Pack<T, L, SET>>,
-    ) -> [Pack<T, L, SET>; 6] {
-        let of = Pack::<T, L, SET>::of;
+        fixed: &Fixed<P::Scalar>,
+        load: &Load<P>,
+        piece: &Lane<P>,
+        (s, rate): (P, P),
+        state: &[P; 6],
+        seen: &mut Bent<P>,
+    ) -> [P; 6] {
+        let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let Effects { shear, extension, law, far, .. } = self.effects;
         let Shape { curved, inner, .. } = self.shape;

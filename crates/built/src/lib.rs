@@ -39,7 +39,7 @@ use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::Solver;
-use vibrissa_kernel::cpu::{Pack, Scalar, UNFUSED, fused};
+use vibrissa_kernel::cpu::{Pack, Packed, UNFUSED, fused};
 use vibrissa_kernel::gpu::Gpu;
 
 /// Effects of the model, the same of all taps of a batch; one that is off costs nothing.
@@ -123,6 +123,9 @@ const RUNGS: [usize; 4] = [3, 6, 14, 30];
 /// Taps of one work item.
 const GRAIN: usize = 64;
 
+/// Taps that are solved side by side.
+const LANES: usize = 8;
+
 /// The same on the device of `solver`, where it has one; what it cannot tell is solved on the CPU.
 pub fn solve_on(
     solver: &mut dyn Solver,
@@ -185,7 +188,7 @@ pub fn first_rung(
     let (all, mut lanes): (Vec<usize>, _) = ((0..taps.len()).collect(), vec![Solution::FAILED; taps.len()]);
     for part in classes::items(taps, &all, job.steps, |_| false) {
         let begun: Vec<Begun<'_>> = part.iter().map(|&i| (taps[i], None)).collect();
-        part.iter().zip(block::<f64, 8>(&job, &begun)).for_each(|(&i, (answer, _))| lanes[i] = answer);
+        part.iter().zip(block(&job, &begun)).for_each(|(&i, (answer, _))| lanes[i] = answer);
     }
     Ok([device::solve(device, Precision::F64, &job, (Shape::of(taps[0].rod), taps))?, lanes])
 }
@@ -207,7 +210,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
             .par_iter()
             .map(|part| {
                 let those: Vec<Begun<'_>> = part.iter().map(|&i| (taps[i], ends[i])).collect();
-                block::<f64, 8>(&job, &those)
+                block(&job, &those)
             })
             .collect();
         for (&i, (new, end)) in parts.iter().flatten().zip(solved.into_iter().flatten()) {
@@ -233,32 +236,32 @@ type Begun<'a> = (Tap<'a>, Option<End<f64>>);
 type Solved = (Solution, Option<End<f64>>);
 
 /// Solves one work item, taps of one class, with the best instruction set there is.
-fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
+fn block(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the CPU has just been found to have both features.
-        return unsafe { block_avx2::<T, L>(job, taps) };
+        return unsafe { block_avx2(job, taps) };
     }
     #[cfg(target_arch = "x86_64")]
-    return packs::<T, 1, UNFUSED>(job, taps);
+    return packs::<Pack<f64, 1, UNFUSED>, 1>(job, taps);
     #[cfg(not(target_arch = "x86_64"))]
-    packs::<T, L, { vibrissa_kernel::cpu::COMMON }>(job, taps)
+    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::COMMON }>, LANES>(job, taps)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn block_avx2<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
-    packs::<T, L, { vibrissa_kernel::cpu::AVX2 }>(job, taps)
+fn block_avx2(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
+    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::AVX2 }>, LANES>(job, taps)
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
 #[inline(always)]
-fn packs<T: Scalar, const L: usize, const SET: u8>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
-    let fixed = Fixed::<T>::new(job.chart);
+fn packs<P: Packed, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
+    let fixed = Fixed::new(job.chart);
     let mut out = Vec::with_capacity(taps.len());
     for taps in taps.chunks(L) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
-        let ground = Ground::<Pack<T, L, SET>>::new(|i| &lane(i).0, job.effects, job.steps);
+        let ground = Ground::<P>::new(|i| &lane(i).0, job.effects, job.steps);
         let start = taps[0].1.is_some().then(|| End::of(|i| lane(i).1.as_ref().expect("all of a pack")));
         let solved = newton::close(&fixed, &ground, job.tolerance, start);
         out.extend((0..taps.len()).map(|i| (solved.lane(i), solved.end(i))));

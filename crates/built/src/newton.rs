@@ -1,6 +1,6 @@
 //! Broyden's method for the two unknowns of a tap.
 
-use vibrissa_kernel::cpu::{Pack, Scalar};
+use vibrissa_kernel::cpu::{Packed, Scalar};
 use vibrissa_kernel::rule::limits::{HOPELESS, ROUNDINGS, TINY};
 
 use super::lanes::{Bent, Fixed, Ground, Load};
@@ -79,10 +79,10 @@ pub struct Solved<P> {
     end: End<P>,
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Solved<Pack<T, L, SET>> {
+impl<P: Packed> Solved<P> {
     /// Where a lane ended; `None` where it was lost.
     pub fn end(&self, i: usize) -> Option<End<f64>> {
-        let of = |x: Pack<T, L, SET>| x.0[i].get();
+        let of = |x: P| x.lane(i);
         let End { z, jacobian, begun } = self.end;
         (of(self.error) < 1.0).then(|| End {
             z: z.map(of),
@@ -93,7 +93,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Solved<Pack<T, L, SET>> {
 
     /// That of a lane.
     pub fn lane(&self, i: usize) -> Solution {
-        let of = |x: Pack<T, L, SET>| x.0[i].get();
+        let of = |x: P| x.lane(i);
         let error = of(self.error);
         Solution {
             strain: of(self.strain),
@@ -108,10 +108,10 @@ impl<T: Scalar, const L: usize, const SET: u8> Solved<Pack<T, L, SET>> {
     }
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> End<Pack<T, L, SET>> {
+impl<P: Packed> End<P> {
     /// Of the ends of the lanes.
     pub fn of<'a>(lane: impl Fn(usize) -> &'a End<f64>) -> Self {
-        let pack = |f: &dyn Fn(&End<f64>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
+        let pack = |f: &dyn Fn(&End<f64>) -> f64| P::gather(|i| f(lane(i)));
         Self {
             z: std::array::from_fn(|k| pack(&|end| end.z[k])),
             jacobian: std::array::from_fn(|k| std::array::from_fn(|m| pack(&|end| end.jacobian[k][m]))),
@@ -120,82 +120,68 @@ impl<T: Scalar, const L: usize, const SET: u8> End<Pack<T, L, SET>> {
     }
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
+impl<P: Packed> Ground<P> {
     /// Change of the unknowns that is looked at relative to 1: of P to itself, of c to a, of T to the contact force.
     #[inline(always)]
-    fn scale(&self, z: [Pack<T, L, SET>; 2]) -> [Pack<T, L, SET>; 2] {
-        let force = z[0].abs().max(Pack::of(LEAST_FORCE));
-        [force, if self.effects.stick { force + z[1].abs() } else { Pack::of(1.0) }]
+    fn scale(&self, z: [P; 2]) -> [P; 2] {
+        let force = z[0].abs().max(P::of(LEAST_FORCE));
+        [force, if self.effects.stick { force + z[1].abs() } else { P::of(1.0) }]
     }
 }
 
 /// Columns of a matrix: what each unknown changes of the miss, and of the integral of the gauge's fibre.
 type Matrix<P> = [[P; 3]; 2];
 
-impl<T: Scalar, const L: usize, const SET: u8> Shot<Pack<T, L, SET>> {
+impl<P: Packed> Shot<P> {
     #[inline(always)]
-    fn seen(&self) -> [Pack<T, L, SET>; 3] {
+    fn seen(&self) -> [P; 3] {
         [self.miss[0], self.miss[1], self.bent.state[3]]
     }
 }
 
 #[inline(always)]
-fn determinant<T: Scalar, const L: usize, const SET: u8>(j: &Matrix<Pack<T, L, SET>>) -> Pack<T, L, SET> {
+fn determinant<P: Packed>(j: &Matrix<P>) -> P {
     j[0][0] * j[1][1] - j[1][0] * j[0][1]
 }
 
 /// The step that brings a miss to 0.
 #[inline(always)]
-fn step<T: Scalar, const L: usize, const SET: u8>(
-    j: &Matrix<Pack<T, L, SET>>,
-    miss: [Pack<T, L, SET>; 2],
-) -> [Pack<T, L, SET>; 2] {
-    let inverse = Pack::of(-1.0) / determinant(j);
+fn step<P: Packed>(j: &Matrix<P>, miss: [P; 2]) -> [P; 2] {
+    let inverse = P::of(-1.0) / determinant(j);
     [inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]), inverse * (j[0][0] * miss[1] - j[0][1] * miss[0])]
 }
 
 /// The largest of these changes of the unknowns in units of `scale`, and what they change of the fibre over `measure`.
 #[inline(always)]
-fn largest<T: Scalar, const L: usize, const SET: u8>(
-    j: &Matrix<Pack<T, L, SET>>,
-    [x, y]: [Pack<T, L, SET>; 2],
-    scale: [Pack<T, L, SET>; 2],
-    measure: Pack<T, L, SET>,
-) -> [Pack<T, L, SET>; 2] {
+fn largest<P: Packed>(j: &Matrix<P>, [x, y]: [P; 2], scale: [P; 2], measure: P) -> [P; 2] {
     let size = (x / scale[0]).abs().max((y / scale[1]).abs());
     [size, size.max(((j[0][2] * x).abs() + (j[1][2] * y).abs()) / measure)]
 }
 
 /// What errors of this `fibre` are relative to.
 #[inline(always)]
-fn measure<T: Scalar, const L: usize, const SET: u8>(
-    least: Pack<T, L, SET>,
-    fibre: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
-    least.max(fibre.abs()).max(Pack::of(TINY))
+fn measure<P: Packed>(least: P, fibre: P) -> P {
+    least.max(fibre.abs()).max(P::of(TINY))
 }
 
 /// Changes of both unknowns by errors of the miss of these sizes.
 #[inline(always)]
-fn owed<T: Scalar, const L: usize, const SET: u8>(
-    j: &Matrix<Pack<T, L, SET>>,
-    [x, y]: [Pack<T, L, SET>; 2],
-) -> [Pack<T, L, SET>; 2] {
-    let inverse = Pack::of(1.0) / determinant(j).abs().max(Pack::of(TINY));
+fn owed<P: Packed>(j: &Matrix<P>, [x, y]: [P; 2]) -> [P; 2] {
+    let inverse = P::of(1.0) / determinant(j).abs().max(P::of(TINY));
     [inverse * (j[1][1].abs() * x + j[1][0].abs() * y), inverse * (j[0][0].abs() * y + j[0][1].abs() * x)]
 }
 
 /// Solves the taps of `ground`, from where an iteration with fewer steps ended.
 #[inline(always)]
-pub fn close<T: Scalar, const L: usize, const SET: u8>(
-    fixed: &Fixed<T>,
-    ground: &Ground<Pack<T, L, SET>>,
+pub fn close<P: Packed>(
+    fixed: &Fixed<P::Scalar>,
+    ground: &Ground<P>,
     tolerance: f64,
-    start: Option<End<Pack<T, L, SET>>>,
-) -> Solved<Pack<T, L, SET>> {
-    let of = Pack::<T, L, SET>::of;
+    start: Option<End<P>>,
+) -> Solved<P> {
+    let of = P::of;
     let (zero, one) = (of(0.0), of(1.0));
-    let rounding = T::ROUNDING;
+    let rounding = P::Scalar::ROUNDING;
     let stop = of((STOP * tolerance).max(4.0 * rounding));
     let strides = if start.is_some() { 1 } else { ground.strides };
     let probe = rounding.powf(PROBE);
@@ -290,7 +276,7 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
     let Bent { state, errors, load: burden, beyond } = shot.bent;
     let strain = state[3] / width;
     let measure = measure(least, state[3]);
-    let relative = |error: Pack<T, L, SET>, of: Pack<T, L, SET>| error / of.max(Pack::of(TINY));
+    let relative = |error: P, of: P| error / of.max(P::of(TINY));
     // The way across is a double integral, whose estimate is of order 5 where the method's error is of order 8
     // (500 to 2 000 times too large): its power 5/4 keeps a margin of some hundred, of one where steps are too long.
     let across = errors[1] * (of(ACROSS) * relative(errors[1], state[2].abs())).sqrt().sqrt();

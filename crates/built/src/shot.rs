@@ -1,6 +1,6 @@
 //! The closure of a tap: by how much a rod under a load misses the object.
 
-use vibrissa_kernel::cpu::{Pack, Scalar};
+use vibrissa_kernel::cpu::Packed;
 
 use super::lanes::{Bent, Fixed, Ground, Load};
 
@@ -23,33 +23,21 @@ pub struct Shot<P> {
 
 /// `v` rotated by the angle of this 1 − cos and sin.
 #[inline(always)]
-fn rotated<T: Scalar, const L: usize, const SET: u8>(
-    v: [Pack<T, L, SET>; 2],
-    [versine, sine]: [Pack<T, L, SET>; 2],
-) -> [Pack<T, L, SET>; 2] {
+fn rotated<P: Packed>(v: [P; 2], [versine, sine]: [P; 2]) -> [P; 2] {
     [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]]
 }
 
 /// `v` rotated back by it.
 #[inline(always)]
-fn rotated_back<T: Scalar, const L: usize, const SET: u8>(
-    v: [Pack<T, L, SET>; 2],
-    [versine, sine]: [Pack<T, L, SET>; 2],
-) -> [Pack<T, L, SET>; 2] {
+fn rotated_back<P: Packed>(v: [P; 2], [versine, sine]: [P; 2]) -> [P; 2] {
     [v[0] - versine * v[0] + sine * v[1], v[1] - versine * v[1] - sine * v[0]]
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
+impl<P: Packed> Ground<P> {
     /// Shoots with the unknowns P/`force` and (c − a)/a, or T/`force` of a contact that sticks, at `share` of the drive.
     #[inline(always)]
-    pub fn shoot(
-        &self,
-        fixed: &Fixed<T>,
-        share: Pack<T, L, SET>,
-        z: [Pack<T, L, SET>; 2],
-        judging: bool,
-    ) -> Shot<Pack<T, L, SET>> {
-        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
+    pub fn shoot(&self, fixed: &Fixed<P::Scalar>, share: P, z: [P; 2], judging: bool) -> Shot<P> {
+        let (zero, one) = (P::of(0.0), P::of(1.0));
         let normal = self.force * z[0];
         let (x, tangential) = match self.effects.stick {
             true => (zero, self.force * z[1]),
@@ -78,7 +66,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         let theta = self.turn * share;
         let [versine_t, sine_t] = fixed.turn(theta);
         // Rot(β) − Rot(−θ) = 2 sin((β + θ)/2) Rot((β − θ)/2 + 90°).
-        let half = Pack::of(0.5);
+        let half = P::of(0.5);
         let [_, apart] = fixed.turn(half * (beta + theta));
         let [mean_v, mean_s] = fixed.turn(half * (beta - theta));
         let mean_c = one - mean_v;
@@ -94,28 +82,22 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
 
     /// 1 − cos and sin of the angle by which the resting whisker turns from the arc `to` back to `from`.
     #[inline(always)]
-    fn rest(&self, fixed: &Fixed<T>, from: Pack<T, L, SET>, to: Pack<T, L, SET>) -> [Pack<T, L, SET>; 2] {
+    fn rest(&self, fixed: &Fixed<P::Scalar>, from: P, to: P) -> [P; 2] {
         let [base, rising] = self.curvature;
-        fixed.turn((to - from) * (base + Pack::of(0.5) * rising * (to + from)))
+        fixed.turn((to - from) * (base + P::of(0.5) * rising * (to + from)))
     }
 
     /// The way along the resting whisker from one arc to another, by Gauss's rule of four points on each of some parts.
     #[inline(always)]
-    fn path(
-        &self,
-        fixed: &Fixed<T>,
-        from: Pack<T, L, SET>,
-        to: Pack<T, L, SET>,
-        parts: usize,
-    ) -> [Pack<T, L, SET>; 2] {
-        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
+    fn path(&self, fixed: &Fixed<P::Scalar>, from: P, to: P, parts: usize) -> [P; 2] {
+        let (zero, one) = (P::of(0.0), P::of(1.0));
         let (mut px, mut py) = (zero, zero);
-        let part = (to - from) * Pack::of(1.0 / parts as f64);
+        let part = (to - from) * P::of(1.0 / parts as f64);
         for k in 0..parts {
             for [node, weight] in GAUSS {
-                let s = from + part * Pack::of(k as f64 + node);
+                let s = from + part * P::of(k as f64 + node);
                 let [behind, leaned] = self.rest(fixed, zero, s);
-                let weight = part * Pack::of(weight);
+                let weight = part * P::of(weight);
                 px = px + weight * (one - behind);
                 py = py - weight * leaned;
             }
@@ -126,13 +108,8 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// The centre of the pole on the resting whisker touched at a, from its base, and how far it lies from there where that is touched at the arc
     /// a + `x` of `load`.
     #[inline(always)]
-    fn poles(
-        &self,
-        fixed: &Fixed<T>,
-        load: &Load<Pack<T, L, SET>>,
-        x: Pack<T, L, SET>,
-    ) -> ([Pack<T, L, SET>; 2], [Pack<T, L, SET>; 2]) {
-        let zero = Pack::<T, L, SET>::of(0.0);
+    fn poles(&self, fixed: &Fixed<P::Scalar>, load: &Load<P>, x: P) -> ([P; 2], [P; 2]) {
+        let zero = P::of(0.0);
         let (height, tilt) = self.touched(self.a);
         // Of both, in the frame of the whisker where it is touched.
         let here = [self.pole * tilt[0], height + self.pole * tilt[1]];

@@ -6,8 +6,8 @@ use nalgebra::DMatrix;
 
 use super::axis::{AXES, Axis, FIRST_PLACE, Map, Quantity};
 use super::beside;
-use super::build::{Built, build, check_points};
-pub use super::function::{FUNCTIONS, Function, linear_force, power, room, solved};
+use super::build::{Built, check_points};
+pub use super::function::{FUNCTIONS, Function, power, room, solved};
 use super::function::{SHARE, bounds, functions, over_drives};
 use super::gauge::Rule;
 use super::ranges::holds;
@@ -261,16 +261,9 @@ fn branch(
     let ends = [Quantity::Drive, Quantity::Place].map(|k| axes[k as usize].range[1]);
     let bounds = bounds(setup, ends, (power, tolerance), chooses);
     let taps = Taps::new(setup, a, grip, solved(power, chooses)).under_foil(width * a);
-    let mut taps = taps.towards(direction).stopping(stop);
-    let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
+    let value = |q: &[f64; AXES], o: &Outcome| {
         let scale = q[Quantity::Drive as usize].powi(power);
-        let values = functions(setup, (a, direction), q, o)?;
-        Some(values.map(|v| v / scale)).filter(|v| v.iter().all(|v| v.is_finite()))
+        Some(functions(setup, (a, direction), q, o)?.map(|v| v / scale))
     };
-    let built = build(axes, &bounds, &mut |q| {
-        let found = taps.solve(q)?;
-        Ok(q.iter().zip(&found).map(|(q, o)| value(q, o)).collect())
-    })?;
-    sweeps.merge(&taps.sweeps);
-    Ok(built)
+    taps.towards(direction).stopping(stop).built(axes, &bounds, value, sweeps)
 }

@@ -2,10 +2,10 @@
 
 use super::axis::{AXES, Map, Quantity};
 use super::build::Bound;
-use super::taps::design;
-use crate::design::radians;
+use super::taps::{amount, design};
+use crate::design::{Shared, radians};
 use crate::evaluate::Outcome;
-use crate::physics::{linear::shear_length2, solid::is_solid, taper::Taper};
+use crate::physics::{linear::shear_length2, solid::is_solid};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
@@ -96,8 +96,7 @@ pub fn functions(
     q: &[f64; AXES],
     o: &Outcome,
 ) -> Option<[f64; FUNCTIONS]> {
-    let bad = [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
-    if bad.iter().any(|s| o.status.has(*s)) || !o.deviation.is_finite() {
+    if o.status.has(Status::NO_READING) || !o.deviation.is_finite() {
         return None;
     }
     let cos = radians(direction)[0].cos();
@@ -105,21 +104,11 @@ pub fn functions(
         true => o.strain / (o.strain_linear * cos * cos) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
-    let force = match &setup.built {
-        None => linear_force(setup, a, q),
-        Some(_) => own_force(setup, a, q),
-    };
+    let force = linear_force(setup, &design(setup, None, a, q).shared?, a, amount(setup, a, q));
     let (arc, force) = (o.arc / a - 1.0, o.normal_force / (force * cos) - 1.0);
     // A foil stiffens the rod where the gauge is: all are read as the strain is then.
     let rest = if setup.gauge.foil.is_some() { room(q) } else { 1.0 };
     Some([room(q) * strain, rest * arc, rest * force])
-}
-
-/// P of the linear theory of a built whisker, N.
-fn own_force(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
-    let amount = q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a };
-    let design = design(setup, None, a, q);
-    design.shared.map_or(f64::NAN, |shared| amount * shared.model.force(setup.model.material.e0(), a))
 }
 
 /// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.
@@ -131,17 +120,9 @@ pub fn solved(power: i32, chooses: bool) -> f64 {
     }
 }
 
-/// P of the linear theory, with shear where the model has it, N.
-pub fn linear_force(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
-    let diameter = q[Quantity::Base as usize] * a;
-    let rest = 1.0 - q[Quantity::Taper as usize];
-    let stiffness = 3.0 * std::f64::consts::PI * setup.model.material.e0() * diameter.powi(4) / 64.0;
-    let reach = match setup.drive {
-        Drive::Angle => (a + setup.hub) / a.powi(3),
-        // The drive is δ/a.
-        Drive::Displacement => 1.0 / (a * a),
-    };
-    let taper = Taper { D: diameter, tau: q[Quantity::Taper as usize] / a, tan_alpha: 0.0 };
-    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) / (a * a) } else { 0.0 };
-    q[Quantity::Drive as usize] * stiffness * rest * reach / (1.0 + shear)
+/// P of the linear theory, with shear where the model of a cone has it, of a tap at `a` mm by a drive of `amount`, N.
+pub fn linear_force(setup: &Setup, shared: &Shared, a: f64, amount: f64) -> f64 {
+    let with_shear = setup.model.shear && setup.built.is_none();
+    let shear = if with_shear { shear_length2(&shared.taper, setup.model.nu) / (a * a) } else { 0.0 };
+    amount * shared.model.force(setup.model.material.e0(), a) / (1.0 + shear)
 }

@@ -13,7 +13,7 @@
 //! Measured (D 8…12, d 2…7, L_a 50, x_ss 3…15, l 1…4 mm, θ 0.5…10°, ten distances 21…48 mm, tolerance 1e-5): practical whisker 3 404
 //! coefficients for all distances, 7 867 taps solved, strain error at the checking points 5.9e-7; with Coulomb 0.3 13 713, 31 552, 1.8e-6.
 //!
-//! A [`ranker::Ranker`] ranks sweeps by them, a [`reader::Reader`] reads single taps, a [`reader::RowReader`] rows, for searches. What lies outside the charts is
+//! A [`ranker::Ranker`] ranks sweeps by them and tells rows for searches, a [`reader::Reader`] reads single taps. What lies outside the charts is
 //! solved. `vibrissa chart` writes them as JSON ([`document`]).
 
 use vibrissa_core::{design, error, estimate, physics, reduce, scene, status};

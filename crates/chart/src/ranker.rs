@@ -1,13 +1,19 @@
-//! What ranks the designs of a sweep from charts, in lanes or on a device.
+//! What ranks the designs of a sweep from charts, in lanes or on a device, and tells rows of searches.
 
-use super::lanes::{Found, Tables};
+use rayon::prelude::*;
+
+use super::lanes::{Figures, Found, Tables};
+use super::ranges::Wanted;
 use super::scope::{Scope, Summary};
 use crate::error::SolveError;
 use crate::kernel::ranking::{Case, Charts, Sheet};
 use crate::reduce::Sweeps;
-use crate::scene::{Layout, Study, Tuple};
+use crate::scene::{Layout, Setup, Study, Tuple};
 
-/// Charts of the distances of a sweep, and their tables.
+/// Rows of one work item.
+const ROWS_EACH: usize = 1024;
+
+/// Charts of some distances of one rig, and their tables.
 #[derive(Debug)]
 pub struct Ranker {
     scope: Scope,
@@ -19,6 +25,31 @@ impl Ranker {
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
         let Some(scope) = Scope::new(study, layout, tolerance)? else { return Ok(None) };
         Ok(Tables::new(&scope).map(|tables| Self { scope, tables }))
+    }
+
+    /// What tells rows of whiskers of `setup` as `wanted`, at `distances` mm, their strain good to a tenth of `tolerance`. `None` where rows are reduced
+    /// from taps.
+    pub fn of_rows(
+        setup: &Setup,
+        distances: &[f64],
+        wanted: &Wanted,
+        tolerance: f64,
+    ) -> Result<Option<Self>, SolveError> {
+        let Some(scope) = Scope::tried(setup, distances, wanted, tolerance)?.0 else { return Ok(None) };
+        Ok(Tables::new(&scope).map(|tables| Self { scope, tables }))
+    }
+
+    /// Rows of `tuples`, each at its own drive; `None` of those that must be solved.
+    pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
+        let part = |tuples: &[Tuple]| {
+            let easy: Vec<usize> =
+                (0..tuples.len()).filter(|&i| self.scope.case(&tuples[i]) == Case::Easy).collect();
+            let these: Vec<Tuple> = easy.iter().map(|&i| tuples[i]).collect();
+            let mut all = vec![None; tuples.len()];
+            easy.into_iter().zip(self.tables.figures(&these)).for_each(|(i, figures)| all[i] = figures);
+            all
+        };
+        tuples.par_chunks(ROWS_EACH).flat_map_iter(part).collect()
     }
 
     /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.

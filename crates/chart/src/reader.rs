@@ -6,19 +6,18 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::axis::{AXES, Quantity};
-use super::distance::{DistanceChart, linear_force, power};
+use super::distance::{DistanceChart, power};
+use super::function::linear_force;
 use super::gauge::asked;
-use super::lanes::{Figures, Readings, Tables, has_lanes};
+use super::lanes::{Readings, has_lanes};
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
-use super::scope::Scope;
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, Source, Task, outcome_of_chart};
 use crate::kernel::Effects;
-use crate::kernel::ranking::Case;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Direction, Geometry, Layout, Setup, Tuple};
+use crate::scene::{Contact, Direction, Geometry, Layout, Setup};
 
 /// Taps below which charts do not pay.
 pub const LEAST_TAPS: u64 = 1 << 17;
@@ -98,16 +97,9 @@ impl Reader {
                 let cos = radians(chart.direction)[0].cos();
                 for (k, ((place, read), q)) in places.iter().zip(&found).zip(&taps).enumerate() {
                     let task = &tasks[*place];
-                    let mut mm = *q;
-                    mm[0] /= if factors(setup.drive, chart.a)[0] == 1.0 { 1.0 } else { chart.a };
                     let design = &designs[task.design as usize];
-                    let linear = match (&setup.built, &design.shared) {
-                        (Some(_), Some(shared)) => {
-                            let e0 = setup.model.material.e0();
-                            amount(setup.drive, task.drive) * shared.model.force(e0, task.a)
-                        }
-                        _ => linear_force(setup, chart.a, &mm),
-                    };
+                    let Some(shared) = &design.shared else { continue };
+                    let linear = linear_force(setup, shared, task.a, q[0]);
                     let force = linear * cos * (1.0 + f64::from(read.functions[2]));
                     let friction = match self.contact {
                         Contact::Coulomb(mu) if mu != 0.0 => f64::from(read.share) * mu,
@@ -203,41 +195,4 @@ pub fn charts(
     let charts: Vec<Option<DistanceChart>> =
         places.par_iter().map(chart).collect::<Result<_, SolveError>>()?;
     Ok(charts.into_iter().flatten().collect())
-}
-
-/// Rows of one work item.
-const ROWS_EACH: usize = 1024;
-
-/// Charts of some distances of one rig, from which whole rows are read.
-#[derive(Debug)]
-pub struct RowReader {
-    scope: Scope,
-    tables: Tables,
-}
-
-impl RowReader {
-    /// Charts of `setup` at `distances` mm for whiskers as `wanted`, their strain good to a tenth of `tolerance`. `None` where rows are
-    /// reduced from taps.
-    pub fn new(
-        setup: &Setup,
-        distances: &[f64],
-        wanted: &Wanted,
-        tolerance: f64,
-    ) -> Result<Option<Self>, SolveError> {
-        let Some(scope) = Scope::tried(setup, distances, wanted, tolerance)?.0 else { return Ok(None) };
-        Ok(Tables::new(&scope).map(|tables| Self { scope, tables }))
-    }
-
-    /// Rows of `tuples`, each at its own drive; `None` of those that must be solved.
-    pub fn read(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
-        let part = |tuples: &[Tuple]| {
-            let easy: Vec<usize> =
-                (0..tuples.len()).filter(|&i| self.scope.case(&tuples[i]) == Case::Easy).collect();
-            let these: Vec<Tuple> = easy.iter().map(|&i| tuples[i]).collect();
-            let mut all = vec![None; tuples.len()];
-            easy.into_iter().zip(self.tables.figures(&these)).for_each(|(i, figures)| all[i] = figures);
-            all
-        };
-        tuples.par_chunks(ROWS_EACH).flat_map_iter(part).collect()
-    }
 }

@@ -9,7 +9,7 @@ use super::ranges::{NEAREST, Wanted, shaped, slackened};
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
-use crate::kernel::ranking::{Case, Within};
+use crate::kernel::ranking::Case;
 use crate::physics::taper::Taper;
 use crate::reduce::Sweeps;
 use crate::scene::{Convention, Drive, Geometry, Layout, Per, RankBy, Setup, Study, Theory, Tuple};
@@ -106,11 +106,11 @@ pub struct Scope {
     /// What is ranked.
     pub rank: Rank,
     /// Smallest and largest distance, mm.
-    reach: [f64; 2],
+    pub(crate) reach: [f64; 2],
     /// Largest x2 − x1, mm.
-    width: f64,
+    pub(crate) width: f64,
     /// Where every chart holds: drive (rad or mm), a length, D, τ, x in mm and 1/mm.
-    within: [[f64; 2]; AXES],
+    pub(crate) within: [[f64; 2]; AXES],
     /// The same with the slack of [`holds`](super::ranges::holds), and so the width.
     held: [[f64; 2]; AXES],
     widest: f64,
@@ -240,12 +240,6 @@ impl Scope {
             && rest.iter().zip([drive, length, t.D, taper.tau]).all(|([lo, hi], q)| *lo <= q && q <= *hi)
             && (on_cylinder || holds(taper.gauge(t.x_ss, t.l)));
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
-    }
-
-    /// Ranges of the designs that the charts hold.
-    pub fn within(&self) -> Within {
-        let [drive, _, base, tau, x] = self.within;
-        Within { D: base, tau, x, drive, width: self.width, reach: self.reach[1] }
     }
 
     /// What `run.json` says of the charts.

@@ -5,22 +5,16 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
-use super::axis::{AXES, POINT, Quantity};
+use super::axis::{AXES, Axis, POINT, Quantity};
+use super::build::{Bound, Built, build};
 use super::ranges::shaped;
 use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::{Rung, cpu::Cpu};
-use crate::physics::{
-    body::Body,
-    inverse::Inverse,
-    linear::{StrainCurve, shear_length2},
-    onset::Grip,
-    solid::{Bonded, Held},
-    taper::Taper,
-};
+use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, onset::Grip, taper::Taper};
 use crate::reduce::Sweeps;
-use crate::scene::{Direction, Drive, Precision, Setup, Signal, Theory, Tuple};
+use crate::scene::{Direction, Drive, Precision, Setup, Tuple};
 
 /// Solves taps at one distance for what a chart holds.
 pub struct Taps<'a> {
@@ -61,6 +55,21 @@ impl<'a> Taps<'a> {
         Self { grid: self.setup.gauge.foil.map(|_| l), ..self }
     }
 
+    /// Box and series over `axes`, within `bounds`, of what `value` makes of quantities and their tap; `sweeps` become those spent.
+    pub fn built<const F: usize>(
+        mut self,
+        axes: [Axis; AXES],
+        bounds: &[Bound; F],
+        value: impl Fn(&[f64; AXES], &Outcome) -> Option<[f64; F]>,
+        sweeps: &mut Sweeps,
+    ) -> Result<Option<Built<F>>, SolveError> {
+        let value =
+            |(q, o): (&[f64; AXES], &Outcome)| value(q, o).filter(|v| v.iter().all(|v| v.is_finite()));
+        let built = build(axes, bounds, &mut |q| Ok(q.iter().zip(&self.solve(q)?).map(value).collect()))?;
+        sweeps.merge(&self.sweeps);
+        Ok(built)
+    }
+
     /// What the taps at `points`, quantities in the order of [`Quantity`], give.
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Outcome>, SolveError> {
         let points: Vec<(f64, [f64; AXES])> = points.iter().map(|q| (self.a, *q)).collect();
@@ -72,11 +81,8 @@ impl<'a> Taps<'a> {
         let designs: Vec<Design> =
             points.par_iter().map(|(a, q)| design(self.setup, self.grid, *a, q)).collect();
         let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| {
-            let drive = q[Quantity::Drive as usize];
-            let drive = match self.setup.drive {
-                Drive::Angle => drive.to_degrees(),
-                Drive::Displacement => drive * a,
-            };
+            let amount = amount(self.setup, *a, q);
+            let drive = if self.setup.drive == Drive::Angle { amount.to_degrees() } else { amount };
             Task { design, a: *a, direction: self.direction, drive }
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
@@ -87,6 +93,11 @@ impl<'a> Taps<'a> {
         self.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(outcomes)
     }
+}
+
+/// The drive of a tap at `a` mm with the quantities `q`, rad or mm.
+pub(super) fn amount(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
+    q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a }
 }
 
 /// A whisker, longer than any contact, with a point of a gauge, or a grid of length `grid`, mm, and its foil, of which a tap at `a` mm has the
@@ -110,18 +121,10 @@ pub(super) fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) 
         .built
         .as_deref()
         .map(|built| Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu)));
-    let curve = |shear| {
-        let cone = StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
-        body.as_ref().map_or(cone.clone(), |body| cone.built(body, Signal::Strain))
-    };
-    let with_shear = setup.estimate.theory == Theory::Timoshenko;
-    let theory = curve(if with_shear { shear_length2(&taper, setup.model.nu) } else { 0.0 });
-    let bare = Inverse::new(curve(0.0));
-    // Of a built whisker that of its cone serves: errors are relative to it where there is next to no strain.
-    let peak = match &body {
-        Some(_) => Inverse::new(StrainCurve::new(taper, gauge, setup.hub, setup.drive, 0.0)).peak().1,
-        None => bare.peak().1,
-    };
+    // Errors are relative to the peak where there is next to no strain; of a built whisker that of its cone serves.
+    let cone = Inverse::new(StrainCurve::new(taper, gauge, setup.hub, setup.drive, 0.0));
+    let mut shared = Shared::new(setup, (taper, L_a), body, (gauge, setup.hub), Some(cone.peak().1));
+    shared.foil.iter_mut().for_each(|foil| foil.transfer = 1.0);
     let tuple = Tuple {
         D,
         d,
@@ -132,23 +135,5 @@ pub(super) fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) 
         drive: f64::NAN,
         ..Tuple::default()
     };
-    let theory = if with_shear { Inverse::new(theory) } else { bare.clone() };
-    Design {
-        shared: Some(Shared {
-            taper,
-            length: L_a,
-            gauge,
-            model: bare.curve().clone(),
-            peak,
-            theory,
-            foil: setup.gauge.foil.map(|foil| Bonded {
-                transfer: 1.0,
-                ..Bonded::new(&foil, &taper, gauge, setup.model.material.e0())
-            }),
-            body: body.clone(),
-            contact: None,
-            start: Held::new(&setup.model).start(&taper),
-        }),
-        ..Design::nothing(tuple)
-    }
+    Design { shared: Some(shared), ..Design::nothing(tuple) }
 }

@@ -58,6 +58,36 @@ pub struct Shared {
 }
 
 impl Shared {
+    /// Of the whisker `taper`, `length` mm long, as it is built (`body`), with a gauge between two places and the motor's axis behind the clamp, mm.
+    /// `peak`: what serves as the largest strain of the model, where that costs too much.
+    pub fn new(
+        setup: &Setup,
+        (taper, length): (Taper, f64),
+        body: Option<Arc<Body>>,
+        (gauge, hub): ([f64; 2], f64),
+        peak: Option<f64>,
+    ) -> Self {
+        let (nu, e0) = (setup.model.nu, setup.model.material.e0());
+        let curve = |with_shear: bool| {
+            let shear = if with_shear { shear_length2(&taper, nu) } else { 0.0 };
+            let plain = StrainCurve::new(taper, gauge, hub, setup.drive, shear);
+            body.as_ref().map_or(plain.clone(), |body| plain.built(body, setup.signal))
+        };
+        let of_model = setup.model.geometry == Geometry::Linear && setup.model.shear;
+        let of_theory = setup.estimate.theory == Theory::Timoshenko;
+        let inverse = Inverse::new(curve(of_model));
+        let peak = peak.unwrap_or_else(|| inverse.peak().1);
+        let model = inverse.curve().clone();
+        let theory = if of_theory == of_model { inverse } else { Inverse::new(curve(of_theory)) };
+        let contact = setup.channels.as_ref().map(|channels| {
+            let sign = if setup.gauge.side == Side::Far { -1.0 } else { 1.0 };
+            Contact::new(Arc::clone(channels), theory.curve(), [gauge[0], length], e0, sign)
+        });
+        let foil = setup.gauge.foil.map(|foil| Bonded::new(&foil, &taper, gauge, e0));
+        let start = Held::new(&setup.model).start(&taper);
+        Self { taper, length, gauge, model, peak, theory, foil, start, body, contact }
+    }
+
     /// Largest |reading| of the gauge: what the skin bears, seen through the foil, and what the foil bears itself.
     pub fn strain_limit(&self, gauge: &Gauge) -> f64 {
         let skin = self.foil.map_or(1.0, |foil| foil.transfer) * gauge.strain_limit;
@@ -133,35 +163,16 @@ impl Design {
             Some(body) if is_whisker(&tuple) => body.gauge(x_ss, l),
             _ => taper.gauge(x_ss, l),
         };
-        let bonded = |foil| Bonded::new(&foil, &taper, gauge, setup.model.material.e0());
-        let foil = setup.gauge.foil.map(bonded);
-        let carried =
-            |foil: &Bonded| foil.span[0] >= -ROUNDING * L_a && foil.span[1] <= L_a * (1.0 + ROUNDING);
         // A grid may be too short to have two ends.
         let grid = gauge[0] < gauge[1];
         let sound = body.as_ref().is_none_or(|body| body.burst().is_none());
-        let shared =
-            (is_whisker(&tuple) && grid && held && sound && foil.as_ref().is_none_or(carried)).then(|| {
-                let curve = |shear| {
-                    let plain = StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
-                    body.as_ref().map_or(plain.clone(), |body| plain.built(body, setup.signal))
-                };
-                let shear = shear_length2(&taper, setup.model.nu);
-                let with_shear = setup.model.geometry == Geometry::Linear && setup.model.shear;
-                let model = curve(if with_shear { shear } else { 0.0 });
-                let theory = curve(if setup.estimate.theory == Theory::Timoshenko { shear } else { 0.0 });
-                let of_model = Inverse::new(model.clone());
-                let peak = of_model.peak().1;
-                let theory = if theory == model { of_model } else { Inverse::new(theory) };
-                let start = Held::new(&setup.model).start(&taper);
-                let contact = setup.channels.as_ref().map(|channels| {
-                    let sign = if setup.gauge.side == Side::Far { -1.0 } else { 1.0 };
-                    let ends = [gauge[0], L_a];
-                    Contact::new(Arc::clone(channels), theory.curve(), ends, setup.model.material.e0(), sign)
-                });
-                let body = body.clone();
-                Shared { taper, length: L_a, gauge, model, peak, theory, foil, start, body, contact }
-            });
+        let carried = |shared: &Shared| {
+            let whole = |span: [f64; 2]| span[0] >= -ROUNDING * L_a && span[1] <= L_a * (1.0 + ROUNDING);
+            shared.foil.is_none_or(|foil| whole(foil.span))
+        };
+        let shared = (is_whisker(&tuple) && grid && held && sound)
+            .then(|| Shared::new(setup, (taper, L_a), body, (gauge, setup.hub), None))
+            .filter(carried);
         Self { tuple, shared, own: None }
     }
 

@@ -37,6 +37,10 @@ impl Status {
     /// Taps of one object contradict each other.
     pub const INCONSISTENT: Self = Self(1 << 11);
 
+    /// Words of taps without a strain that changes smoothly with what they depend on. Past the tip it does: there the taper goes on.
+    pub const NO_READING: Self =
+        Self(Self::INVALID_GEOMETRY.0 | Self::NO_STRAIN.0 | Self::NOT_CONVERGED.0 | Self::MATERIAL_LIMIT.0);
+
     /// All words in the order in which tables join them.
     pub const ALL: [(Self, &str); 12] = [
         (Self::INVALID_GEOMETRY, "invalid_geometry"),

@@ -53,16 +53,6 @@ impl DriveRow {
         row
     }
 
-    /// Largest |strain| of the counting taps, of two gauges √(ε₁² + ε₂²).
-    pub fn strain_max(&self) -> Option<f64> {
-        self.strain.get()
-    }
-
-    /// Largest contact force of the counting taps, N.
-    pub fn force_max(&self) -> Option<f64> {
-        self.force.get()
-    }
-
     /// Whether every distance asked counts.
     pub fn complete(&self) -> bool {
         self.deviation.n == self.asked
@@ -73,47 +63,19 @@ impl DriveRow {
         self.figures().value(by, unit).filter(|_| self.complete())
     }
 
-    fn whole<T>(&self, value: Option<T>) -> Option<T> {
-        value.filter(|_| !self.incomplete)
-    }
-
-    /// The bias: root mean square of â − a, mm.
-    pub fn error_rms(&self) -> Option<f64> {
-        self.whole(self.errors.rms())
-    }
-
-    /// Largest |â − a|, mm.
-    pub fn error_max(&self) -> Option<f64> {
-        self.whole(self.errors.largest())
-    }
-
-    /// Mean of â − a, mm.
-    pub fn error_mean(&self) -> Option<f64> {
-        self.whole(self.errors.mean())
-    }
-
-    /// The noise: root mean square of σ_a, mm.
-    pub fn noise_rms(&self) -> Option<f64> {
-        self.whole(self.noise.rms())
-    }
-
-    /// Bias and noise in quadrature, mm.
-    pub fn total_rms(&self) -> Option<f64> {
-        self.figures().total_rms()
-    }
-
     /// Its values, without what made them.
     pub fn figures(&self) -> Figures {
+        let whole = |value: Option<f64>| value.filter(|_| !self.incomplete);
         Figures {
             n: self.deviation.n,
             mean: self.deviation.mean(),
             sd: self.deviation.sd(),
-            error_rms: self.error_rms(),
-            error_max: self.error_max(),
-            error_mean: self.error_mean(),
-            noise_rms: self.noise_rms(),
-            strain_max: self.strain_max(),
-            force_max: self.force_max(),
+            error_rms: whole(self.errors.rms()),
+            error_max: whole(self.errors.largest()),
+            error_mean: whole(self.errors.mean()),
+            noise_rms: whole(self.noise.rms()),
+            strain_max: self.strain.get(),
+            force_max: self.force.get(),
             status: self.status,
         }
     }
@@ -136,9 +98,9 @@ pub struct Figures {
     pub error_mean: Option<f64>,
     /// The noise: root mean square of σ_a, mm.
     pub noise_rms: Option<f64>,
-    /// Largest |strain|.
+    /// Largest |strain| of those, of two gauges √(ε₁² + ε₂²).
     pub strain_max: Option<f64>,
-    /// Largest contact force, N.
+    /// Their largest contact force, N.
     pub force_max: Option<f64>,
     /// Union of its taps' words.
     pub status: Status,

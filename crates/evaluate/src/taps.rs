@@ -184,14 +184,24 @@ impl Taps {
                     None => others.push(i),
                 }
             }
-            if others.is_empty() {
-                return Ok(());
-            }
-            let mut strains = vec![f64::NAN; others.len()];
-            self.block(|k| tap(at + others[k]), BLOCK, &strain, &mut strains)?;
-            others.iter().zip(strains).for_each(|(&i, strain)| out[i] = strain);
-            Ok(())
+            self.open(|i| tap(at + i), &others, out)
         })
+    }
+
+    /// Strains of the taps `open` by solving them.
+    fn open(
+        &self,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        open: &[usize],
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        let mut strains = vec![f64::NAN; open.len()];
+        if !open.is_empty() {
+            let one = |_: &Design, _: &Task, outcome: &Outcome, place: &mut f64| *place = outcome.strain;
+            self.block(|k| tap(open[k]), BLOCK, &one, &mut strains)?;
+        }
+        open.iter().zip(strains).for_each(|(&i, strain)| out[i] = strain);
+        Ok(())
     }
 
     /// Does `one` for each block of `out`, which it is told the begin of.
@@ -244,13 +254,7 @@ impl Taps {
         let mut evaluator = Evaluator::new(&self.setup, method);
         let open = evaluator.strains(&framed, out)?;
         self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
-        if open.is_empty() {
-            return Ok(());
-        }
-        let mut others = vec![f64::NAN; open.len()];
-        self.block(|k| tap(open[k]), BLOCK, &strain, &mut others)?;
-        open.iter().zip(others).for_each(|(&i, strain)| out[i] = strain);
-        Ok(())
+        self.open(tap, &open, out)
     }
 
     fn block<T: Send>(
@@ -284,8 +288,4 @@ fn beside<'a, T>(out: &'a mut [T], slopes: &'a mut [f64], width: usize) -> Vec<(
         (place, own)
     };
     out.iter_mut().map(own).collect()
-}
-
-fn strain(_: &Design, _: &Task, outcome: &Outcome, place: &mut f64) {
-    *place = outcome.strain;
 }

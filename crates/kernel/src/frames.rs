@@ -3,7 +3,7 @@
 
 use std::array::from_fn;
 
-use crate::cpu::{Pack, UNFUSED};
+use crate::cpu::{Pack, Packed, UNFUSED};
 use crate::pose::Pose;
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;

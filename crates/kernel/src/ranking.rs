@@ -2,7 +2,7 @@
 //!
 //! A chart is made and read above this crate; here it is numbers. [`Sheet`] has them in the order that `shaders/ranking` reads.
 
-use vibrissa_core::scene::{Drive, Per, RankBy, Tuple};
+use vibrissa_core::scene::Tuple;
 use vibrissa_core::status::Status;
 
 /// How a design is dealt with.
@@ -100,7 +100,7 @@ pub trait Charts {
 }
 
 /// Numbers of a distance before the points of its gauge, as the shader calls them: ends of the range of interest (η), what the functions are multiplied
-/// by, largest arc over driveᵉ, number of branches, where their matrix begins in [`Sheet::choice`], scale and shift of drive, D/a, τa and x/a, a and 1/a.
+/// by, largest arc over driveᵉ, number of branches, where their matrix begins behind CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
 pub const HEAD: [&str; 16] = crate::names![
     END_LO END_HI SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
     PLACE_AXIS PLACE_SHIFT A INVERSE
@@ -112,95 +112,27 @@ pub const BEYOND: [[f64; 2]; 2] = [[-0.9, 9.0], [-0.5, 0.5]];
 /// Share of the way to infinitely far, or to the apex, beyond which an estimate is solved.
 pub const FARTHEST: f64 = 1.1e-3;
 
-/// Charts of some distances as numbers, with all else that ranking needs. Lengths in mm, drives in rad or mm.
+/// Charts of some distances, with all else that ranking needs, as a device reads them. Lengths in mm, drives in rad or mm.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// What moves.
-    pub kind: Drive,
-    /// Distances.
-    pub distances: usize,
-    /// Drives that all designs share, ascending; none where each design has its own.
-    pub drives: Vec<f32>,
-    /// Every tap is read at its own drive: where drives are shared too, if a contact may stick.
-    pub own: bool,
-    /// Points over the drives that designs share; 1 where each is read on its own.
-    pub points: usize,
-    /// Scale and shift of the drive's variable to [−1, 1] over the drives that designs share.
-    pub common: [f32; 2],
-    /// e.
-    pub power: i32,
-    /// Whether series over the drive are over its fourth root.
-    pub fourth: bool,
-    /// The drives at the points to the power e.
-    pub powers: Vec<f32>,
-    /// Coefficients from values at the points, a row for each.
-    pub back: Vec<f32>,
-    /// Branches of a contact with friction, 1 of others, and powers of T/(μP) from values at them, a row for each.
-    pub branches: usize,
-    /// See [`Self::branches`].
-    pub choice: Vec<f32>,
-    /// Numbers of each distance: [`HEAD`], then place and weight of `gauge` points.
-    pub heads: Vec<f32>,
-    /// Points of a gauge.
-    pub gauge: usize,
-    /// Most orders over x/a.
-    pub places: usize,
-    /// Groups of four orders over the drive.
-    pub groups: usize,
+    /// Constants by their names in the shader: whole numbers, switches and others.
+    pub counts: Vec<(&'static str, usize)>,
+    /// See [`Self::counts`].
+    pub switches: Vec<(&'static str, bool)>,
+    /// See [`Self::counts`].
+    pub reals: Vec<(&'static str, f64)>,
+    /// Of each distance: [`HEAD`], then place and weight of the points of a gauge. Behind them drives and small matrices; where these begin is among the
+    /// constants.
+    pub numbers: Vec<f32>,
     /// Where series begin, and how many orders each has: for each distance and branch two numbers of the strain, two of the arc (places in this and in
     /// `rows`); then, group by group of a series, how many places, for each how many tapers, for each how many rows.
     pub shape: Vec<u32>,
     /// Coefficients of four orders over the drive, for each order over D/a; then the polynomials over the drive at the points.
     pub rows: Vec<[f32; 4]>,
-    /// Where the latter begin.
-    pub at_points: usize,
-    /// Designs that the charts hold.
-    pub within: Within,
-    /// The estimate's theory.
-    pub theory: Theory,
-    /// Strain limit of the gauge.
-    pub strain_limit: f32,
-    /// Noise of the gauge in strain.
-    pub noise: f32,
-    /// K − 1 of a K given in the spec.
-    pub fixed: Option<f32>,
-    /// K is multiplied by x2 − x1.
-    pub elongation: bool,
-    /// Largest deviation of the strain for which a design is ranked.
-    pub largest: f32,
-    /// What ranks.
-    pub by: RankBy,
-    /// Rows or designs compete.
-    pub per: Per,
-}
-
-/// Ranges of the designs that charts hold.
-#[derive(Debug, Clone, Copy)]
-#[allow(non_snake_case)]
-pub struct Within {
-    /// D.
-    pub D: [f64; 2],
-    /// τ.
-    pub tau: [f64; 2],
-    /// Points of gauges.
-    pub x: [f64; 2],
-    /// Drives.
-    pub drive: [f64; 2],
-    /// Largest x2 − x1.
-    pub width: f64,
-    /// Shortest L_a.
-    pub reach: f64,
-}
-
-/// What the theory of the estimate has beside the plain formula.
-#[derive(Debug, Clone, Copy)]
-pub struct Theory {
-    /// r₀, mm.
-    pub hub: f32,
-    /// u in place of 1 + r₀u.
-    pub displaced: bool,
-    /// S/D².
-    pub shear: f32,
-    /// None of them.
-    pub plain: bool,
+    /// Numbers that an invocation keeps of its taps.
+    pub kept: usize,
+    /// Rounds of loops that a design takes at most: every order of its series is one, and so is every drive of every tap.
+    pub rounds: usize,
+    /// rad or mm per unit of a tuple's drive.
+    pub unit: f32,
 }

@@ -2,7 +2,7 @@
 
 #![cfg(target_arch = "x86_64")]
 
-use vibrissa_kernel::cpu::{AVX2, Pack, Scalar, UNFUSED, VECTORS};
+use vibrissa_kernel::cpu::{AVX2, Pack, Packed, Scalar, UNFUSED, VECTORS};
 
 const KINDS: [f64; 11] =
     [0.0, -0.0, 1.0, -1.0, 0.3, 7e-20, -7e-20, 3e19, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
@@ -31,17 +31,17 @@ fn every_operation<T: Scalar, const L: usize, const SET: u8>() {
     let every = 0..KINDS.len();
     for (first, second) in every.clone().flat_map(|k| every.clone().map(move |l| (k, l))) {
         let [a, b, c, d] = [first, second, first + 2 * second + 1, 3 * second + 2].map(numbers::<T, L, SET>);
-        same("add", a + b, |i| a.0[i].add(b.0[i]));
-        same("sub", a - b, |i| a.0[i].sub(b.0[i]));
-        same("mul", a * b, |i| a.0[i].mul(b.0[i]));
-        same("div", a / b, |i| a.0[i].div(b.0[i]));
-        same("neg", -a, |i| T::of(0.0).sub(a.0[i]));
+        same("add", a + b, |i| a.0[i] + b.0[i]);
+        same("sub", a - b, |i| a.0[i] - b.0[i]);
+        same("mul", a * b, |i| a.0[i] * b.0[i]);
+        same("div", a / b, |i| a.0[i] / b.0[i]);
+        same("neg", -a, |i| T::of(0.0) - a.0[i]);
         same("sqrt", a.sqrt(), |i| a.0[i].sqrt());
         same("max", a.max(b), |i| if a.0[i] > b.0[i] { a.0[i] } else { b.0[i] });
         same("min", a.min(b), |i| if a.0[i] < b.0[i] { a.0[i] } else { b.0[i] });
         same("if_less", a.if_less(b, c, d), |i| if a.0[i] < b.0[i] { c.0[i] } else { d.0[i] });
         same("mul_add", a.mul_add(b, c), |i| {
-            if SET == UNFUSED { a.0[i].mul(b.0[i]).add(c.0[i]) } else { a.0[i].fma(b.0[i], c.0[i]) }
+            if SET == UNFUSED { a.0[i] * b.0[i] + c.0[i] } else { a.0[i].fma(b.0[i], c.0[i]) }
         });
     }
     // (1 + x)(1 − x) − 1 is −x², and 0 where the product is rounded first.
@@ -67,7 +67,6 @@ fn by_avx2() {
 
 #[test]
 fn vectors_do_what_numbers_do() {
-    every_operation::<f32, VECTORS, UNFUSED>();
     every_operation::<f64, 8, UNFUSED>();
     every_operation::<f32, 1, UNFUSED>();
     every_operation::<f64, 1, UNFUSED>();

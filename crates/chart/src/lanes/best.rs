@@ -1,79 +1,47 @@
 //! Which rows of a pack are among the best.
 
-use super::dispatch::{Part, apart};
 use super::estimate::Floor;
 use super::groups::{Group, TOGETHER};
 use super::rows::{MOST, Rows};
 use super::tally::{Tally, sum};
 use super::{Found, LANES, Lanes, Scratch, Tables};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::scene::{Per, RankBy};
 
 /// Slack for rounding of what a rough look may miss.
 const SAFE: f64 = 1.01;
 
-/// [`Rows::count_and_rank`].
-struct Ranking<'a, const SET: u8, const OWN: bool> {
-    rows: &'a Rows<Lanes<SET>>,
-    tables: &'a Tables,
-    asked: (&'a [u64], &'a [u32; LANES]),
-    bound: f32,
-    scratch: &'a mut Scratch<SET>,
-    found: &'a mut Found,
-    left: Option<&'a mut Vec<usize>>,
-}
-
-impl<const SET: u8, const OWN: bool> Part<SET> for Ranking<'_, SET, OWN> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.rows.ranked::<OWN>(self.tables, self.asked, (self.bound, self.left), self.scratch, self.found);
-    }
-}
-
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// Bound from below on what the spread of K is at the drives of `group`, times √(n − 1).
     #[inline(always)]
-    fn least_spread(&self, group: &Group, m: usize) -> Lanes<SET> {
-        let zero = Lanes::<SET>::of(0.0);
+    fn least_spread(&self, group: &Group, m: usize) -> Lanes {
+        let zero = Lanes::of(0.0);
         let (mut sum, mut apart) = (zero, zero);
         let [middle, around] = &group.products;
         for at in 0..m * (m + 1) / 2 {
-            sum = self.spread[at].mul_add(Pack::splat(middle[at]), sum);
-            apart = self.spread[at].abs().mul_add(Pack::splat(around[at]), apart);
+            sum = self.spread[at].mul_add(Lanes::splat(middle[at]), sum);
+            apart = self.spread[at].abs().mul_add(Lanes::splat(around[at]), apart);
         }
-        Lanes::<SET>::splat(group.powers[0]) * (sum - apart).max(zero).sqrt()
+        Lanes::splat(group.powers[0]) * (sum - apart).max(zero).sqrt()
     }
 
     /// Counts the words of all taps and adds the rows below `bound`. After a rough look the lanes of designs that it does not tell, or that
     /// may be below the bound, go to `left` instead.
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    #[inline(never)]
     pub fn count_and_rank<const OWN: bool>(
-        &self,
-        tables: &Tables,
-        asked: (&[u64], &[u32; LANES]),
-        (bound, left): (f32, Option<&mut Vec<usize>>),
-        scratch: &mut Scratch<SET>,
-        found: &mut Found,
-    ) {
-        apart(Ranking::<SET, OWN> { rows: self, tables, asked, bound, scratch, found, left });
-    }
-
-    #[inline(always)]
-    fn ranked<const OWN: bool>(
         &self,
         tables: &Tables,
         (ks, places): (&[u64], &[u32; LANES]),
         (bound, left): (f32, Option<&mut Vec<usize>>),
-        scratch: &mut Scratch<SET>,
+        scratch: &mut Scratch,
         found: &mut Found,
     ) {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let m = if OWN { 1 } else { tables.points };
         let drives = if OWN { 1 } else { tables.angles.len() };
         let estimates = tables.by != RankBy::KSd;
-        let most = Pack::splat(if OWN { MOST } else { tables.largest() });
+        let most = Lanes::splat(if OWN { MOST } else { tables.largest() });
         let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
         // First drive at which any tap of the design has slipped: from there its rows are not complete.
         let mut complete = of(drives as f64);
@@ -107,13 +75,13 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
         let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
         let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt()) / self.passed.share;
-        let (bound, never) = (Lanes::<SET>::splat(bound), of(f64::INFINITY));
+        let (bound, never) = (Lanes::splat(bound), of(f64::INFINITY));
         let mut best = [never, of(0.0)];
         let mut rows_complete = if OWN && estimates { of(0.0) } else { complete };
         for (j, rootless) in rootless.iter().enumerate() {
             rows_complete = rows_complete - of(j as f64).if_less(complete, *rootless, of(0.0));
         }
-        let floor = if !OWN && estimates && Floor::<Lanes<SET>>::pays(tables) {
+        let floor = if !OWN && estimates && Floor::pays(tables) {
             Some(Floor::new(tables, self, taps))
         } else {
             None
@@ -151,11 +119,11 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                 self.own[1] * self.spread[0].max(of(0.0)).sqrt() * scale
             } else {
                 let a = &tables.angles[j];
-                let mut sum = self.spread[0] * Pack::splat(a.products[0]);
+                let mut sum = self.spread[0] * Lanes::splat(a.products[0]);
                 for at in 1..m * (m + 1) / 2 {
-                    sum = self.spread[at].mul_add(Pack::splat(a.products[at]), sum);
+                    sum = self.spread[at].mul_add(Lanes::splat(a.products[at]), sum);
                 }
-                Lanes::<SET>::splat(a.stroke.power) * sum.max(of(0.0)).sqrt() * scale
+                Lanes::splat(a.stroke.power) * sum.max(of(0.0)).sqrt() * scale
             };
             if !estimates {
                 rank = place.if_less(complete, rank, never);

@@ -5,6 +5,7 @@ use super::rows::Rows;
 use super::tap::Taps;
 use super::{Lanes, ORDERS, Tables};
 use crate::between;
+use crate::kernel::cpu::Packed;
 
 /// Distances that are read together.
 const TOGETHER: usize = 4;
@@ -43,18 +44,13 @@ impl Between {
 
     /// Taps at all distances from those at the charts.
     #[inline(always)]
-    pub fn fill<const SET: u8, const FORCE: bool>(
-        &self,
-        charts: &Taps<Lanes<SET>>,
-        with_arc: bool,
-        taps: &mut Taps<Lanes<SET>>,
-    ) {
+    pub fn fill<const FORCE: bool>(&self, charts: &Taps, with_arc: bool, taps: &mut Taps) {
         self.spread(&charts.kappa, &mut taps.kappa);
         if with_arc {
             self.spread(&charts.arc, &mut taps.arc);
         } else {
             for arc in &mut taps.arc {
-                *arc = Lanes::<SET>::of(0.0);
+                *arc = Lanes::of(0.0);
             }
         }
         if FORCE {
@@ -64,14 +60,14 @@ impl Between {
 
     /// Values of all distances from `values` of the charts, as many of each.
     #[inline(always)]
-    fn spread<const SET: u8>(&self, values: &[Lanes<SET>], into: &mut [Lanes<SET>]) {
+    fn spread(&self, values: &[Lanes], into: &mut [Lanes]) {
         let m = values.len() / self.mean.len();
         for (weights, into) in self.weights.iter().zip(into.chunks_mut(TOGETHER * m)) {
             for k in 0..m {
-                let mut sums = [Lanes::<SET>::of(0.0); TOGETHER];
+                let mut sums = [Lanes::of(0.0); TOGETHER];
                 for (weights, values) in weights.iter().zip(values.chunks_exact(m)) {
                     for (sum, weight) in sums.iter_mut().zip(weights) {
-                        *sum = Lanes::<SET>::splat(*weight).mul_add(values[k], *sum);
+                        *sum = Lanes::splat(*weight).mul_add(values[k], *sum);
                     }
                 }
                 for (into, sum) in into.chunks_exact_mut(m).zip(sums) {
@@ -83,36 +79,32 @@ impl Between {
 
     /// Coefficients over the distances of what has `values` at the charts, added to those of `into`.
     #[inline(always)]
-    pub fn over_distances<'a, const SET: u8>(
-        &self,
-        values: &[Lanes<SET>],
-        into: &'a mut [Lanes<SET>; MOST_CHARTS],
-    ) -> &'a [Lanes<SET>] {
+    pub fn over_distances<'a>(&self, values: &[Lanes], into: &'a mut [Lanes; MOST_CHARTS]) -> &'a [Lanes] {
         for (sum, row) in into.iter_mut().zip(&self.coefficients) {
             for (weight, value) in row.iter().zip(values) {
-                *sum = Lanes::<SET>::splat(*weight).mul_add(*value, *sum);
+                *sum = Lanes::splat(*weight).mul_add(*value, *sum);
             }
         }
         &into[..self.mean.len()]
     }
 }
 
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// Takes all distances as forms of the taps at the charts.
     #[inline(always)]
-    pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &Taps<Lanes<SET>>) {
+    pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &Taps) {
         let m = tables.points;
         for (i, weight) in between.mean.iter().enumerate() {
-            let (chart, weight) = (charts.at(i), Lanes::<SET>::splat(*weight));
+            let (chart, weight) = (charts.at(i), Lanes::splat(*weight));
             self.largest = self.largest.max(chart.largest);
             for k in 0..m {
                 self.mean[k] = weight.mul_add(chart.kappa[k], self.mean[k]);
             }
         }
         for row in &between.squares {
-            let mut apart = [Lanes::<SET>::of(0.0); ORDERS];
+            let mut apart = [Lanes::of(0.0); ORDERS];
             for (i, factor) in row.iter().enumerate() {
-                let (chart, factor) = (charts.at(i), Lanes::<SET>::splat(*factor));
+                let (chart, factor) = (charts.at(i), Lanes::splat(*factor));
                 for k in 0..m {
                     apart[k] = factor.mul_add(chart.kappa[k] - self.mean[k], apart[k]);
                 }

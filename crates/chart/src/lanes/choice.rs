@@ -6,6 +6,7 @@
 use super::Lanes;
 use super::read::{Flat, Values};
 use crate::distance::{FUNCTIONS, lobatto, matrix_at};
+use crate::kernel::cpu::Packed;
 
 /// Most branches of a contact with friction.
 const MOST_BRANCHES: usize = 5;
@@ -27,23 +28,23 @@ impl Choice {
 
     /// δ, c/a − 1 and, with `FORCE`, the force over driveᵉ at each lane's own drive; and T/(μP): ±1 where it slides.
     #[inline(always)]
-    pub fn read<const SET: u8, const FORCE: bool>(
+    pub fn read<const FORCE: bool>(
         &self,
         functions @ [_, arcs, _]: &[Vec<Flat>; FUNCTIONS],
-        at: &Values<SET>,
-    ) -> ([Lanes<SET>; FUNCTIONS], Lanes<SET>) {
-        let of = Lanes::<SET>::of;
+        at: &Values,
+    ) -> ([Lanes; FUNCTIONS], Lanes) {
+        let of = Lanes::of;
         let (zero, n) = (of(0.0), arcs.len());
         let high = arcs[n - 1].at(at);
         if n == 1 || zero.all_at_most(high) {
-            return (rest::<SET, FORCE>(functions, n - 1, high, at), of(1.0));
+            return (rest::<FORCE>(functions, n - 1, high, at), of(1.0));
         }
         let low = arcs[0].at(at);
         // 1 and −1 where a lane slides. It has the values of its branch then, as beside neighbours that all slide: the polynomial through
         // the branches is off by roundings, and a tap must not depend on its neighbours.
         let side = high.if_less(zero, zero.if_less(low, zero, of(-1.0)), of(1.0));
         if side.all_at_most(of(-1.0)) {
-            return (rest::<SET, FORCE>(functions, 0, low, at), of(-1.0));
+            return (rest::<FORCE>(functions, 0, low, at), of(-1.0));
         }
         let mut ends = [[zero; FUNCTIONS]; 2];
         let mut powers = [[zero; FUNCTIONS]; MOST_BRANCHES];
@@ -53,10 +54,10 @@ impl Choice {
                 k if k == n - 1 => high,
                 k => arcs[k].at(at),
             };
-            let values = rest::<SET, FORCE>(functions, k, arc, at);
+            let values = rest::<FORCE>(functions, k, arc, at);
             ends[usize::from(k > 0)] = values;
             for (row, power) in self.powers[n].iter().zip(&mut powers) {
-                let m = Lanes::<SET>::splat(row[k]);
+                let m = Lanes::splat(row[k]);
                 for (power, value) in power.iter_mut().zip(values) {
                     *power = m.mul_add(value, *power);
                 }
@@ -82,13 +83,8 @@ impl Choice {
 
 /// `back` where `side` is −1, `between` where it is 0, `out` where it is 1.
 #[inline(always)]
-fn by_side<const SET: u8>(
-    side: Lanes<SET>,
-    back: Lanes<SET>,
-    between: Lanes<SET>,
-    out: Lanes<SET>,
-) -> Lanes<SET> {
-    let half = Lanes::<SET>::of(0.5);
+fn by_side(side: Lanes, back: Lanes, between: Lanes, out: Lanes) -> Lanes {
+    let half = Lanes::of(0.5);
     half.if_less(side, out, side.if_less(-half, back, between))
 }
 
@@ -96,25 +92,21 @@ fn by_side<const SET: u8>(
 
 /// The functions of branch `k`, whose arc is known.
 #[inline(always)]
-fn rest<const SET: u8, const FORCE: bool>(
+fn rest<const FORCE: bool>(
     [strains, _, forces]: &[Vec<Flat>; FUNCTIONS],
     k: usize,
-    arc: Lanes<SET>,
-    at: &Values<SET>,
-) -> [Lanes<SET>; FUNCTIONS] {
-    let force = if FORCE { forces[k].at(at) } else { Lanes::<SET>::of(0.0) };
+    arc: Lanes,
+    at: &Values,
+) -> [Lanes; FUNCTIONS] {
+    let force = if FORCE { forces[k].at(at) } else { Lanes::of(0.0) };
     [strains[k].at(at), arc, force]
 }
 
 /// Value and slope of function `f` at `x`, from its powers.
 #[inline(always)]
-fn polynomial<const SET: u8>(
-    powers: &[[Lanes<SET>; FUNCTIONS]],
-    f: usize,
-    x: Lanes<SET>,
-) -> (Lanes<SET>, Lanes<SET>) {
+fn polynomial(powers: &[[Lanes; FUNCTIONS]], f: usize, x: Lanes) -> (Lanes, Lanes) {
     let n = powers.len();
-    let (mut value, mut slope) = (powers[n - 1][f], Lanes::<SET>::of(0.0));
+    let (mut value, mut slope) = (powers[n - 1][f], Lanes::of(0.0));
     for power in powers[..n - 1].iter().rev() {
         slope = slope.mul_add(x, value);
         value = value.mul_add(x, power[f]);

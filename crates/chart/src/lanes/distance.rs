@@ -1,12 +1,12 @@
 //! Distances and charts in single precision, and the polynomials of taps at a chart.
 
-use super::dispatch::{Part, apart};
+use super::dispatch::part;
 use super::read::{self, Basis, Flat, Products, Values};
 use super::{Lanes, ORDERS, affine, wide};
 use crate::axis::{AXES, Axis, Map, Quantity};
 use crate::build::{Built, check};
 use crate::distance::{DistanceChart, FUNCTIONS, Function};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::physics::chebyshev::basis;
 use crate::scene::Drive;
 use crate::weight::Weight;
@@ -56,25 +56,16 @@ pub(super) struct Charted {
     pub slides: f32,
 }
 
-/// What points count of a whisker that is no cone of one material.
-struct Own<'a, const SET: u8> {
-    weights: &'a Weight,
-    at: [Lanes<SET>; 3],
-    variable: Lanes<SET>,
-}
-
-impl<const SET: u8> Part<SET> for Own<'_, SET> {
-    type Out = Lanes<SET>;
-
-    #[inline(always)]
-    fn run(self) -> Lanes<SET> {
-        self.weights.at(self.at, self.variable, Lanes::<SET>::of, power)
-    }
+/// What points count of a whisker that is no cone of one material, at D/a, τa and x/a, of which `variable` is that of the place.
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+#[inline(never)]
+fn own_weight(weights: &Weight, at: [Lanes; 3], variable: Lanes) -> Lanes {
+    weights.at(at, variable, Lanes::of, power)
 }
 
 /// Powers, lane by lane.
 #[inline(always)]
-fn power<const SET: u8>(mut x: Lanes<SET>, n: f64) -> Lanes<SET> {
+fn power(mut x: Lanes, n: f64) -> Lanes {
     for x in &mut x.0 {
         *x = x.powf(n as f32);
     }
@@ -151,29 +142,29 @@ impl Charted {
     /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge, as far as the functions
     /// up to `last` need them.
     #[inline(always)]
-    pub fn polynomials<const SET: u8, const OWN: bool>(
+    pub fn polynomials<const OWN: bool>(
         &self,
-        [drive, near, base, taper, far]: &[Lanes<SET>; AXES],
+        [drive, near, base, taper, far]: &[Lanes; AXES],
         last: Function,
-        basis: &mut Basis<SET>,
-        products: &mut Values<SET>,
+        basis: &mut Basis,
+        products: &mut Values,
     ) {
         let need = self.products.need(last as usize);
         let sizes = &need.sizes;
-        basis[1][0] = Lanes::<SET>::of(1.0);
+        basis[1][0] = Lanes::of(1.0);
         if OWN {
             read::polynomials(self.variable(0, *drive), sizes[0], &mut basis[0]);
         }
         read::polynomials(self.variable(2, *base), sizes[2], &mut basis[2]);
         read::polynomials(self.variable(3, *taper), sizes[3], &mut basis[3]);
         self.fold([*near, *far], [*base, *taper], (&mut basis[4], sizes[4]), &mut *products.points);
-        self.products.fill::<SET, OWN>(need, basis, products);
+        self.products.fill::<OWN>(need, basis, products);
     }
 
     /// The variable of axis `k`, in [−1, 1].
     #[inline(always)]
-    fn variable<const SET: u8>(&self, k: usize, q: Lanes<SET>) -> Lanes<SET> {
-        let one = Lanes::<SET>::of(1.0);
+    fn variable(&self, k: usize, q: Lanes) -> Lanes {
+        let one = Lanes::of(1.0);
         let y = match self.maps[k] {
             Map::Linear => q,
             Map::Square => q * q,
@@ -182,19 +173,19 @@ impl Charted {
             Map::Fourth => q.sqrt().sqrt(),
         };
         let [scale, shift] = self.affine[k];
-        y.mul_add(Pack::splat(scale), Pack::splat(shift))
+        y.mul_add(Lanes::splat(scale), Lanes::splat(shift))
     }
 
     /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::gauge`]).
     #[inline(always)]
-    fn fold<const SET: u8>(
+    fn fold(
         &self,
-        [near, far]: [Lanes<SET>; 2],
-        [base, p]: [Lanes<SET>; 2],
-        (into, size): (&mut [Lanes<SET>], usize),
-        points: &mut [[Lanes<SET>; 4]],
+        [near, far]: [Lanes; 2],
+        [base, p]: [Lanes; 2],
+        (into, size): (&mut [Lanes], usize),
+        points: &mut [[Lanes; 4]],
     ) {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let (one, width) = (of(1.0), far - near);
         let (mut total, mut whole, mut first) = (of(0.0), of(0.0), of(0.0));
         // Of each point: its weight, 1 − s and (1 − p s)³, then twice its variable and two neighbouring polynomials there. All points go on together, so that none
@@ -202,14 +193,12 @@ impl Charted {
         let count = self.gauge.len().min(points.len());
         let points = &mut points[..count];
         for (point, [place, weight]) in points.iter_mut().zip(&self.gauge) {
-            let s = width.mul_add(Pack::splat(*place), near);
+            let s = width.mul_add(Lanes::splat(*place), near);
             let (u, x) = (one - p * s, self.variable(4, s));
             let cube = u * u * u;
             let weight = match &self.weight {
-                None => Lanes::<SET>::splat(*weight),
-                Some(weights) => {
-                    Lanes::<SET>::splat(*weight) * apart(Own { weights, at: [base, p, s], variable: x })
-                }
+                None => Lanes::splat(*weight),
+                Some(weights) => Lanes::splat(*weight) * part!(own_weight(weights, [base, p, s], x)),
             };
             *point = [weight, one - s, cube, x];
         }

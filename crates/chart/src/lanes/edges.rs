@@ -3,7 +3,7 @@
 use super::rows::{Row, Rows};
 use super::tap::TapSeries;
 use super::{Angle, Distance, LANES, Lanes, ORDERS, Tables};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::{Pack, Packed};
 
 /// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error, and up to a fifth where the skin gives way.
 const REPEATS: usize = 5;
@@ -11,34 +11,34 @@ const REPEATS_YIELDING: usize = 10;
 
 /// Places of the drives from which a tap is above the strain limit, and has slipped off.
 #[derive(Clone, Copy)]
-pub(super) struct Edges<T> {
-    pub above: T,
-    pub slipped: T,
+pub(super) struct Edges {
+    pub above: Lanes,
+    pub slipped: Lanes,
     /// 1 where a rough look does not tell.
-    pub open: T,
+    pub open: Lanes,
     /// No lane has any of these, at drives of its own.
     pub none: bool,
 }
 
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// First drives at which a tap is above the strain limit and at which it has slipped off.
     #[inline(always)]
     pub fn edges<const OWN: bool>(
         &self,
         tables: &Tables,
-        tap: TapSeries<'_, Lanes<SET>>,
+        tap: TapSeries<'_>,
         distance: &Distance,
-        last: &Row<Lanes<SET>>,
+        last: &Row,
         drives: usize,
         m: usize,
-    ) -> Edges<Lanes<SET>> {
-        let of = Lanes::<SET>::of;
+    ) -> Edges {
+        let of = Lanes::of;
         let never = of(drives as f64);
         let limit = self.passed.limit;
         let (strain, most) =
             (tap.strain * last.drive, limit * (of(1.0) + last.power * last.read(tap.kappa, m)));
         let mut edges = Edges { above: never, slipped: never, open: of(0.0), none: false };
-        let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
+        let room = (self.design.length - Lanes::splat(distance.a)) * Lanes::splat(distance.inverse);
         if OWN {
             let strain_slack = limit * last.power * tap.slack[0];
             edges.none = strain.all_at_most(most - strain_slack);
@@ -67,16 +67,10 @@ impl<const SET: u8> Rows<Lanes<SET>> {
     /// First place at which the strain is above `limit`. It is where s θ = limit · (1 + θᵉ κ(θ)), which is solved by repetition: strain is
     /// nearly proportional to the drive.
     #[inline(always)]
-    fn first_above(
-        &self,
-        tables: &Tables,
-        tap: TapSeries<'_, Lanes<SET>>,
-        limit: Lanes<SET>,
-        m: usize,
-    ) -> Lanes<SET> {
-        let of = Lanes::<SET>::of;
-        let ends =
-            [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.stroke.drive));
+    fn first_above(&self, tables: &Tables, tap: TapSeries<'_>, limit: Lanes, m: usize) -> Lanes {
+        let of = Lanes::of;
+        let ends = [&tables.angles[0], &tables.angles[tables.angles.len() - 1]]
+            .map(|a| Lanes::splat(a.stroke.drive));
         let linear = limit / tap.strain;
         let mut drive = linear;
         for _ in 0..if tables.fourth { REPEATS_YIELDING } else { REPEATS } {
@@ -92,7 +86,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             drive = linear.mul_add(power * kappa, linear);
         }
         let mut places = of(0.0);
-        if let Some([first, steps]) = tables.even.map(|even| even.map(Lanes::<SET>::splat)) {
+        if let Some([first, steps]) = tables.even.map(|even| even.map(Lanes::splat)) {
             let mut passed =
                 ((drive - first) * steps + of(1.0)).max(of(0.0)).min(of(tables.angles.len() as f64));
             for place in &mut passed.0 {
@@ -101,14 +95,14 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             return passed;
         }
         for angle in &tables.angles {
-            places = places + drive.if_less(Pack::splat(angle.stroke.drive), of(0.0), of(1.0));
+            places = places + drive.if_less(Lanes::splat(angle.stroke.drive), of(0.0), of(1.0));
         }
         places
     }
 }
 
 /// First place, in each lane, at which the arc has grown by more than `room`.
-fn first_slipped<const SET: u8>(tables: &Tables, values: &[Lanes<SET>], room: Lanes<SET>) -> [f32; LANES] {
+fn first_slipped(tables: &Tables, values: &[Lanes], room: Lanes) -> [f32; LANES] {
     let n = tables.angles.len();
     let mut places = [n as f32; LANES];
     for (lane, place) in places.iter_mut().enumerate() {

@@ -3,7 +3,7 @@
 use super::rows::{Row, Rows};
 use super::tap::{TapSeries, Taps};
 use super::{Distance, Lanes, ORDERS, Tables};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::FARTHEST;
 use crate::scene::RankBy;
 
@@ -12,12 +12,8 @@ const STEPS: usize = 6;
 
 /// η of the far root of a growth of `q`, and the slope there; the slope is 0 where there is none.
 #[inline(always)]
-pub(super) fn root<const SET: u8>(
-    tables: &Tables,
-    tap: TapSeries<'_, Lanes<SET>>,
-    (q, peak): (Lanes<SET>, Lanes<SET>),
-) -> [Lanes<SET>; 2] {
-    let of = Lanes::<SET>::of;
+pub(super) fn root(tables: &Tables, tap: TapSeries<'_>, (q, peak): (Lanes, Lanes)) -> [Lanes; 2] {
+    let of = Lanes::of;
     let growth = tap.growth;
     let zero = of(0.0);
     if tables.theory.plain {
@@ -42,35 +38,35 @@ pub(super) fn root<const SET: u8>(
 }
 
 /// What a tap's reading says of its distance.
-pub(super) struct Told<T> {
+pub(super) struct Told {
     /// â − a, mm.
-    pub error: T,
+    pub error: Lanes,
     /// Of the noise, mm.
-    pub sigma: T,
+    pub sigma: Lanes,
     /// 1 above the peak: there is no distance.
-    pub none: T,
+    pub none: Lanes,
     /// 1 where the distance is infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
-    pub lost: T,
+    pub lost: Lanes,
     /// 1 where the distance changes smoothly with the reading: far from the peak of f.
-    smooth: T,
+    smooth: Lanes,
 }
 
 /// Shares of the slope of f at the contact, and of what its factors alone give, below which a distance is not taken to be smooth.
 const SMOOTH: [f64; 2] = [0.5, 0.1];
 
-impl<const SET: u8> Told<Lanes<SET>> {
+impl Told {
     /// Of the reading `q` of `tap`, whose standard deviation is `noise` θ; `peak` is q at the peak.
     #[inline(always)]
     pub fn new(
         tables: &Tables,
-        (tap, distance): (TapSeries<'_, Lanes<SET>>, &Distance),
-        (q, peak, noise): (Lanes<SET>, Lanes<SET>, Lanes<SET>),
+        (tap, distance): (TapSeries<'_>, &Distance),
+        (q, peak, noise): (Lanes, Lanes, Lanes),
     ) -> Self {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let [eta, slope] = root(tables, tap, (q, peak));
         let whole = one / (one + eta);
-        let a = Pack::splat(distance.a);
+        let a = Lanes::splat(distance.a);
         let [here, factors] = tap.growth.slopes();
         let least = (of(SMOOTH[0]) * here.abs()).max(of(SMOOTH[1]) * factors);
         Self {
@@ -84,35 +80,30 @@ impl<const SET: u8> Told<Lanes<SET>> {
     }
 }
 
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// The distance that a tap of a row tells.
     #[inline(always)]
     fn distance(
         &self,
         tables: &Tables,
-        row: &Row<Lanes<SET>>,
-        tap: (TapSeries<'_, Lanes<SET>>, &Distance),
-        (noise, peak): (Lanes<SET>, Lanes<SET>),
-    ) -> Told<Lanes<SET>> {
+        row: &Row,
+        tap: (TapSeries<'_>, &Distance),
+        (noise, peak): (Lanes, Lanes),
+    ) -> Told {
         Told::new(tables, tap, (self.miss(row, tap.0, tables.points), peak, noise))
     }
 
     /// K̄ σ/θ of a reading.
     #[inline(always)]
-    fn noise(&self, tables: &Tables, row: &Row<Lanes<SET>>) -> Lanes<SET> {
-        let k = Lanes::<SET>::of(1.0) + self.calibration(row, tables.points);
-        k * Pack::splat(tables.noise) / row.drive / self.passed.share
+    fn noise(&self, tables: &Tables, row: &Row) -> Lanes {
+        let k = Lanes::of(1.0) + self.calibration(row, tables.points);
+        k * Lanes::splat(tables.noise) / row.drive / self.passed.share
     }
 
     /// The value by which a row is ranked, of its distance errors, and 1 where every tap has a distance.
     #[inline(always)]
-    pub fn estimate(
-        &self,
-        tables: &Tables,
-        row: &Row<Lanes<SET>>,
-        taps: &Taps<Lanes<SET>>,
-    ) -> (Lanes<SET>, Lanes<SET>) {
-        let of = Lanes::<SET>::of;
+    pub fn estimate(&self, tables: &Tables, row: &Row, taps: &Taps) -> (Lanes, Lanes) {
+        let of = Lanes::of;
         let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
         let noise = self.noise(tables, row);
         for (i, distance) in tables.distances.iter().enumerate() {
@@ -140,31 +131,27 @@ const MARGIN: f64 = 0.05;
 
 /// Bounds from below on what rows are ranked by, as polynomials over the drives that designs share: distances that change smoothly with the
 /// drive alone, from a few of the drives. A row that may be among the best is estimated.
-pub(super) struct Floor<T> {
+pub(super) struct Floor {
     /// Mean of (â − a)² over driveᵉ².
-    errors: [T; ORDERS],
+    errors: [Lanes; ORDERS],
     /// Mean of the noise's variance times drive².
-    noises: [T; ORDERS],
+    noises: [Lanes; ORDERS],
 }
 
 /// Coefficients over the drives, times `share`, from values at the points.
 #[inline(always)]
-fn series<const SET: u8>(
-    tables: &Tables,
-    values: &[Lanes<SET>; ORDERS],
-    share: Lanes<SET>,
-) -> [Lanes<SET>; ORDERS] {
-    let mut series = [Lanes::<SET>::of(0.0); ORDERS];
+fn series(tables: &Tables, values: &[Lanes; ORDERS], share: Lanes) -> [Lanes; ORDERS] {
+    let mut series = [Lanes::of(0.0); ORDERS];
     for k in 0..tables.points {
         for n in 0..tables.points {
-            series[k] = Lanes::<SET>::splat(tables.from_points[k][n]).mul_add(values[n], series[k]);
+            series[k] = Lanes::splat(tables.from_points[k][n]).mul_add(values[n], series[k]);
         }
         series[k] = series[k] * share;
     }
     series
 }
 
-impl<const SET: u8> Floor<Lanes<SET>> {
+impl Floor {
     /// Whether `tables` rank by what has one, and by enough drives.
     pub fn pays(tables: &Tables) -> bool {
         let smooth = matches!(tables.by, RankBy::ErrorRms | RankBy::NoiseRms | RankBy::TotalRms);
@@ -173,15 +160,15 @@ impl<const SET: u8> Floor<Lanes<SET>> {
 
     /// Of `rows` with their taps.
     #[inline(always)]
-    pub fn new(tables: &Tables, rows: &Rows<Lanes<SET>>, taps: &Taps<Lanes<SET>>) -> Self {
-        let (zero, half) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(0.5));
+    pub fn new(tables: &Tables, rows: &Rows, taps: &Taps) -> Self {
+        let (zero, half) = (Lanes::of(0.0), Lanes::of(0.5));
         let (mut errors, mut noises) = ([zero; ORDERS], [zero; ORDERS]);
         let m = tables.points;
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
             let [.., peak] = rows.design.words.bounds(tap.0);
             let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
-            let mut smooth = Lanes::<SET>::of(1.0);
+            let mut smooth = Lanes::of(1.0);
             for (k, stroke) in tables.grid.iter().enumerate() {
                 let row = Row::at(stroke, m);
                 let told = rows.distance(tables, &row, tap, (rows.noise(tables, &row), peak));
@@ -195,13 +182,13 @@ impl<const SET: u8> Floor<Lanes<SET>> {
                 noises[k] = noises[k] + half.if_less(smooth, variances[k], zero);
             }
         }
-        let share = Lanes::<SET>::of((1.0 - MARGIN) / taps.len() as f64);
+        let share = Lanes::of((1.0 - MARGIN) / taps.len() as f64);
         Self { errors: series(tables, &errors, share), noises: series(tables, &noises, share) }
     }
 
     /// Square of the bound of a row.
     #[inline(always)]
-    pub fn at(&self, tables: &Tables, row: &Row<Lanes<SET>>) -> Lanes<SET> {
+    pub fn at(&self, tables: &Tables, row: &Row) -> Lanes {
         let m = tables.points;
         let errors = row.power * row.power * row.read(&self.errors, m);
         let noises = row.read(&self.noises, m) / (row.drive * row.drive);

@@ -1,11 +1,11 @@
 //! All figures of designs rows, each design at its own drive, and what limits of a search ask of its taps.
 
-use super::dispatch::{Work, by_lanes, work};
+use super::dispatch::by_lanes;
 use super::estimate::Told;
 use super::rows::{MOST, Rows};
 use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
 use super::{LANES, Lanes, Scratch, Tables};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::{TOLD, WORN};
 use crate::reduce::{Errors, Spread};
 use crate::scene::Tuple;
@@ -27,12 +27,12 @@ impl Tables {
     /// Figures of `tuples`, all easy, each at its own drive; `None` of a row that must be solved. All taps count, also where the contact has slipped off:
     /// the taper goes on, so that figures change smoothly there.
     pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
-        by_lanes(Reading { of: self, tuples })
+        by_lanes!(self.figures_lanes(tuples))
     }
 
-    #[inline(always)]
-    fn figures_lanes<const SET: u8>(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
-        let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    fn figures_lanes(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
+        let (mut scratch, mut rows) = (Scratch::new(self), Rows::new());
         let mut out = Vec::with_capacity(tuples.len());
         for tuples in tuples.chunks(LANES) {
             rows.fill::<true, true>((self, &self.charts), tuples.len(), tuples, &mut scratch);
@@ -42,21 +42,16 @@ impl Tables {
     }
 }
 
-work! {
-    /// [`Tables::figures`] for an instruction set.
-    Reading: Tables.figures_lanes(tuples: &'a [Tuple]) -> Vec<Option<Figures>>
-}
-
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// Figures of the rows of a pack, whose taps are in `scratch`.
     #[inline(always)]
-    fn figures(&self, tables: &Tables, scratch: &Scratch<SET>, out: &mut Vec<Option<Figures>>) {
-        let of = Lanes::<SET>::of;
+    fn figures(&self, tables: &Tables, scratch: &Scratch, out: &mut Vec<Option<Figures>>) {
+        let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let taps = &scratch.taps;
         let [drive, power] = self.own;
         let limit = self.passed.limit;
-        let mut tally = Tally::new(self.largest.if_less(Pack::splat(MOST), zero, one));
+        let mut tally = Tally::new(self.largest.if_less(Lanes::splat(MOST), zero, one));
 
         // First pass: K and its spread, extremes.
         let [mut n, mut mean, mut spread] = [zero; 3];
@@ -64,7 +59,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let (mut nearest, mut farthest) = (of(1e30), zero);
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = taps.at(i);
-            let a = Pack::splat(distance.a);
+            let a = Lanes::splat(distance.a);
             let deviation = power * tap.kappa[0];
             let strain = tap.strain * drive / (one + deviation);
             let moved = power * tap.arc[0];
@@ -85,7 +80,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             None => (power * mean, known),
         };
         let [mut errors, mut squares, mut largest, mut noises, mut read] = [zero; 5];
-        let noise = (one + calibration) * Pack::splat(tables.noise) / drive / self.passed.share;
+        let noise = (one + calibration) * Lanes::splat(tables.noise) / drive / self.passed.share;
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = taps.at(i);
             let deviation = power * tap.kappa[0];
@@ -99,8 +94,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
             tally.hard = tally.hard.max(known * (one - none) * lost.max(out * (one - near)));
             let strain = tap.strain * drive / (one + deviation);
-            let a = Pack::splat(distance.a);
-            let room = (self.design.length - a) * Pack::splat(distance.inverse);
+            let a = Lanes::splat(distance.a);
+            let room = (self.design.length - a) * Lanes::splat(distance.inverse);
             let off = room.if_less(power * tap.arc[0], one, zero);
             let counted = known * (one - none);
             let error = zero - counted * told.error;
@@ -128,7 +123,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                 out.push(None);
                 continue;
             }
-            let at = |x: &Lanes<SET>| f64::from(x.0[lane]);
+            let at = |x: &Lanes| f64::from(x.0[lane]);
             let mut status = Status::OK;
             for (told, estimated) in tally.taps.iter().zip(TOLD) {
                 for (taps, word) in told.iter().zip(WORN.into_iter().chain([WORN[1] | WORN[2]])) {

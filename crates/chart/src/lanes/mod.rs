@@ -42,6 +42,7 @@ mod words;
 
 use between::Between;
 use choice::Choice;
+use dispatch::SET;
 use distance::{Charted, Distance};
 use edges::Edges;
 use groups::Group;
@@ -52,8 +53,7 @@ use super::axis::{Map, ORDERS};
 use super::distance::DistanceChart;
 use super::function::over_drives;
 use super::scope::Scope;
-use crate::kernel::cpu::{Pack, VECTORS};
-use crate::kernel::ranking::Theory as EstimateTheory;
+use crate::kernel::cpu::{Pack, Packed, VECTORS};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
@@ -73,7 +73,7 @@ const ROUGH: f64 = 5e-4;
 /// Pairs of orders.
 const PAIRS: usize = ORDERS * (ORDERS + 1) / 2;
 
-type Lanes<const SET: u8> = Pack<f32, LANES, SET>;
+type Lanes = Pack<f32, LANES, SET>;
 
 /// Constants of a scope in single precision.
 #[derive(Debug)]
@@ -121,6 +121,19 @@ pub struct Tables {
     kind: Drive,
     by: RankBy,
     per: Per,
+}
+
+/// What the theory of the estimate has beside the plain formula.
+#[derive(Debug, Clone, Copy)]
+struct EstimateTheory {
+    /// r₀, mm.
+    hub: f32,
+    /// u in place of 1 + r₀u.
+    displaced: bool,
+    /// S/D².
+    shear: f32,
+    /// Neither of them.
+    plain: bool,
 }
 
 /// A drive in the range that all designs share.
@@ -257,11 +270,11 @@ impl Tables {
 
     /// Place of a drive in [−1, 1], and its power e.
     #[inline(always)]
-    fn over_drives<const SET: u8>(&self, drive: Lanes<SET>) -> (Lanes<SET>, Lanes<SET>) {
-        let [scale, shift] = self.affine.map(Pack::splat);
+    fn over_drives(&self, drive: Lanes) -> (Lanes, Lanes) {
+        let [scale, shift] = self.affine.map(Lanes::splat);
         match self.power {
-            _ if self.fourth => (drive.sqrt().sqrt().mul_add(scale, shift), Lanes::<SET>::of(1.0)),
-            0 => (drive.mul_add(scale, shift), Lanes::<SET>::of(1.0)),
+            _ if self.fourth => (drive.sqrt().sqrt().mul_add(scale, shift), Lanes::of(1.0)),
+            0 => (drive.mul_add(scale, shift), Lanes::of(1.0)),
             1 => (drive.mul_add(scale, shift), drive),
             _ => ((drive * drive).mul_add(scale, shift), drive * drive),
         }
@@ -269,27 +282,27 @@ impl Tables {
 }
 
 /// Memory of a pack, used again by the next.
-struct Scratch<const SET: u8> {
+struct Scratch {
     /// Chebyshev polynomials over each axis.
-    pub basis: Box<Basis<SET>>,
+    pub basis: Box<Basis>,
     /// Products of those.
-    pub products: Values<SET>,
+    pub products: Values,
     /// A tap per distance.
-    pub taps: Taps<Lanes<SET>>,
+    pub taps: Taps,
     /// A tap per chart, where distances are read between charts.
-    pub charts: Taps<Lanes<SET>>,
+    pub charts: Taps,
     /// Where its words begin.
-    pub edges: Vec<Edges<Lanes<SET>>>,
+    pub edges: Vec<Edges>,
     /// 1 at each drive at which a tap has no distance, where distances are estimated.
-    pub rootless: Vec<Lanes<SET>>,
+    pub rootless: Vec<Lanes>,
 }
 
-impl<const SET: u8> Scratch<SET> {
+impl Scratch {
     #[inline(always)]
     pub fn new(tables: &Tables) -> Self {
         let charts = if tables.between.is_some() { tables.charts.len() } else { 0 };
         Self {
-            basis: Box::new([[Pack::default(); _]; _]),
+            basis: Box::new([[Lanes::default(); _]; _]),
             products: Values::new(tables.charts.iter().chain(&tables.rough).map(|chart| &chart.products)),
             taps: Taps::new(tables.distances.len(), tables.points),
             charts: Taps::new(charts, tables.points),

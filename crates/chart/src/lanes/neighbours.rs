@@ -2,13 +2,13 @@
 //! them is counted at once, so that the cost grows little with their number.
 
 use super::between::{Between, MOST_CHARTS};
-use super::dispatch::{Part, apart};
+use super::dispatch::part;
 use super::rows::{Row, Rows};
 use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
 use super::words::Calibrations;
 use super::{LANES, Lanes, Scratch, Tables};
 use crate::between;
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::scene::RankBy;
 
 /// Orders over the distances that are told apart; higher ones are small, and count as far as they can.
@@ -61,23 +61,17 @@ impl Neighbours {
     }
 }
 
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// Adds the words of all distances between charts at the drive of each design, and says whether it did: only where no contact can slip off and no reading is
     /// far from that of its calibration.
     #[inline(always)]
-    pub fn count_together(
-        &self,
-        tables: &Tables,
-        row: &Row<Lanes<SET>>,
-        scratch: &Scratch<SET>,
-        tally: &mut Tally<Lanes<SET>>,
-    ) -> bool {
+    pub fn count_together(&self, tables: &Tables, row: &Row, scratch: &Scratch, tally: &mut Tally) -> bool {
         let Some(between) = &tables.between else { return false };
         if tables.by != RankBy::KSd || !self.still {
             return false;
         }
         // All taps count, so that none is asked.
-        let calibrations = self.calibrations(&scratch.taps, &Lanes::<SET>::of(1.0));
+        let calibrations = self.calibrations(&scratch.taps, &Lanes::of(1.0));
         if calibrations.usual {
             self.count_between((tables, between), row, &calibrations, &scratch.charts.kappa, tally);
         }
@@ -88,16 +82,16 @@ impl<const SET: u8> Rows<Lanes<SET>> {
     fn count_between(
         &self,
         (tables, between): (&Tables, &Between),
-        row: &Row<Lanes<SET>>,
-        calibrations: &Calibrations<Lanes<SET>>,
-        kappa: &[Lanes<SET>],
-        tally: &mut Tally<Lanes<SET>>,
+        row: &Row,
+        calibrations: &Calibrations,
+        kappa: &[Lanes],
+        tally: &mut Tally,
     ) {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let (limit, words, peak) = (self.passed.limit, &self.design.words, self.design.peak);
         let mut coefficients = [zero; MOST_CHARTS];
-        let coefficients = between.over_distances::<SET>(kappa, &mut coefficients);
+        let coefficients = between.over_distances(kappa, &mut coefficients);
         let mut rest = of(SAFE);
         for c in coefficients.iter().skip(TOLD_APART) {
             rest = rest + c.abs();
@@ -106,14 +100,14 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         for (n, group) in between.neighbours.iter().enumerate() {
             let (mut middle, mut around) = (zero, rest);
             for (c, [mid, half]) in coefficients.iter().zip(&group.basis) {
-                middle = c.mul_add(Pack::splat(*mid), middle);
-                around = c.abs().mul_add(Pack::splat(*half), around);
+                middle = c.mul_add(Lanes::splat(*mid), middle);
+                around = c.abs().mul_add(Lanes::splat(*half), around);
             }
             middle = row.power.mul_add(middle, one);
             around = row.power.mul_add(around, of(SAFE));
             let k = [middle - around, middle + around];
             // f rises up to its peak, and falls from there.
-            let (near, far) = (Lanes::<SET>::splat(group.ends[0]), Lanes::<SET>::splat(group.ends[1]));
+            let (near, far) = (Lanes::splat(group.ends[0]), Lanes::splat(group.ends[1]));
             let at_near = self.design.strain(tables, near);
             let at_far = self.design.strain(tables, far);
             let highest = at_near.max(at_far);
@@ -140,49 +134,35 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                 places[waiting] = Place { lane, group: n };
                 waiting += 1;
                 if waiting == places.len() {
-                    self.count_one_by_one((tables, between), row, calibrations, (kappa, &places), tally);
+                    part!(self.count_one_by_one(
+                        (tables, between),
+                        row,
+                        calibrations,
+                        (kappa, &places),
+                        tally
+                    ));
                     waiting = 0;
                 }
             }
         }
         if waiting > 0 {
-            self.count_one_by_one((tables, between), row, calibrations, (kappa, &places[..waiting]), tally);
+            let places = (kappa, &places[..waiting]);
+            part!(self.count_one_by_one((tables, between), row, calibrations, places, tally));
         }
     }
 
     /// Adds the words of the neighbours of `places` distance by distance, those of one place side by side.
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    #[inline(never)]
     fn count_one_by_one(
         &self,
         (tables, between): (&Tables, &Between),
-        row: &Row<Lanes<SET>>,
-        calibrations: &Calibrations<Lanes<SET>>,
-        (kappa, places): (&[Lanes<SET>], &[Place]),
-        tally: &mut Tally<Lanes<SET>>,
+        row: &Row,
+        calibrations: &Calibrations,
+        (kappa, places): (&[Lanes], &[Place]),
+        tally: &mut Tally,
     ) {
-        apart(OneByOne { rows: self, tables, between, row, calibrations, kappa, places, tally });
-    }
-}
-
-/// [`Rows::count_one_by_one`].
-struct OneByOne<'a, const SET: u8> {
-    rows: &'a Rows<Lanes<SET>>,
-    tables: &'a Tables,
-    between: &'a Between,
-    row: &'a Row<Lanes<SET>>,
-    calibrations: &'a Calibrations<Lanes<SET>>,
-    kappa: &'a [Lanes<SET>],
-    places: &'a [Place],
-    tally: &'a mut Tally<Lanes<SET>>,
-}
-
-impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { rows, tables, between, row, calibrations, kappa, places, tally } = self;
-        let (zero, one) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(1.0));
+        let (zero, one) = (Lanes::of(0.0), Lanes::of(1.0));
         let mut inverse = one;
         for (part, place) in inverse.0.as_chunks_mut::<NEIGHBOURS>().0.iter_mut().zip(places) {
             *part = between.neighbours[place.group].inverse;
@@ -195,14 +175,14 @@ impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
             }
             own = weights.mul_add(picked(value, places), own);
         }
-        let design = rows.design.picked(places);
+        let design = self.design.picked(places);
         let calibrations = calibrations.picked(places);
         // K as `Rows::count` and `Rows::edges` have it, rounded as there.
         let power = picked(&row.power, places);
         let k = power.mul_add(own, one);
         let f = design.strain(tables, inverse);
         let [rootless, twice, clear] = calibrations.certain(&design.words, [f; 2], [k; 2]);
-        let limit = picked(&rows.passed.limit, places);
+        let limit = picked(&self.passed.limit, places);
         let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
         let below = one - above;
         for (told, share) in [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)] {
@@ -234,8 +214,8 @@ pub(super) struct Place {
 
 /// The values that `x` has in the lanes of `places`, each for all of its neighbours.
 #[inline(always)]
-pub(super) fn picked<const SET: u8>(x: &Lanes<SET>, places: &[Place]) -> Lanes<SET> {
-    let mut all = Lanes::<SET>::of(0.0);
+pub(super) fn picked(x: &Lanes, places: &[Place]) -> Lanes {
+    let mut all = Lanes::of(0.0);
     for (part, place) in all.0.as_chunks_mut::<NEIGHBOURS>().0.iter_mut().zip(places) {
         *part = [x.0[place.lane]; NEIGHBOURS];
     }

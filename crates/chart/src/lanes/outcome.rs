@@ -1,12 +1,12 @@
 //! Single taps read in lanes.
 
 use super::choice::Choice;
-use super::dispatch::{Work, by_lanes, work};
+use super::dispatch::by_lanes;
 use super::read::{Basis, Values};
 use super::{Charted, LANES, Lanes};
 use crate::axis::AXES;
 use crate::distance::{DistanceChart, FUNCTIONS, Function};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::{Pack, Packed};
 use crate::scene::Drive;
 
 /// What charts say of a tap.
@@ -40,14 +40,14 @@ impl Readings {
 
     /// Taps at distance `i`; drive (rad or mm), x1/a, D/a, τa and x2/a of each, within its chart.
     pub fn read(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
-        by_lanes(Reading { of: self, i, quantities, out });
+        by_lanes!(self.read_lanes(i, quantities, out));
     }
 
-    #[inline(always)]
-    fn read_lanes<const SET: u8>(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    fn read_lanes(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
         let chart = &self.charts[i];
-        let of = Lanes::<SET>::of;
-        let mut basis: Basis<SET> = [[of(0.0); _]; _];
+        let of = Lanes::of;
+        let mut basis: Basis = [[of(0.0); _]; _];
         let mut products = Values::new([&chart.products].into_iter());
         for part in quantities.chunks(LANES) {
             let mut columns = [[0.0f32; LANES]; AXES];
@@ -60,11 +60,11 @@ impl Readings {
             let mut q = columns.map(Pack);
             let drive = q[0];
             if self.displaced {
-                q[0] = drive * Pack::splat(chart.inverse);
+                q[0] = drive * Lanes::splat(chart.inverse);
             }
-            chart.polynomials::<SET, true>(&q, Function::Force, &mut basis, &mut products);
-            let (functions, share) = self.choice.read::<SET, true>(&chart.functions, &products);
-            let power = Pack::splat(chart.scale)
+            chart.polynomials::<true>(&q, Function::Force, &mut basis, &mut products);
+            let (functions, share) = self.choice.read::<true>(&chart.functions, &products);
+            let power = Lanes::splat(chart.scale)
                 * match self.power {
                     0 => of(1.0),
                     1 => drive,
@@ -80,9 +80,4 @@ impl Readings {
             );
         }
     }
-}
-
-work! {
-    /// [`Readings::read`] for an instruction set.
-    Reading: Readings.read_lanes(i: usize, quantities: &'a [[f64; AXES]], out: &'a mut Vec<Read>) -> ()
 }

@@ -1,26 +1,26 @@
 //! What the foil of a gauge passes on of the strain.
 
 use super::{Lanes, Tables};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::physics::{solid::Bonded, taper::Taper};
 use crate::scene::Tuple;
 
 /// What the foil of a gauge passes on, as the readings that a chart knows have it: all of the strain.
-pub(super) struct Passed<T> {
-    /// T: readings of a chart are so many times too large. 1 without a foil.
-    pub share: T,
+pub(super) struct Passed {
+    /// Lanes: readings of a chart are so many times too large. 1 without a foil.
+    pub share: Lanes,
     /// Their largest value.
-    pub limit: T,
+    pub limit: Lanes,
     /// K − 1 with which distances are told, where it is given.
-    pub fixed: Option<T>,
+    pub fixed: Option<Lanes>,
 }
 
-impl<const SET: u8> Passed<Lanes<SET>> {
+impl Passed {
     /// Of the designs `tuples`.
     #[inline(always)]
     pub fn new(tables: &Tables, tuples: &[Tuple]) -> Self {
-        let (limit, fixed) = (Pack::splat(tables.strain_limit), tables.fixed.map(Pack::splat));
-        let mut passed = Self { share: Pack::of(1.0), limit, fixed };
+        let (limit, fixed) = (Lanes::splat(tables.strain_limit), tables.fixed.map(Lanes::splat));
+        let mut passed = Self { share: Lanes::of(1.0), limit, fixed };
         let Some(foil) = &tables.foil else { return passed };
         for (lane, t) in tuples.iter().enumerate() {
             let taper = Taper::new(t.D, t.d, t.L_a);

@@ -1,24 +1,19 @@
 //! Ranks designs, a pack at a time: a first look by rough charts, then in full what that does not tell.
 
-use super::dispatch::{Work, by_lanes, work};
+use super::dispatch::by_lanes;
 use super::rows::Rows;
-use super::{Found, LANES, Lanes, Scratch, Tables};
+use super::{Found, LANES, Scratch, Tables};
 use crate::scene::{Per, Tuple};
-
-work! {
-    /// [`Tables::rank`] for an instruction set.
-    Rank: Tables.rank_lanes(ks: &'a [u64], tuples: &'a [Tuple], bound: f32, found: &'a mut Found) -> ()
-}
 
 impl Tables {
     /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
     pub fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        by_lanes(Rank { of: self, ks, tuples, bound, found });
+        by_lanes!(self.rank_lanes(ks, tuples, bound, found));
     }
 
-    #[inline(always)]
-    fn rank_lanes<const SET: u8>(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    fn rank_lanes(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
+        let (mut scratch, mut rows) = (Scratch::new(self), Rows::new());
         if self.apart {
             for (k, tuple) in ks.iter().zip(tuples) {
                 self.rank_apart(*k, tuple, bound, (&mut rows, &mut scratch), found);
@@ -26,7 +21,7 @@ impl Tables {
             return;
         }
         let places = [0; LANES];
-        let left = self.look::<SET>((ks, tuples), bound, (&mut rows, &mut scratch), found);
+        let left = self.look((ks, tuples), bound, (&mut rows, &mut scratch), found);
         for left in left.chunks(LANES) {
             let n = left.len();
             let own: [usize; LANES] = std::array::from_fn(|lane| left[if lane < n { lane } else { 0 }]);
@@ -42,12 +37,12 @@ impl Tables {
     }
 
     /// A first look at designs with drives of their own: the places of those that rough charts do not tell, or that may rank below `bound`.
-    #[inline(always)]
-    fn look<const SET: u8>(
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    fn look(
         &self,
         (ks, tuples): (&[u64], &[Tuple]),
         bound: f32,
-        (rows, scratch): (&mut Rows<Lanes<SET>>, &mut Scratch<SET>),
+        (rows, scratch): (&mut Rows, &mut Scratch),
         found: &mut Found,
     ) -> Vec<usize> {
         let (mut left, mut from) = (Vec::with_capacity(ks.len()), 0);
@@ -66,13 +61,13 @@ impl Tables {
     }
 
     /// Rows of the design `k`, each read at its own drive.
-    #[inline(always)]
-    fn rank_apart<const SET: u8>(
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    fn rank_apart(
         &self,
         k: u64,
         tuple: &Tuple,
         bound: f32,
-        (rows, scratch): (&mut Rows<Lanes<SET>>, &mut Scratch<SET>),
+        (rows, scratch): (&mut Rows, &mut Scratch),
         found: &mut Found,
     ) {
         let mut all = Found::default();

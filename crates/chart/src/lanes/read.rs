@@ -3,7 +3,7 @@
 use super::{Lanes, ORDERS};
 use crate::adaptive;
 use crate::axis::AXES;
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::series::Series;
 
 /// Most products: any pair of orders, and a power of two, so that a place needs no check.
@@ -11,7 +11,7 @@ const MOST_PRODUCTS: usize = 256;
 const _: () = assert!(ORDERS * ORDERS <= MOST_PRODUCTS);
 
 /// Polynomials over an axis, with room for more than any axis has orders, so that an order needs no check.
-pub(super) type Basis<const SET: u8> = [[Lanes<SET>; MOST_ORDERS]; AXES];
+pub(super) type Basis = [[Lanes; MOST_ORDERS]; AXES];
 const MOST_ORDERS: usize = 32;
 const _: () = assert!(adaptive::MOST < MOST_ORDERS);
 
@@ -25,17 +25,17 @@ const WHOLE: u8 = MOST_ORDERS as u8 - 1;
 const LONGEST: usize = 8;
 
 /// Values of products, by place in [`Products`], and what the points of a gauge are folded in.
-pub(super) struct Values<const SET: u8> {
-    inner: Box<[Lanes<SET>; MOST_PRODUCTS]>,
-    outer: Vec<Lanes<SET>>,
-    pub points: Box<[[Lanes<SET>; 4]; MOST_POINTS]>,
+pub(super) struct Values {
+    inner: Box<[Lanes; MOST_PRODUCTS]>,
+    outer: Vec<Lanes>,
+    pub points: Box<[[Lanes; 4]; MOST_POINTS]>,
 }
 
-impl<const SET: u8> Values<SET> {
+impl Values {
     /// None yet, with room for those of `products`.
     #[inline(always)]
     pub fn new<'a>(products: impl Iterator<Item = &'a Products>) -> Self {
-        let zero = Lanes::<SET>::of(0.0);
+        let zero = Lanes::of(0.0);
         let most = products.map(|p| p.outer.len()).max().unwrap_or(0);
         Self {
             inner: Box::new([zero; MOST_PRODUCTS]),
@@ -123,14 +123,9 @@ impl Products {
 
     /// The values that `need` asks for; with `OWN` at each lane's own drive, else without their polynomials over it.
     #[inline(always)]
-    pub fn fill<const SET: u8, const OWN: bool>(
-        &self,
-        need: &Need,
-        basis: &mut Basis<SET>,
-        into: &mut Values<SET>,
-    ) {
+    pub fn fill<const OWN: bool>(&self, need: &Need, basis: &mut Basis, into: &mut Values) {
         let order = |order: u8| usize::from(order) % MOST_ORDERS;
-        basis[4][order(WHOLE)] = Lanes::<SET>::of(1.0);
+        basis[4][order(WHOLE)] = Lanes::of(1.0);
         let [over_drive, over_width, over_base, over_taper, over_place] = &*basis;
         let [inner, outer] = need.products;
         for ([taper, place], value) in self.inner[..inner].iter().zip(&mut *into.inner) {
@@ -151,17 +146,17 @@ impl Products {
 
 /// Adds blocks of `N` terms each: to the sum, or to that of their order over the drive.
 #[inline(always)]
-fn add_blocks<const N: usize, const OWN: bool, const SET: u8>(
+fn add_blocks<const N: usize, const OWN: bool>(
     blocks: &[Block],
     terms: &[Term],
-    values: &Values<SET>,
-    sums: &mut [Lanes<SET>; ORDERS],
+    values: &Values,
+    sums: &mut [Lanes; ORDERS],
 ) {
     let mut sum = sums[0];
     for (block, terms) in blocks.iter().zip(terms.as_chunks::<N>().0) {
-        let mut value = values.inner[usize::from(terms[0].place)] * Pack::splat(terms[0].coefficient);
+        let mut value = values.inner[usize::from(terms[0].place)] * Lanes::splat(terms[0].coefficient);
         for term in &terms[1..] {
-            value = values.inner[usize::from(term.place)].mul_add(Pack::splat(term.coefficient), value);
+            value = values.inner[usize::from(term.place)].mul_add(Lanes::splat(term.coefficient), value);
         }
         let outer = values.outer[block.place as usize];
         if OWN {
@@ -205,15 +200,15 @@ impl Flat {
 
     /// Its value at each lane's own drive, where the products have that, else its coefficients over the drive.
     #[inline(always)]
-    fn sums<const OWN: bool, const SET: u8>(&self, values: &Values<SET>) -> [Lanes<SET>; ORDERS] {
-        let mut sums = [Lanes::<SET>::of(0.0); ORDERS];
+    fn sums<const OWN: bool>(&self, values: &Values) -> [Lanes; ORDERS] {
+        let mut sums = [Lanes::of(0.0); ORDERS];
         let (mut blocks, mut terms) = (self.blocks.as_slice(), self.terms.as_slice());
         macro_rules! of_length {
             ($($n:literal)*) => {$(
                 let (these, others) = blocks.split_at(self.lengths[$n - 1]);
                 let (own, rest) = terms.split_at($n * these.len());
                 (blocks, terms) = (others, rest);
-                add_blocks::<$n, OWN, SET>(these, own, values, &mut sums);
+                add_blocks::<$n, OWN>(these, own, values, &mut sums);
             )*};
         }
         of_length!(1 2 3 4 5 6 7 8);
@@ -223,21 +218,21 @@ impl Flat {
 
     /// Its coefficients over the drive.
     #[inline(always)]
-    pub fn read<const SET: u8>(&self, values: &Values<SET>) -> [Lanes<SET>; ORDERS] {
-        self.sums::<false, SET>(values)
+    pub fn read(&self, values: &Values) -> [Lanes; ORDERS] {
+        self.sums::<false>(values)
     }
 
     /// Its value at each lane's own drive.
     #[inline(always)]
-    pub fn at<const SET: u8>(&self, values: &Values<SET>) -> Lanes<SET> {
-        self.sums::<true, SET>(values)[0]
+    pub fn at(&self, values: &Values) -> Lanes {
+        self.sums::<true>(values)[0]
     }
 }
 
 /// T_0(x) … into `into`, at least two: those of even and of odd order apart, T_{k+2} = 2 T_2 T_k − T_{k−2}, so that one need not wait for the other.
 #[inline(always)]
-pub(super) fn polynomials<const SET: u8>(x: Lanes<SET>, n: usize, into: &mut [Lanes<SET>]) {
-    let one = Lanes::<SET>::of(1.0);
+pub(super) fn polynomials(x: Lanes, n: usize, into: &mut [Lanes]) {
+    let one = Lanes::of(1.0);
     let double = x + x;
     let second = double * x - one;
     let twice = second + second;

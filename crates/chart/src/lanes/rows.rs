@@ -1,12 +1,11 @@
 //! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
 
-use super::dispatch::{Part, apart};
 use super::passed::Passed;
 use super::tap::TapSeries;
 use super::theory::Whisker;
 use super::{Charted, Distance, LANES, Lanes, ORDERS, PAIRS, Scratch, Stroke, Tables};
 use crate::design::amount;
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::{Pack, Packed};
 use crate::scene::Tuple;
 
 /// Largest deviation of the strain for which K is told.
@@ -26,49 +25,49 @@ impl Tables {
 }
 
 /// Statistics of a pack over its distances.
-pub(super) struct Rows<T> {
+pub(super) struct Rows {
     pub live: usize,
-    pub design: Whisker<T>,
-    pub passed: Passed<T>,
+    pub design: Whisker,
+    pub passed: Passed,
     /// Each design's own drive, rad or mm, and its power e.
-    pub own: [T; 2],
+    pub own: [Lanes; 2],
     /// Mean of κ.
-    pub mean: [T; ORDERS],
+    pub mean: [Lanes; ORDERS],
     /// Least and largest κ.
-    pub hull: [[T; ORDERS]; 2],
+    pub hull: [[Lanes; ORDERS]; 2],
     /// Sums of products of κ − mean, k ≤ l.
-    pub spread: [T; PAIRS],
+    pub spread: [Lanes; PAIRS],
     /// Largest |δ|.
-    pub largest: T,
+    pub largest: Lanes,
     /// Mean and sum of squares of what κ may be off.
-    pub slack: [T; 2],
+    pub slack: [Lanes; 2],
     /// No contact can move off its whisker.
     pub still: bool,
 }
 
 /// A drive.
 #[derive(Clone, Copy)]
-pub(super) struct Row<T> {
-    pub drive: T,
+pub(super) struct Row {
+    pub drive: Lanes,
     /// Its power e.
-    pub power: T,
-    basis: [T; ORDERS],
+    pub power: Lanes,
+    basis: [Lanes; ORDERS],
 }
 
-impl<const SET: u8> Row<Lanes<SET>> {
+impl Row {
     /// At a drive that designs share.
     #[inline(always)]
     pub fn at(stroke: &Stroke, m: usize) -> Self {
-        let mut basis = [Pack::of(0.0); ORDERS];
+        let mut basis = [Lanes::of(0.0); ORDERS];
         for k in 0..m {
-            basis[k] = Pack::splat(stroke.basis[k]);
+            basis[k] = Lanes::splat(stroke.basis[k]);
         }
-        Self { drive: Pack::splat(stroke.drive), power: Pack::splat(stroke.power), basis }
+        Self { drive: Lanes::splat(stroke.drive), power: Lanes::splat(stroke.power), basis }
     }
 
     /// The polynomial through `values` at this angle.
     #[inline(always)]
-    pub fn read(&self, values: &[Lanes<SET>], m: usize) -> Lanes<SET> {
+    pub fn read(&self, values: &[Lanes], m: usize) -> Lanes {
         let mut sum = self.basis[0] * values[0];
         for k in 1..m {
             sum = self.basis[k].mul_add(values[k], sum);
@@ -77,34 +76,15 @@ impl<const SET: u8> Row<Lanes<SET>> {
     }
 }
 
-/// [`Rows::fill`].
-struct Fill<'a, const SET: u8, const OWN: bool, const FORCE: bool> {
-    rows: &'a mut Rows<Lanes<SET>>,
-    tables: &'a Tables,
-    set: &'a [Charted],
-    live: usize,
-    tuples: &'a [Tuple],
-    scratch: &'a mut Scratch<SET>,
-}
-
-impl<const SET: u8, const OWN: bool, const FORCE: bool> Part<SET> for Fill<'_, SET, OWN, FORCE> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.rows.filled::<OWN, FORCE>((self.tables, self.set), self.live, self.tuples, self.scratch);
-    }
-}
-
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// No designs yet.
     #[inline(always)]
     pub fn new() -> Self {
-        let zero = Lanes::<SET>::of(0.0);
+        let zero = Lanes::of(0.0);
         Self {
             live: 0,
             design: Whisker::default(),
-            passed: Passed { share: Lanes::<SET>::of(1.0), limit: zero, fixed: None },
+            passed: Passed { share: Lanes::of(1.0), limit: zero, fixed: None },
             own: [zero; 2],
             mean: [zero; ORDERS],
             hull: [[zero; ORDERS]; 2],
@@ -117,26 +97,16 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
     /// Statistics of `tuples` from the charts of `set`, the first `live` of which count; their taps, with `FORCE` all that is known of them, stay in
     /// `scratch`.
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    #[inline(never)]
     pub fn fill<const OWN: bool, const FORCE: bool>(
         &mut self,
         (tables, set): (&Tables, &[Charted]),
         live: usize,
         tuples: &[Tuple],
-        scratch: &mut Scratch<SET>,
+        scratch: &mut Scratch,
     ) {
-        apart(Fill::<SET, OWN, FORCE> { rows: self, tables, set, live, tuples, scratch });
-    }
-
-    #[inline(always)]
-    fn filled<const OWN: bool, const FORCE: bool>(
-        &mut self,
-        (tables, set): (&Tables, &[Charted]),
-        live: usize,
-        tuples: &[Tuple],
-        scratch: &mut Scratch<SET>,
-    ) {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let mut columns = [[0.0f32; LANES]; 6];
         for lane in 0..LANES {
             let t = &tuples[if lane < live { lane } else { 0 }];
@@ -151,7 +121,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let x2 = x1 + grid / slope.mul_add(slope, of(1.0)).sqrt();
         if !OWN {
             // The largest counts where contacts slip off.
-            own = Pack::splat(tables.angles[tables.angles.len() - 1].stroke.drive);
+            own = Lanes::splat(tables.angles[tables.angles.len() - 1].stroke.drive);
         }
         self.passed = Passed::new(tables, &tuples[..live]);
         let design = Whisker::new(tables, [diameter, tau, length], [x1, x2]);
@@ -184,7 +154,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             self.still &= !moves;
             let with_arc = moves || chart.slides != 0.0;
             let at = (&mut **basis, &mut *products);
-            tables.tap::<SET, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
+            tables.tap::<OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
         }
         match &tables.between {
             None => taps.add_theory::<FORCE>(tables, &design),
@@ -211,18 +181,18 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
     /// Reads the taps at all distances between those at the charts.
     #[inline(always)]
-    pub fn read_between<const FORCE: bool>(&self, tables: &Tables, scratch: &mut Scratch<SET>) {
+    pub fn read_between<const FORCE: bool>(&self, tables: &Tables, scratch: &mut Scratch) {
         let Some(between) = &tables.between else { return };
         let Scratch { taps, charts, .. } = scratch;
-        between.fill::<SET, FORCE>(charts, FORCE || !self.still, taps);
+        between.fill::<FORCE>(charts, FORCE || !self.still, taps);
         taps.add_theory::<FORCE>(tables, &self.design);
     }
 
     /// Takes the tap at distance `i`.
     #[inline(always)]
-    fn push(&mut self, tap: TapSeries<'_, Lanes<SET>>, i: usize, m: usize) {
-        let share = Lanes::<SET>::of(1.0 / (i + 1) as f64);
-        let (mut from_old, mut from_new) = ([Lanes::<SET>::of(0.0); ORDERS], [Lanes::<SET>::of(0.0); ORDERS]);
+    fn push(&mut self, tap: TapSeries<'_>, i: usize, m: usize) {
+        let share = Lanes::of(1.0 / (i + 1) as f64);
+        let (mut from_old, mut from_new) = ([Lanes::of(0.0); ORDERS], [Lanes::of(0.0); ORDERS]);
         self.largest = self.largest.max(tap.largest);
         self.slack[0] = (tap.slack[0] - self.slack[0]).mul_add(share, self.slack[0]);
         self.slack[1] = tap.slack[0].mul_add(tap.slack[0], self.slack[1]);
@@ -236,7 +206,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
     /// Adds products of deviations.
     #[inline(always)]
-    pub(super) fn spread(&mut self, a: &[Lanes<SET>; ORDERS], b: &[Lanes<SET>; ORDERS], m: usize) {
+    pub(super) fn spread(&mut self, a: &[Lanes; ORDERS], b: &[Lanes; ORDERS], m: usize) {
         let mut at = 0;
         for k in 0..m {
             for l in k..m {
@@ -248,7 +218,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
     /// Takes κ of `tap` into the least and largest.
     #[inline(always)]
-    fn widen(&mut self, tap: TapSeries<'_, Lanes<SET>>, m: usize) {
+    fn widen(&mut self, tap: TapSeries<'_>, m: usize) {
         for k in 0..m {
             self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
             self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
@@ -257,21 +227,21 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
     /// P of the linear theory at `distance`, N.
     #[inline(always)]
-    pub fn linear_force(&self, tables: &Tables, distance: &Distance) -> Lanes<SET> {
-        let (a, inverse) = (Pack::splat(distance.a), Pack::splat(distance.inverse));
-        let (one, square) = (Lanes::<SET>::of(1.0), self.design.diameter * self.design.diameter);
-        let lever = if tables.theory.displaced { one } else { a + Pack::splat(tables.theory.hub) };
+    pub fn linear_force(&self, tables: &Tables, distance: &Distance) -> Lanes {
+        let (a, inverse) = (Lanes::splat(distance.a), Lanes::splat(distance.inverse));
+        let (one, square) = (Lanes::of(1.0), self.design.diameter * self.design.diameter);
+        let lever = if tables.theory.displaced { one } else { a + Lanes::splat(tables.theory.hub) };
         let reach = (one - self.design.tau * a) * lever * inverse * inverse * inverse;
-        let yielding = one + Lanes::<SET>::splat(tables.shear) * square * inverse * inverse;
-        self.own[0] * Pack::splat(tables.stiffness) * square * square * reach / yielding
+        let yielding = one + Lanes::splat(tables.shear) * square * inverse * inverse;
+        self.own[0] * Lanes::splat(tables.stiffness) * square * square * reach / yielding
     }
 
     /// Drive `j`.
     #[inline(always)]
-    pub fn row<const OWN: bool>(&self, tables: &Tables, j: usize) -> Row<Lanes<SET>> {
+    pub fn row<const OWN: bool>(&self, tables: &Tables, j: usize) -> Row {
         if OWN {
-            let mut basis = [Pack::of(0.0); ORDERS];
-            basis[0] = Pack::of(1.0);
+            let mut basis = [Lanes::of(0.0); ORDERS];
+            basis[0] = Lanes::of(1.0);
             return Row { drive: self.own[0], power: self.own[1], basis };
         }
         Row::at(&tables.angles[j].stroke, tables.points)
@@ -279,14 +249,14 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
-    pub fn miss(&self, row: &Row<Lanes<SET>>, tap: TapSeries<'_, Lanes<SET>>, m: usize) -> Lanes<SET> {
+    pub fn miss(&self, row: &Row, tap: TapSeries<'_>, m: usize) -> Lanes {
         let deviation = row.power * row.read(tap.kappa, m);
-        (self.calibration(row, m) - deviation) / (Lanes::<SET>::of(1.0) + deviation)
+        (self.calibration(row, m) - deviation) / (Lanes::of(1.0) + deviation)
     }
 
     /// K̄ − 1 of a row.
     #[inline(always)]
-    pub fn calibration(&self, row: &Row<Lanes<SET>>, m: usize) -> Lanes<SET> {
+    pub fn calibration(&self, row: &Row, m: usize) -> Lanes {
         match self.passed.fixed {
             Some(fixed) => fixed,
             None => row.power * row.read(&self.mean, m),

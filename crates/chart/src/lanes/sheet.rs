@@ -4,12 +4,20 @@ use super::rows::MOST;
 use super::{Charted, Distance, Tables};
 use crate::axis::{AXES, Quantity};
 use crate::distance::{Function, lobatto, matrix_at};
-use crate::kernel::ranking::{HEAD, Sheet};
+use crate::estimate::FAR;
+use crate::kernel::ranking::{BEYOND, FARTHEST, HEAD, Sheet};
+use crate::scene::{Drive, Per, RankBy};
 use crate::scope::Scope;
 use crate::series::Series;
 
 /// Orders over the drive that go together.
 const GROUP: usize = 4;
+
+/// Numbers kept of a tap beside the series of its K.
+const KEPT: usize = 6;
+
+/// Slack of ranges in single precision.
+const SLACK: f64 = 1e-6;
 
 /// Functions that rank.
 const RANKED: [Function; 2] = [Function::Strain, Function::Arc];
@@ -94,36 +102,104 @@ impl Tables {
             let points = chart.gauge.iter().copied().chain(std::iter::repeat([0.0; 2]));
             numbers.extend(points.take(gauge).flatten());
         }
+        let mut place = |part: Vec<f32>| {
+            numbers.extend(&part);
+            numbers.len() - part.len()
+        };
+        let drives_at = place(self.angles.iter().map(|angle| angle.stroke.drive).collect());
+        let choice = place(kinds.concat().into_iter().map(|x| x as f32).collect());
+        let back = place(self.from_points.iter().flat_map(|row| row[..self.points].to_vec()).collect());
+        let powers = place(self.grid.iter().map(|stroke| stroke.power).collect());
+        let (n, points, places) = (charts.len(), self.points, most(Quantity::Place));
+        let (drives, pairs) = (self.angles.len().max(1), points * (points + 1) / 2);
+        let own = self.angles.is_empty() || self.apart;
+        let counts = vec![
+            ("DISTANCES", n),
+            ("DRIVES", drives),
+            ("ROW_DRIVES", if own { 1 } else { drives }),
+            ("DRIVE_BITS", drives.ilog2() as usize + 1),
+            ("POINTS", points),
+            ("PAIRS", pairs),
+            ("GROUPS", groups),
+            ("ORDERS", GROUP * groups),
+            ("PLACES", places),
+            ("GAUGE", gauge),
+            ("BRANCHES", branches),
+            ("POWER", self.power as usize),
+            ("DISTANCE", HEAD.len() + 2 * gauge),
+            ("KEPT", points + KEPT),
+            ("KEPT_ALL", (points + KEPT) * n),
+            ("DRIVES_AT", drives_at),
+            ("CHOICE", choice),
+            ("BACK", back),
+            ("POWERS", powers),
+            ("AT_POINTS", at_points),
+            ("BY", by(self.by)),
+        ];
+        let switches = vec![
+            ("OWN", own),
+            ("FOURTH", self.fourth),
+            ("APART", own && !self.angles.is_empty()),
+            ("PLAIN", self.theory.plain),
+            ("DISPLACED", self.theory.displaced),
+            ("ESTIMATES", self.by != RankBy::KSd),
+            ("PER_DESIGN", self.per == Per::Design),
+            ("ELONGATION", self.elongation),
+            ("FIXED_GIVEN", self.fixed.is_some()),
+        ];
+        // Ends of ranges with their slack in single precision.
+        let [below, above] = [-SLACK, SLACK].map(|slack| move |x: f64| x + slack * x.abs());
+        let [drive, _, base, tau, x] = scope.within;
+        let [least, most] = BEYOND[usize::from(!own)];
+        let reals = vec![
+            ("REACH", scope.reach[1]),
+            ("D_LO", below(base[0])),
+            ("D_HI", above(base[1])),
+            ("TAU_LO", below(tau[0])),
+            ("TAU_HI", above(tau[1])),
+            ("X_LO", below(x[0])),
+            ("X_HI", above(x[1])),
+            ("DRIVE_LO", below(drive[0])),
+            ("DRIVE_HI", above(drive[1])),
+            ("WIDTH", above(scope.width)),
+            ("HUB", self.theory.hub.into()),
+            ("SHEAR", self.theory.shear.into()),
+            ("STRAIN_LIMIT", self.strain_limit.into()),
+            ("NOISE", self.noise.into()),
+            ("FIXED", self.fixed.unwrap_or(0.0).into()),
+            ("MOST_DEVIATION", if own { MOST } else { self.largest() }.into()),
+            ("FARTHEST", FARTHEST),
+            ("FAR", FAR),
+            ("BEYOND_LO", least),
+            ("BEYOND_HI", most),
+            ("COMMON_SCALE", self.affine[0].into()),
+            ("COMMON_SHIFT", self.affine[1].into()),
+        ];
+        let tap = points * (points + 8) + gauge * places + 2 * places + 64;
+        let read = written.shape.len() + at_points + n * tap;
+        let ranked = drives * (2 * pairs + n * (points + 8));
         Sheet {
-            kind: self.kind,
-            distances: charts.len(),
-            drives: self.angles.iter().map(|angle| angle.stroke.drive).collect(),
-            own: self.angles.is_empty() || self.apart,
-            points: self.points,
-            common: self.affine,
-            power: self.power,
-            fourth: self.fourth,
-            powers: self.grid.iter().map(|stroke| stroke.power).collect(),
-            back: self.from_points.iter().flat_map(|row| row[..self.points].to_vec()).collect(),
-            branches,
-            choice: kinds.concat().into_iter().map(|x| x as f32).collect(),
-            heads: numbers,
-            gauge,
-            places: most(Quantity::Place),
-            groups,
+            counts,
+            switches,
+            reals,
+            numbers,
             shape: written.shape,
             rows: written.rows,
-            at_points,
-            within: scope.within(),
-            theory: self.theory,
-            strain_limit: self.strain_limit,
-            noise: self.noise,
-            fixed: self.fixed,
-            elongation: self.elongation,
-            largest: if self.angles.is_empty() || self.apart { MOST } else { self.largest() },
-            by: self.by,
-            per: self.per,
+            kept: (points + KEPT) * n,
+            rounds: if own { drives * (read + n * 16) } else { read + ranked },
+            unit: if self.kind == Drive::Angle { 1f32.to_radians() } else { 1.0 },
         }
+    }
+}
+
+/// What the shader calls a column that ranks.
+fn by(by: RankBy) -> usize {
+    match by {
+        RankBy::KSd | RankBy::ErrorRms => 0,
+        RankBy::ErrorMax => 1,
+        RankBy::NoiseRms => 2,
+        RankBy::TotalRms => 3,
+        RankBy::StrainMax | RankBy::ForceMax => unreachable!("charts rank by neither"),
     }
 }
 

@@ -1,13 +1,13 @@
 //! The strain, arc and force of a tap from its chart.
 
-use super::dispatch::{Work, by_lanes, work};
+use super::dispatch::by_lanes;
 use super::read::{Basis, Values};
 use super::rows::Rows;
 use super::theory::{Growth, Whisker};
 use super::{Charted, LANES, Lanes, ORDERS, Scratch, Tables};
 use crate::design::amount;
 use crate::distance::Function;
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::scene::{RankBy, Tuple};
 
 /// Slack of a tap of which nothing is known.
@@ -15,40 +15,40 @@ const UNKNOWN: f64 = 1e6;
 
 /// A tap as a series over the drive, or at its own.
 #[derive(Clone, Copy)]
-pub(super) struct TapSeries<'a, T> {
+pub(super) struct TapSeries<'a> {
     /// (K − 1)/θᵉ.
-    pub kappa: &'a [T],
+    pub kappa: &'a [Lanes],
     /// (c/a − 1)/θᵉ, where the contact may slip off at all.
-    pub arc: &'a [T],
+    pub arc: &'a [Lanes],
     /// (P over that of the linear theory − 1)/θᵉ, where it is asked for.
-    pub force: T,
+    pub force: Lanes,
     /// Largest |δ|.
-    pub largest: T,
+    pub largest: Lanes,
     /// f, per radian or mm.
-    pub strain: T,
+    pub strain: Lanes,
     /// How far κ and the arc may be off, where charts are read roughly.
-    pub slack: [T; 2],
+    pub slack: [Lanes; 2],
     /// How f grows with η, where distances are estimated.
-    pub growth: &'a Growth<T>,
+    pub growth: &'a Growth,
 }
 
 /// The taps of a pack; what is read together lies together.
-pub(super) struct Taps<T> {
+pub(super) struct Taps {
     /// Orders over the drive of each.
     m: usize,
-    pub kappa: Vec<T>,
-    pub arc: Vec<T>,
-    pub force: Vec<T>,
-    largest: Vec<T>,
-    strain: Vec<T>,
-    slack: Vec<[T; 2]>,
-    growth: Vec<Growth<T>>,
+    pub kappa: Vec<Lanes>,
+    pub arc: Vec<Lanes>,
+    pub force: Vec<Lanes>,
+    largest: Vec<Lanes>,
+    strain: Vec<Lanes>,
+    slack: Vec<[Lanes; 2]>,
+    growth: Vec<Growth>,
 }
 
-impl<const SET: u8> Taps<Lanes<SET>> {
+impl Taps {
     /// Of `n` taps, of `m` orders over the drive each.
     pub fn new(n: usize, m: usize) -> Self {
-        let zeros = |n: usize| vec![Pack::default(); n];
+        let zeros = |n: usize| vec![Lanes::default(); n];
         let growth = vec![Growth::default(); n];
         Self {
             m,
@@ -57,7 +57,7 @@ impl<const SET: u8> Taps<Lanes<SET>> {
             force: zeros(n),
             largest: zeros(n),
             strain: zeros(n),
-            slack: vec![[Pack::default(); 2]; n],
+            slack: vec![[Lanes::default(); 2]; n],
             growth,
         }
     }
@@ -70,7 +70,7 @@ impl<const SET: u8> Taps<Lanes<SET>> {
 
     /// Tap `i`.
     #[inline(always)]
-    pub fn at(&self, i: usize) -> TapSeries<'_, Lanes<SET>> {
+    pub fn at(&self, i: usize) -> TapSeries<'_> {
         let own = i * self.m..(i + 1) * self.m;
         TapSeries {
             kappa: &self.kappa[own.clone()],
@@ -85,9 +85,9 @@ impl<const SET: u8> Taps<Lanes<SET>> {
 
     /// Adds what the theory says of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
     #[inline(always)]
-    pub fn add_theory<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker<Lanes<SET>>) {
+    pub fn add_theory<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker) {
         for (strain, distance) in self.strain.iter_mut().zip(&tables.distances) {
-            *strain = design.strain(tables, Pack::splat(distance.inverse));
+            *strain = design.strain(tables, Lanes::splat(distance.inverse));
         }
         if FIGURES || tables.by != RankBy::KSd {
             for (growth, distance) in self.growth.iter_mut().zip(&tables.distances) {
@@ -101,19 +101,19 @@ impl Tables {
     /// What `chart` says of `design`, over the points or at its own drive, but for its theory; its arc where that is asked for, with `FORCE` its
     /// force.
     #[inline(always)]
-    pub(super) fn tap<const SET: u8, const OWN: bool, const FORCE: bool>(
+    pub(super) fn tap<const OWN: bool, const FORCE: bool>(
         &self,
-        design: &Whisker<Lanes<SET>>,
-        [drive, power]: [Lanes<SET>; 2],
+        design: &Whisker,
+        [drive, power]: [Lanes; 2],
         (chart, with_arc): (&Charted, bool),
-        (basis, products): (&mut Basis<SET>, &mut Values<SET>),
-        (taps, i): (&mut Taps<Lanes<SET>>, usize),
+        (basis, products): (&mut Basis, &mut Values),
+        (taps, i): (&mut Taps, usize),
     ) {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let own = i * taps.m..(i + 1) * taps.m;
         let (into, into_arc) = (&mut taps.kappa[own.clone()], &mut taps.arc[own]);
-        let (one, inverse) = (of(1.0), Pack::splat(chart.inverse));
-        let p = design.tau * Pack::splat(chart.a);
+        let (one, inverse) = (of(1.0), Lanes::splat(chart.inverse));
+        let p = design.tau * Lanes::splat(chart.a);
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
         let own = if self.theory.displaced { drive * inverse } else { drive };
         let quantities = [own, s1, design.diameter * inverse, p, s2];
@@ -122,10 +122,10 @@ impl Tables {
             (_, true) => Function::Arc,
             _ => Function::Strain,
         };
-        chart.polynomials::<SET, OWN>(&quantities, last, basis, products);
-        let scale = Pack::splat(chart.scale);
+        chart.polynomials::<OWN>(&quantities, last, basis, products);
+        let scale = Lanes::splat(chart.scale);
         if OWN && chart.functions[0].len() > 1 {
-            let (read, _) = self.choice.read::<SET, FORCE>(&chart.functions, products);
+            let (read, _) = self.choice.read::<FORCE>(&chart.functions, products);
             let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
             let delta = power * deviation;
             into[0] = -(deviation / (one + delta));
@@ -141,7 +141,7 @@ impl Tables {
             let inverse = one / (one + delta);
             into[0] = -(deviation * inverse);
             // Every mean of a polynomial over the gauge is at most that of the first.
-            let missed = Pack::splat(chart.missed[0]) * basis[4][0];
+            let missed = Lanes::splat(chart.missed[0]) * basis[4][0];
             largest = power.mul_add(missed, delta.abs());
             // m/((1 + δ)(1 + δ − m θᵉ)), where the last is far below 1: of others nothing is told.
             let near = missed * inverse;
@@ -158,17 +158,17 @@ impl Tables {
                 let basis = &chart.at_points[k];
                 let mut deviation = strain[0];
                 for j in 1..orders {
-                    deviation = Lanes::<SET>::splat(basis[j]).mul_add(strain[j], deviation);
+                    deviation = Lanes::splat(basis[j]).mul_add(strain[j], deviation);
                 }
                 let deviation = scale * deviation;
-                let delta = Lanes::<SET>::splat(self.grid[k].power) * deviation;
+                let delta = Lanes::splat(self.grid[k].power) * deviation;
                 kappa[k] = -(deviation / (one + delta));
                 largest = largest.max(delta.abs());
             }
             for k in 0..n {
-                let mut sum = Lanes::<SET>::splat(self.from_points[k][0]) * kappa[0];
+                let mut sum = Lanes::splat(self.from_points[k][0]) * kappa[0];
                 for j in 1..n {
-                    sum = Lanes::<SET>::splat(self.from_points[k][j]).mul_add(kappa[j], sum);
+                    sum = Lanes::splat(self.from_points[k][j]).mul_add(kappa[j], sum);
                 }
                 into[k] = sum;
             }
@@ -181,10 +181,10 @@ impl Tables {
         if with_arc {
             if OWN {
                 into_arc[0] = scale * arc.at(products);
-                taps.slack[i][1] = Pack::splat(chart.missed[1]);
+                taps.slack[i][1] = Lanes::splat(chart.missed[1]);
                 if chart.slides != 0.0 {
                     // Where the arc may have the other sign another branch may hold.
-                    let arc = into_arc[0] * Pack::splat(chart.slides);
+                    let arc = into_arc[0] * Lanes::splat(chart.slides);
                     taps.slack[i][0] = arc.if_less(taps.slack[i][1], of(UNKNOWN), slack[0]);
                 }
             } else {
@@ -193,11 +193,11 @@ impl Tables {
                     let mut values = [of(0.0); ORDERS];
                     for (n, value) in values.iter_mut().enumerate().take(self.points) {
                         for (a, t) in arc.iter().zip(&chart.at_points[n]) {
-                            *value = Lanes::<SET>::splat(*t).mul_add(*a, *value);
+                            *value = Lanes::splat(*t).mul_add(*a, *value);
                         }
                     }
                     for (n, value) in values.iter().enumerate().take(self.points) {
-                        let back = Lanes::<SET>::splat(self.from_points[k][n]);
+                        let back = Lanes::splat(self.from_points[k][n]);
                         into_arc[k] = back.mul_add(scale * *value, into_arc[k]);
                     }
                 }
@@ -207,22 +207,15 @@ impl Tables {
             taps.force[i] = scale * force.at(products);
         }
     }
-}
 
-work! {
-    /// [`Tables::deviations`] for an instruction set.
-    Deviations: Tables.deviations_lanes(taps: &'a [(Tuple, usize)]) -> Vec<f64>
-}
-
-impl Tables {
     /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
     pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        by_lanes(Deviations { of: self, taps })
+        by_lanes!(self.deviations_lanes(taps))
     }
 
-    #[inline(always)]
-    fn deviations_lanes<const SET: u8>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    fn deviations_lanes(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        let (mut scratch, mut rows) = (Scratch::new(self), Rows::new());
         let mut found = Vec::with_capacity(taps.len());
         for taps in taps.chunks(LANES) {
             let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();

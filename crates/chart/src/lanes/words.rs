@@ -8,7 +8,7 @@ use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally, worn};
 use super::tap::{TapSeries, Taps};
 use super::theory::Thresholds;
 use super::{Lanes, Tables};
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::BEYOND;
 
 /// Largest deviation of the strain at which no reading is far from that of its calibration.
@@ -18,17 +18,17 @@ const _: () = assert!(
 );
 
 /// What readings of a pack of designs are calibrated with.
-pub(super) struct Calibrations<T> {
+pub(super) struct Calibrations {
     /// Least and largest K̄: where some taps do not count it is anywhere among the others.
-    least: T,
-    most: T,
+    least: Lanes,
+    most: Lanes,
     /// K̄ and the K of all taps are known.
     known: bool,
     /// No reading is as far off as [`BEYOND`].
     pub usual: bool,
 }
 
-impl<const SET: u8> Calibrations<Lanes<SET>> {
+impl Calibrations {
     /// Those of the lanes of `places`.
     #[inline(always)]
     pub fn picked(&self, places: &[Place]) -> Self {
@@ -39,11 +39,11 @@ impl<const SET: u8> Calibrations<Lanes<SET>> {
     #[inline(always)]
     pub fn certain(
         &self,
-        words: &Thresholds<Lanes<SET>>,
-        [least_f, most_f]: [Lanes<SET>; 2],
-        [least_k, most_k]: [Lanes<SET>; 2],
-    ) -> [Lanes<SET>; 3] {
-        let (zero, one) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(1.0));
+        words: &Thresholds,
+        [least_f, most_f]: [Lanes; 2],
+        [least_k, most_k]: [Lanes; 2],
+    ) -> [Lanes; 3] {
+        let (zero, one) = (Lanes::of(0.0), Lanes::of(1.0));
         let (from, to) = (least_f * self.least, most_f * self.most);
         let rootless = from.if_less(words.peak * most_k, zero, one);
         let rooted = to.if_less(words.peak * least_k, one, zero);
@@ -53,21 +53,21 @@ impl<const SET: u8> Calibrations<Lanes<SET>> {
     }
 }
 
-impl<const SET: u8> Thresholds<Lanes<SET>> {
+impl Thresholds {
     /// q from which, and up to which, the near root is within the range of interest, and q at the peak.
     #[inline(always)]
-    pub fn bounds(&self, tap: TapSeries<'_, Lanes<SET>>) -> [Lanes<SET>; 3] {
-        let one = Lanes::<SET>::of(1.0);
+    pub fn bounds(&self, tap: TapSeries<'_>) -> [Lanes; 3] {
+        let one = Lanes::of(1.0);
         let inverse = one / tap.strain;
         [self.low * inverse - one, self.high * inverse - one, self.peak * inverse - one]
     }
 }
 
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// What readings of designs that have a drive of their own are calibrated with.
     #[inline(always)]
-    pub fn calibrations(&self, taps: &Taps<Lanes<SET>>, complete: &Lanes<SET>) -> Calibrations<Lanes<SET>> {
-        let of = Lanes::<SET>::of;
+    pub fn calibrations(&self, taps: &Taps, complete: &Lanes) -> Calibrations {
+        let of = Lanes::of;
         let (zero, half, one, power) = (of(0.0), of(0.5), of(1.0), self.own[1]);
         let whole = one.all_at_most(*complete);
         let [mut least, mut most] = [self.mean[0] - self.slack[0], self.mean[0] + self.slack[0]];
@@ -102,12 +102,12 @@ impl<const SET: u8> Rows<Lanes<SET>> {
     #[inline(always)]
     pub fn count(
         &self,
-        (tap, a): (TapSeries<'_, Lanes<SET>>, f32),
-        edge: &Edges<Lanes<SET>>,
-        calibrations: &Calibrations<Lanes<SET>>,
-        tally: &mut Tally<Lanes<SET>>,
+        (tap, a): (TapSeries<'_>, f32),
+        edge: &Edges,
+        calibrations: &Calibrations,
+        tally: &mut Tally,
     ) {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let power = self.own[1];
         let k = power.mul_add(tap.kappa[0], one);
@@ -153,20 +153,14 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 }
 
 /// What a group of drives gives a tap: least and largest q.
-type Reach<T> = [T; 2];
+type Reach = [Lanes; 2];
 
-impl<const SET: u8> Rows<Lanes<SET>> {
+impl Rows {
     /// Least and largest q of a tap over the drives of `group`. q = (K̄ − K)(1 + δ), and K̄ − K is θᵉ times a series; where some taps do not
     /// count, K̄ is anywhere among the others.
     #[inline(always)]
-    fn reach(
-        &self,
-        group: &Group,
-        tap: TapSeries<'_, Lanes<SET>>,
-        every: bool,
-        m: usize,
-    ) -> Reach<Lanes<SET>> {
-        let of = Lanes::<SET>::of;
+    fn reach(&self, group: &Group, tap: TapSeries<'_>, every: bool, m: usize) -> Reach {
+        let of = Lanes::of;
         let zero = of(0.0);
         let [middle, around] = &group.basis;
         let (mut lo, mut hi) = (zero, zero);
@@ -175,18 +169,18 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             for k in 0..m {
                 let mean = if self.passed.fixed.is_some() { zero } else { self.mean[k] };
                 let lacks = mean - tap.kappa[k];
-                sum = lacks.mul_add(Pack::splat(middle[k]), sum);
-                apart = lacks.abs().mul_add(Pack::splat(around[k]), apart);
+                sum = lacks.mul_add(Lanes::splat(middle[k]), sum);
+                apart = lacks.abs().mul_add(Lanes::splat(around[k]), apart);
             }
             (lo, hi) = (sum - apart, sum + apart);
         } else {
             for k in 0..m {
                 let apart = (self.hull[1][k] - tap.kappa[k]).max(tap.kappa[k] - self.hull[0][k]);
-                hi = apart.mul_add(Pack::splat(middle[k].abs() + around[k]), hi);
+                hi = apart.mul_add(Lanes::splat(middle[k].abs() + around[k]), hi);
             }
             lo = lo - hi;
         }
-        let [least, most] = [Lanes::<SET>::splat(group.powers[0]), Lanes::<SET>::splat(group.powers[1])];
+        let [least, most] = [Lanes::splat(group.powers[0]), Lanes::splat(group.powers[1])];
         let fixed = self.passed.fixed.unwrap_or(zero);
         let lo = lo * lo.if_less(zero, most, least) + fixed;
         let hi = hi * hi.if_less(zero, least, most) + fixed;
@@ -200,12 +194,12 @@ impl<const SET: u8> Rows<Lanes<SET>> {
     pub fn count_shared(
         &self,
         tables: &Tables,
-        (tap, a): (TapSeries<'_, Lanes<SET>>, f32),
-        edges: &Edges<Lanes<SET>>,
-        complete: &Lanes<SET>,
-        (tally, rootless_at): (&mut Tally<Lanes<SET>>, &mut [Lanes<SET>]),
+        (tap, a): (TapSeries<'_>, f32),
+        edges: &Edges,
+        complete: &Lanes,
+        (tally, rootless_at): (&mut Tally, &mut [Lanes]),
     ) {
-        let of = Lanes::<SET>::of;
+        let of = Lanes::of;
         let m = tables.points;
         let drives = tables.angles.len();
         let every = of(drives as f64).all_at_most(*complete);
@@ -279,11 +273,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
 /// 1 where a q of the range has neither word for certain, where it is ambiguous, and where it has no root.
 #[inline(always)]
-fn certain<const SET: u8>(
-    [low, high, peak]: [Lanes<SET>; 3],
-    [least, most]: Reach<Lanes<SET>>,
-) -> [Lanes<SET>; 3] {
-    let (zero, one) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(1.0));
+fn certain([low, high, peak]: [Lanes; 3], [least, most]: Reach) -> [Lanes; 3] {
+    let (zero, one) = (Lanes::of(0.0), Lanes::of(1.0));
     let rooted = most.if_less(peak, one, zero);
     let clear = rooted * most.if_less(low, one, high.if_less(least, one, zero));
     let near = rooted * low.if_less(least, most.if_less(high, one, zero), zero) * (one - clear);

@@ -67,24 +67,3 @@ pub fn placed([lo, hi]: [f64; 2], x: f64) -> f64 {
 pub fn scaled([lo, hi]: [f64; 2], v: f64) -> f64 {
     if hi > lo { (2.0 * v - (hi + lo)) / (hi - lo) } else { 0.0 }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_smooth_function_is_rebuilt_with_its_slope() {
-        let range = [2.0, 5.0];
-        let values: Vec<f64> = points(20).iter().map(|x| placed(range, *x).ln()).collect();
-        let c = coefficients(&values);
-        for v in [2.0, 2.7, 4.1, 5.0f64] {
-            let (value, slope) = series(&c, scaled(range, v));
-            assert!((value - v.ln()).abs() < 1e-13 && (slope / 1.5 - 1.0 / v).abs() < 1e-11, "{v}");
-            let by_basis: f64 = basis(20, scaled(range, v)).iter().zip(&c).map(|(t, c)| t * c).sum();
-            assert!((by_basis - value).abs() < 1e-14);
-        }
-        for (row, c) in matrix(20).iter().zip(&c) {
-            assert!((row.iter().zip(&values).map(|(m, v)| m * v).sum::<f64>() - c).abs() < 1e-14);
-        }
-    }
-}

@@ -97,37 +97,3 @@ pub fn each<T: Real>(from: T, to: T, mut f: impl FnMut(T, T)) {
         f(middle + half * x, half * w);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rules_are_exact_for_polynomials() {
-        for n in [2, 4, 6, 8, 10, 12, 16, 20, 28] {
-            let t = Nodes::new(n);
-            for degree in 0..2 * n {
-                let sum: f64 = (0..n).map(|i| t.weights[i] * t.points[i].powi(degree as i32)).sum();
-                assert!((sum - 1.0 / (degree + 1) as f64).abs() < 1e-14, "n {n} degree {degree}");
-            }
-            for degree in 0..n {
-                for i in 0..n {
-                    let got: f64 = (0..n).map(|j| t.integral[i][j] * t.points[j].powi(degree as i32)).sum();
-                    let want = t.points[i].powi(degree as i32 + 1) / (degree + 1) as f64;
-                    assert!((got - want).abs() < 1e-14, "n {n} degree {degree} row {i}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn legendre_coefficients_rebuild_the_function() {
-        let t = Nodes::new(12);
-        let values: Vec<f64> = t.points.iter().map(|w| (1.5 * w).exp()).collect();
-        let c: Vec<f64> =
-            t.legendre.iter().map(|row| row.iter().zip(&values).map(|(a, y)| a * y).sum()).collect();
-        let w = 0.3;
-        let sum: f64 = legendre(11, 2.0 * w - 1.0).iter().zip(&c).map(|(p, c)| p * c).sum();
-        assert!((sum - (1.5f64 * w).exp()).abs() < 1e-13);
-    }
-}

@@ -6,10 +6,11 @@ use std::sync::{Mutex, PoisonError};
 
 use super::built::{Built, Inner, Profile};
 use super::channels::Signal;
-use super::model::Contact;
+use super::model::{Contact, Foil, Model};
 use super::space::Factor;
 use super::{Interval, Material, Setup};
 use crate::design::MOST;
+use crate::physics::real::Real;
 
 /// How many properties there are.
 pub const PROPERTIES: usize = 17;
@@ -168,51 +169,69 @@ impl Property {
 
     /// Gives it a value in `setup`.
     pub fn set(self, setup: &mut Setup, value: f64) {
-        let uniform = || vec![[0.0, value], [MOST, value]];
+        let mut built = setup.built.as_deref().cloned().unwrap_or(Built::CONE);
+        let modulus = built.inner.as_ref().map(|inner| inner.modulus);
         match self {
-            Self::Hub => setup.hub = value,
-            Self::Nu => setup.model.nu = value,
-            Self::PoleRadius => setup.model.pole_radius = value,
-            Self::Friction => setup.model.contact = Contact::Coulomb(value),
-            Self::Foil => setup.gauge.foil.iter_mut().for_each(|foil| foil.stiffness = value),
             Self::Noise => setup.gauge.noise_strain = Some(value),
-            Self::Modulus => match &mut setup.model.material {
-                Material::Hooke(e) | Material::NeoHookean(e) => *e = value,
-                Material::MooneyRivlin(_) | Material::Yeoh(_) => {}
-            },
+            Self::Friction => setup.model.contact = Contact::Coulomb(value),
+            Self::Exponent => built.profile = Profile::Power(value),
+            Self::Bore | Self::Core if value > 0.0 => {
+                // A bore has no modulus; that of a new core comes next.
+                let of_core = modulus.filter(|modulus| *modulus != 0.0).unwrap_or(f64::NAN);
+                let modulus = if self == Self::Bore { 0.0 } else { of_core };
+                built.inner = Some(Inner { modulus, diameter: vec![[0.0, value], [MOST, value]] });
+            }
+            Self::Bore | Self::Core if (modulus == Some(0.0)) == (self == Self::Bore) => built.inner = None,
+            Self::Bore | Self::Core => {}
+            Self::CoreModulus if modulus == Some(0.0) => {}
+            Self::Modulus if setup.model.material.moduli().len() > 1 => {}
             _ => {
-                let mut built = setup.built.as_deref().cloned().unwrap_or(Built::CONE);
-                match self {
-                    Self::Exponent => built.profile = Profile::Power(value),
-                    Self::Scale => {
-                        if let Profile::Table(table) = &mut built.profile {
-                            table.iter_mut().for_each(|knot| knot[1] *= value);
-                        }
-                    }
-                    // A bore has no modulus; that of a new core comes next.
-                    Self::Bore if value > 0.0 => {
-                        built.inner = Some(Inner { modulus: 0.0, diameter: uniform() });
-                    }
-                    Self::Bore => built.inner = built.inner.filter(|inner| inner.modulus != 0.0),
-                    Self::Core if value > 0.0 => {
-                        let known = built.inner.map(|inner| inner.modulus).filter(|modulus| *modulus != 0.0);
-                        let modulus = known.unwrap_or(f64::NAN);
-                        built.inner = Some(Inner { modulus, diameter: uniform() });
-                    }
-                    Self::Core => built.inner = built.inner.filter(|inner| inner.modulus == 0.0),
-                    Self::CoreModulus => {
-                        let core = built.inner.iter_mut().filter(|inner| inner.modulus != 0.0);
-                        core.for_each(|inner| inner.modulus = value);
-                    }
-                    Self::Curvature => built.curvature[0] = value,
-                    Self::CurvatureSlope => built.curvature[1] = value,
-                    Self::Turn => built.root.k_theta = value,
-                    Self::Across => built.root.k_y = value,
-                    _ => built.root.k_x = value,
-                }
-                setup.built = Some(built).filter(|built| *built != Built::CONE).map(Into::into);
+                let parts = (&mut setup.hub, &mut setup.model, setup.gauge.foil.as_mut());
+                self.each(parts, Some(&mut built), |x| {
+                    *x = if self == Self::Scale { *x * value } else { value }
+                });
             }
         }
+        setup.built = Some(built).filter(|built| *built != Built::CONE).map(Into::into);
+    }
+
+    /// Does `f` with every number of a setup that is this property.
+    pub fn each<T: Real>(
+        self,
+        (hub, model, foil): (&mut T, &mut Model<T>, Option<&mut Foil<T>>),
+        built: Option<&mut Built<T>>,
+        mut f: impl FnMut(&mut T),
+    ) {
+        let one = match self {
+            Self::Hub => hub,
+            Self::Modulus => &mut model.material.moduli()[0],
+            Self::Nu => &mut model.nu,
+            Self::PoleRadius => &mut model.pole_radius,
+            Self::Friction => match &mut model.contact {
+                Contact::Coulomb(mu) => mu,
+                Contact::Frictionless | Contact::Stick => return,
+            },
+            Self::Foil => match foil {
+                Some(foil) => &mut foil.stiffness,
+                None => return,
+            },
+            _ => match (self, built) {
+                (Self::Exponent, Some(Built { profile: Profile::Power(n), .. })) => n,
+                (Self::Scale, Some(Built { profile: Profile::Table(knots), .. }))
+                | (Self::Bore | Self::Core, Some(Built { inner: Some(Inner { diameter: knots, .. }), .. })) =>
+                {
+                    return knots.iter_mut().for_each(|[_, diameter]| f(diameter));
+                }
+                (Self::CoreModulus, Some(Built { inner: Some(Inner { modulus, .. }), .. })) => modulus,
+                (Self::Curvature, Some(built)) => &mut built.curvature[0],
+                (Self::CurvatureSlope, Some(built)) => &mut built.curvature[1],
+                (Self::Turn, Some(built)) => &mut built.root.k_theta,
+                (Self::Across, Some(built)) => &mut built.root.k_y,
+                (Self::Along, Some(built)) => &mut built.root.k_x,
+                _ => return,
+            },
+        };
+        f(one);
     }
 }
 

@@ -188,8 +188,11 @@ impl<'w, 'a> Work<'w, 'a> {
         };
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
-        let read = |evaluator: &mut Evaluator<'_>| evaluator.read(self.designs, &tasks);
-        let outcomes = if self.beyond { self.evaluator.as_samples(read)? } else { read(self.evaluator)? };
+        let before = self.evaluator.leaves;
+        self.evaluator.leaves |= self.beyond;
+        let outcomes = self.evaluator.read(self.designs, &tasks);
+        self.evaluator.leaves = before;
+        let outcomes = outcomes?;
         self.taps += tasks.len() as u64;
         Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect())
     }

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::outcome::{Found, admitted, outcome, reading, reference, unsolved};
+use super::outcome::{Asked, Found, reading, reference};
 use super::solve::ROUGH;
 use super::{Evaluator, Method, Outcome, Outcomes, Task};
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::rule::limits::EDGE;
 use crate::physics::onset::Grip;
@@ -92,17 +92,13 @@ impl Evaluator<'_> {
         let stop = self.stop;
         let finish = |(i, ((task, known), grip)): (usize, ((&Task, &Known), &Grip))| {
             let design = &designs[task.design as usize];
-            let setup = design.setup(setup);
-            let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
-                return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
-            };
-            let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+            let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
             match known {
                 Some(Ok(s)) => {
-                    let strain = reading(setup, s.wrench, s.strain);
+                    let strain = reading(asked.setup, s.wrench, s.strain);
                     let found = Found {
                         strain,
-                        deviation: linear / strain - 1.0,
+                        deviation: asked.linear / strain - 1.0,
                         beside: None,
                         wrench: s.wrench,
                         normal: s.normal,
@@ -110,13 +106,10 @@ impl Evaluator<'_> {
                         arc: s.arc,
                         sticking: *grip == Grip::Stick,
                     };
-                    let sweeps = s.shots as f32;
-                    Outcome { sweeps, ..outcome(setup, design, shared, task, linear, found) }
+                    Outcome { sweeps: s.shots as f32, ..asked.outcome(found) }
                 }
-                Some(Err(Open::Ended(why))) => unsolved(setup, shared, task, linear, *why),
-                _ if samples && matches!(grip, Grip::Slide(_)) => {
-                    unsolved(setup, shared, task, linear, Status::NOT_CONVERGED)
-                }
+                Some(Err(Open::Ended(why))) => asked.unsolved(*why),
+                _ if samples && matches!(grip, Grip::Slide(_)) => asked.unsolved(Status::NOT_CONVERGED),
                 _ if stop.load(std::sync::atomic::Ordering::Relaxed) => Outcome::NOTHING,
                 _ => {
                     let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
@@ -143,7 +136,7 @@ impl Evaluator<'_> {
         if stick && model.pole_radius > 0.0 {
             // What a contact rolls is known to the reference alone.
             let lost = |task: &Task| {
-                admitted(setup, &designs[task.design as usize], task).then_some(Solution::FAILED)
+                Asked::new(setup, &designs[task.design as usize], task).map(|_| Solution::FAILED)
             };
             return Ok(tasks.iter().map(lost).collect());
         }
@@ -156,11 +149,9 @@ impl Evaluator<'_> {
             far: setup.gauge.side == Side::Far,
         };
         let tap = |(task, grip): (&Task, &Grip)| {
-            let design = &designs[task.design as usize];
-            let setup = design.setup(setup);
+            let Asked { setup, shared, amount, .. } =
+                Asked::new(setup, &designs[task.design as usize], task)?;
             let model = &setup.model;
-            let shared = design.shared.as_ref().filter(|_| admitted(setup, design, task))?;
-            let amount = amount(setup.drive, task.drive);
             let (turn, lift) = match setup.drive {
                 Drive::Angle => (amount, 0.0),
                 Drive::Displacement => (0.0, amount),
@@ -208,7 +199,7 @@ fn check_answer(
     let sure = s.error <= tolerance && (s.load - 1.0).abs() > EDGE;
     // A blunt tip has no slope: a contact that begins there has no normal.
     let blunt = setup.model.surface && body.power().is_some_and(|[_, _, n]| n < 1.0);
-    if !sure || near(body.length) || blunt && body.length - task.a <= CLOSE * task.a {
+    if !sure || near(body.length) || blunt && task.a >= (1.0 - CLOSE) * body.length {
         return Err(Open::Unsure);
     }
     if s.load > 1.0 {
@@ -222,10 +213,6 @@ fn check_answer(
         return Err(Open::Ended(Status::SLIPPED_OFF));
     }
     if setup.model.surface {
-        // The slope of such a power has no end at the tip.
-        if task.a >= (1.0 - CLOSE) * body.length && body.power().is_some_and(|[.., n]| n < 1.0) {
-            return Err(Open::Unsure);
-        }
         let [begin, end] = body.piece(task.a);
         match () {
             () if near(begin) && begin > 0.0 || near(end) => return Err(Open::Unsure),

@@ -12,7 +12,7 @@ use crate::physics::real::{Dual, Real};
 use crate::physics::rod::{Equilibrium, INPUTS, RodProblem, Traced, UNKNOWNS};
 use crate::physics::solid::Bonded;
 use crate::physics::taper::Taper;
-use crate::scene::built::{Inner, Profile, Root};
+use crate::scene::built::{Profile, Root};
 use crate::scene::{
     Built, Clamp, Contact, Drive, Foil, Geometry, Material, Model, Property, Setup, Signal, Theory, Tuple,
 };
@@ -167,44 +167,10 @@ impl Lifted {
             }
             Input::FoilLength => self.foil.iter_mut().for_each(|foil| by(&mut foil.length, 1.0)),
             Input::FoilWidth => self.foil.iter_mut().for_each(|foil| by(&mut foil.width, 1.0)),
-            Input::Property(property) => self.seed_property(property, by),
-        }
-    }
-
-    fn seed_property(&mut self, property: Property, by: impl Fn(&mut Traced, f64)) {
-        match property {
-            Property::Hub => by(&mut self.hub, 1.0),
-            Property::Modulus => by(&mut self.model.material.moduli()[0], 1.0),
-            Property::Nu => by(&mut self.model.nu, 1.0),
-            Property::PoleRadius => by(&mut self.model.pole_radius, 1.0),
-            Property::Friction => {
-                if let Contact::Coulomb(mu) = &mut self.model.contact {
-                    by(mu, 1.0);
-                }
-            }
-            Property::Foil => self.foil.iter_mut().for_each(|foil| by(&mut foil.stiffness, 1.0)),
-            Property::Noise => {}
-            _ => {
-                let Some(Built { profile, inner, curvature, root }) = &mut self.built else { return };
-                match (property, profile, inner) {
-                    (Property::Exponent, Profile::Power(n), _) => by(n, 1.0),
-                    (Property::Scale, Profile::Table(table), _) => {
-                        for [_, diameter] in table {
-                            let own = diameter.value;
-                            by(diameter, own);
-                        }
-                    }
-                    (Property::Bore | Property::Core, _, Some(Inner { diameter, .. })) => {
-                        diameter.iter_mut().for_each(|knot| by(&mut knot[1], 1.0));
-                    }
-                    (Property::CoreModulus, _, Some(Inner { modulus, .. })) => by(modulus, 1.0),
-                    (Property::Curvature, ..) => by(&mut curvature[0], 1.0),
-                    (Property::CurvatureSlope, ..) => by(&mut curvature[1], 1.0),
-                    (Property::Turn, ..) => by(&mut root.k_theta, 1.0),
-                    (Property::Across, ..) => by(&mut root.k_y, 1.0),
-                    (Property::Along, ..) => by(&mut root.k_x, 1.0),
-                    _ => {}
-                }
+            Input::Property(property) => {
+                let parts = (&mut self.hub, &mut self.model, self.foil.as_mut());
+                let scaled = property == Property::Scale;
+                property.each(parts, self.built.as_mut(), |x| by(x, if scaled { x.value } else { 1.0 }));
             }
         }
     }

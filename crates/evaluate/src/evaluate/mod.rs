@@ -45,22 +45,22 @@ pub struct Evaluator<'a> {
     taps: Vec<Tap>,
     solutions: Vec<Solution>,
     sweeps: Sweeps,
-    /// Whether kernels tell the plane of bending too: while taps are solved that ask for it.
-    spatial: bool,
-    /// Taps that may still be left to the reference.
-    spare: usize,
+    /// Taps that may still be left to the reference. Where more would be, [`SolveError::TooHard`] comes before the reference is asked, which can take a
+    /// second for each.
+    pub spare: usize,
     /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
     samples: bool,
-    /// Whether taps that come near no equilibrium have no answer.
-    leaves: bool,
+    /// Whether far from the base taps that come near no equilibrium have no answer: the reference takes seconds to say that there is none. Not of built
+    /// whiskers.
+    pub leaves: bool,
     /// What taps are read from in place of being solved, where that is enough.
     reader: Option<Arc<dyn Source>>,
     /// Rungs for materials of rigs that differ.
     laws: Vec<(Material, Vec<Rung>)>,
     /// The full model, where effects are left off.
     guard: Option<Box<Guard<'a>>>,
-    /// Set from outside to stop early.
-    stop: &'a AtomicBool,
+    /// Set from outside to stop early: work fails with [`SolveError::Stopped`] then.
+    pub stop: &'a AtomicBool,
 }
 
 /// How taps are solved.
@@ -87,7 +87,6 @@ impl<'a> Evaluator<'a> {
             taps: Vec::new(),
             solutions: Vec::new(),
             sweeps: Sweeps::default(),
-            spatial: false,
             spare: usize::MAX,
             samples: false,
             leaves: false,
@@ -101,11 +100,6 @@ impl<'a> Evaluator<'a> {
     /// Fails with [`SolveError::Stopped`] once `stop` is set.
     pub fn stopping(self, stop: &'a AtomicBool) -> Self {
         Self { stop, ..self }
-    }
-
-    /// The same from now on.
-    pub fn stop_by(&mut self, stop: &'a AtomicBool) {
-        self.stop = stop;
     }
 
     fn go_on(&self) -> Result<(), SolveError> {
@@ -138,30 +132,10 @@ impl<'a> Evaluator<'a> {
         Ok(outcomes)
     }
 
-    /// For samples of a smooth function, which need no word: frictionless taps that no rung solves are not left to the reference. Fails with
-    /// [`SolveError::TooHard`], before the reference is asked, where more than `most` taps would be: each can take it a second.
+    /// For samples of a smooth function, which need no word: frictionless taps that no rung solves are not left to the reference, and at most `most`
+    /// others are.
     pub fn sparing(self, most: usize) -> Self {
         Self { spare: most, samples: true, ..self }
-    }
-
-    /// Does `f` with taps as samples of a smooth function that need no word: far from the base those that come near no equilibrium are left without an
-    /// answer, and not to the reference, which takes seconds to say that there is none. Not of built whiskers.
-    pub fn as_samples<R>(&mut self, f: impl FnOnce(&mut Self) -> R) -> R {
-        let before = std::mem::replace(&mut self.leaves, true);
-        let done = f(self);
-        self.leaves = before;
-        done
-    }
-
-    /// As in [`Self::as_samples`].
-    pub fn leaving(self) -> Self {
-        Self { leaves: true, ..self }
-    }
-
-    /// From now on at most so many taps are left to the reference: where more would be, it fails with [`SolveError::TooHard`] before the reference is
-    /// asked.
-    pub fn leave_at_most(&mut self, taps: usize) {
-        self.spare = taps;
     }
 
     /// The method, for another setup.
@@ -249,17 +223,11 @@ impl<'a> Evaluator<'a> {
 
     /// [`Self::solutions`] of taps of any direction.
     fn solutions_anywhere(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
-        let setup = self.setup;
-        if setup.asks_wrench() {
-            // The angle at the base tells which way the force acts there.
-            self.spatial = true;
-            let solved = self.solutions(designs, tasks);
-            self.spatial = false;
-            solved
-        } else if tasks.iter().any(|task| task.is_spatial(setup)) {
-            self.spatial_solutions(designs, tasks)
-        } else {
-            self.solutions(designs, tasks)
+        // The angle at the base tells which way the force acts there.
+        let wrench = self.setup.asks_wrench();
+        match !wrench && tasks.iter().any(|task| task.is_spatial(self.setup)) {
+            true => self.spatial_solutions(designs, tasks),
+            false => self.solutions(designs, tasks, wrench),
         }
     }
 
@@ -270,11 +238,7 @@ impl<'a> Evaluator<'a> {
         if built::asked(self.setup) {
             return self.built(designs, tasks, Some(grip), None);
         }
-        // The angle at the base tells which way the force acts there.
-        self.spatial = self.setup.asks_wrench();
-        let solved = self.solve(designs, tasks, &|_| grip);
-        self.spatial = false;
-        let solved = solved?;
+        let solved = self.solve(designs, tasks, &|_| grip, self.setup.asks_wrench())?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance) = (self.setup, self.tolerance());
         let read = |(task, s): (&Task, &Option<Solved>)| {

@@ -9,6 +9,34 @@ use crate::physics::rod::{RodError, RodProblem, TiltedTap};
 use crate::scene::{Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
+/// A tap in the domain.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'a> {
+    /// Its own rig.
+    pub setup: &'a Setup,
+    pub shared: &'a Shared,
+    pub task: &'a Task,
+    /// θ, rad, or δ, mm.
+    pub amount: f64,
+    /// θ f, f of the estimator's theory.
+    pub linear: f64,
+}
+
+impl<'a> Asked<'a> {
+    /// The tap `task` of `design`; `None` outside the domain.
+    pub fn new(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
+        let inside = design.admits(setup, task.a, task.drive) && task.direction.is_valid();
+        if inside { Self::known(setup, design, task) } else { None }
+    }
+
+    /// The same of a tap that is known to be in the domain; `None` of no whisker.
+    fn known(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
+        let (setup, shared) = (design.setup(setup), design.shared.as_ref()?);
+        let amount = amount(setup.drive, task.drive);
+        Some(Self { setup, shared, task, amount, linear: amount * shared.theory.curve().value(task.a) })
+    }
+}
+
 /// What a fast kernel's solution says of a tap.
 pub(super) fn fast(
     setup: &Setup,
@@ -17,17 +45,13 @@ pub(super) fn fast(
     task: &Task,
     solved: Option<&Solved>,
 ) -> Outcome {
-    let setup = design.setup(setup);
-    let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
-        return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
-    };
-    let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+    let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
+    let Asked { setup, linear, .. } = asked;
     let Some(Solved { frame, solution, grip, plane, seen, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
-        let why = if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED };
-        return unsolved(setup, shared, task, linear, why);
+        return asked.unsolved(if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED });
     };
     let response = frame.response(solution);
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
@@ -50,7 +74,7 @@ pub(super) fn fast(
         }
     };
     let wrench = match setup.asks_wrench() {
-        true => wrench(setup, shared, task, &response, solution.base),
+        true => wrench(&asked, &response, solution.base),
         false => [f64::NAN; 3],
     };
     let (strain, deviation) = match setup.signal.of(wrench) {
@@ -67,18 +91,18 @@ pub(super) fn fast(
         arc: response.arc,
         sticking: *grip == Grip::Stick,
     };
-    Outcome { sweeps: solution.sweeps as f32, ..outcome(setup, design, shared, task, linear, found) }
+    Outcome { sweeps: solution.sweeps as f32, ..asked.outcome(found) }
 }
 
 /// What a cone clamped at its base exerts on its root in the tap `task`: M₀, N mm, F_x and F_y, N; `base`: ψ(0), rad. Its force goes through the
 /// object's centre, or with friction through the contact.
-fn wrench(setup: &Setup, shared: &Shared, task: &Task, response: &Response, base: f64) -> [f64; 3] {
+fn wrench(asked: &Asked<'_>, response: &Response, base: f64) -> [f64; 3] {
+    let Asked { setup, shared, task, amount, .. } = *asked;
     let (model, taper) = (&setup.model, &shared.taper);
     let (height, sin, cos) = match model.surface {
         true => (taper.radius(task.a), taper.sin_alpha(), taper.cos_alpha()),
         false => (0.0, 0.0, 1.0),
     };
-    let amount = amount(setup.drive, task.drive);
     let [x, y] = [task.a + model.pole_radius * sin, height + model.pole_radius * cos];
     let [x, y] = match setup.drive {
         Drive::Angle => {
@@ -104,8 +128,7 @@ fn wrench(setup: &Setup, shared: &Shared, task: &Task, response: &Response, base
 
 /// |θ f/ε| of a tap, f of the estimator's theory; 1 where there is none.
 pub(super) fn linear_share(setup: &Setup, design: &Design, task: &Task, solved: &Solved) -> f64 {
-    let Some(shared) = &design.shared else { return 1.0 };
-    let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+    let Some(Asked { linear, .. }) = Asked::known(setup, design, task) else { return 1.0 };
     let share = (linear / solved.frame.response(&solved.solution).strain).abs();
     if share.is_finite() { share } else { 1.0 }
 }
@@ -119,8 +142,8 @@ pub fn outcome_of_chart(
     ([strain, arc, normal, friction], beside): ([f64; 4], Option<[f64; 3]>),
     sticking: bool,
 ) -> Option<Outcome> {
-    let (shared, setup) = (design.shared.as_ref()?, design.setup(setup));
-    let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+    let asked = Asked::known(setup, design, task)?;
+    let Asked { setup, shared, amount, linear, .. } = asked;
     let (share, deviation) = match (task.direction.is_upright(), shared.foil) {
         (true, None) => (1.0, -strain / (1.0 + strain)),
         (true, Some(foil)) => (foil.transfer, 1.0 / (foil.transfer + foil.transfer * strain) - 1.0),
@@ -131,12 +154,8 @@ pub fn outcome_of_chart(
     };
     let beside = beside.map(|found| {
         let [strain_2, azimuth, slide] = std::array::from_fn(|f| beside_linear(task.direction)[f] + found[f]);
-        let moved = amount(setup.drive, task.drive) * path(setup, task.a);
-        Beside {
-            strain_2: linear * strain_2,
-            axial: f64::NAN,
-            plane: Plane { azimuth, slide: moved * slide },
-        }
+        let plane = Plane { azimuth, slide: amount * path(setup, task.a) * slide };
+        Beside { strain_2: linear * strain_2, axial: f64::NAN, plane }
     });
     let found = Found {
         strain: share * (linear + linear * strain),
@@ -148,7 +167,7 @@ pub fn outcome_of_chart(
         arc: task.a + task.a * arc,
         sticking,
     };
-    Some(outcome(setup, design, shared, task, linear, found))
+    Some(asked.outcome(found))
 }
 
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
@@ -163,29 +182,21 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
 
 /// What the reference says of a tap, or where the geometry is linear, the closed forms.
 pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome {
-    let setup = design.setup(setup);
-    let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
-        return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
-    };
-    let amount = amount(setup.drive, task.drive);
-    let linear = amount * shared.theory.curve().value(task.a);
+    let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
+    let Asked { setup, shared, amount, linear, .. } = asked;
     if setup.model.geometry == Geometry::Linear {
-        let strain = amount * shared.model.value(task.a);
-        let deviation = theories_apart(shared, task);
-        let normal = amount * shared.model.force(setup.model.material.e0(), task.a);
-        let wrench = shared.model.wrench(setup.model.material.e0(), task.a).map(|x| amount * x);
+        let e0 = setup.model.material.e0();
         let upright = Found {
-            strain,
-            deviation,
-            normal,
-            wrench,
+            strain: amount * shared.model.value(task.a),
+            deviation: theories_apart(shared, task),
+            normal: amount * shared.model.force(e0, task.a),
+            wrench: shared.model.wrench(e0, task.a).map(|x| amount * x),
             beside: None,
             tangential: 0.0,
             arc: task.a,
             sticking: false,
         };
-        let found = if task.is_spatial(setup) { upright.tilted(setup, task, amount) } else { upright };
-        return outcome(setup, design, shared, task, linear, found);
+        return asked.outcome(if task.is_spatial(setup) { upright.tilted(&asked) } else { upright });
     }
     let problem = RodProblem {
         taper: shared.taper,
@@ -221,12 +232,14 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
                 arc: tap.contact_arc,
                 sticking: tap.sticking,
             };
-            outcome(setup, design, shared, task, linear, found)
+            asked.outcome(found)
         }
-        Err(RodError::NotConverged) => unsolved(setup, shared, task, linear, Status::NOT_CONVERGED),
-        Err(RodError::MaterialLimit) => unsolved(setup, shared, task, linear, Status::MATERIAL_LIMIT),
-        Err(RodError::AtKnot) => unsolved(setup, shared, task, linear, Status::AT_KNOT),
-        Err(RodError::SlippedOff) => unsolved(setup, shared, task, linear, Status::SLIPPED_OFF),
+        Err(why) => asked.unsolved(match why {
+            RodError::NotConverged => Status::NOT_CONVERGED,
+            RodError::MaterialLimit => Status::MATERIAL_LIMIT,
+            RodError::AtKnot => Status::AT_KNOT,
+            RodError::SlippedOff => Status::SLIPPED_OFF,
+        }),
     }
 }
 
@@ -253,7 +266,7 @@ pub(super) struct Beside {
 
 impl Found {
     /// The linear theory of a pole that need not be upright: the rod bends by θ cos β towards its contact, at the azimuth β.
-    fn tilted(self, setup: &Setup, task: &Task, amount: f64) -> Self {
+    fn tilted(self, &Asked { setup, task, amount, .. }: &Asked<'_>) -> Self {
         let cos = radians(task.direction)[0].cos();
         let [strain_2, azimuth, slide] = beside_linear(task.direction);
         let plane = Plane { azimuth, slide: amount * path(setup, task.a) * slide };
@@ -304,11 +317,6 @@ pub(super) fn signed(setup: &Setup, strain: f64) -> f64 {
     sign(setup) * strain + 0.0
 }
 
-/// Whether the contact of such a tap bends no part of the gauge that is read.
-fn unread(setup: &Setup, shared: &Shared, a: f64, arc: f64) -> bool {
-    setup.signal == Signal::Strain && off_gauge(shared.gauge[0], a, arc)
-}
-
 /// Whether a contact meant for `a` that is at `arc` bends no part of a gauge that begins at `x1`.
 #[inline]
 pub(super) fn off_gauge(x1: f64, a: f64, arc: f64) -> bool {
@@ -320,70 +328,70 @@ pub(super) fn is_behind(arc: f64) -> bool {
     arc <= 0.0
 }
 
-/// Whether a tap lies in the domain.
-pub(super) fn admitted(setup: &Setup, design: &Design, task: &Task) -> bool {
-    design.admits(setup, task.a, task.drive) && task.direction.is_valid()
-}
+impl Asked<'_> {
+    /// Whether a contact at `arc` bends no part of the gauge that is read.
+    fn unread(&self, arc: f64) -> bool {
+        self.setup.signal == Signal::Strain && off_gauge(self.shared.gauge[0], self.task.a, arc)
+    }
 
-/// No values but the linear theory's.
-pub(super) fn unsolved(setup: &Setup, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
-    let off = if unread(setup, shared, task.a, f64::INFINITY) { Status::NO_STRAIN } else { Status::OK };
-    Outcome { strain_linear: sign(setup) * linear, status: why | off, ..Outcome::NOTHING }
-}
+    /// No values but the linear theory's.
+    pub fn unsolved(&self, why: Status) -> Outcome {
+        let off = if self.unread(f64::INFINITY) { Status::NO_STRAIN } else { Status::OK };
+        Outcome { strain_linear: sign(self.setup) * self.linear, status: why | off, ..Outcome::NOTHING }
+    }
 
-pub(super) fn outcome(
-    setup: &Setup,
-    design: &Design,
-    shared: &Shared,
-    task: &Task,
-    linear: f64,
-    found: Found,
-) -> Outcome {
-    if is_behind(found.arc) {
-        return unsolved(setup, shared, task, linear, Status::NOT_CONVERGED);
-    }
-    let mut status = Status::OK;
-    let no_strain = unread(setup, shared, task.a, found.arc);
-    if no_strain {
-        status |= Status::NO_STRAIN;
-    }
-    if found.arc > design.tuple.L_a * (1.0 + 1e-12) {
-        status |= Status::SLIPPED_OFF;
-    }
-    let strain = if no_strain { 0.0 } else { found.strain };
-    let axial = found.beside.as_ref().map_or(f64::NAN, |beside| if no_strain { 0.0 } else { beside.axial });
-    let second = found.beside.as_ref().filter(|_| setup.gauge.second);
-    let strain_2 = second.map(|beside| if no_strain { 0.0 } else { beside.strain_2 });
-    if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2)) > shared.strain_limit(&setup.gauge) {
-        status |= Status::STRAIN_LIMIT;
-    }
-    let plane =
-        found.beside.as_ref().map_or(Plane { azimuth: f64::NAN, slide: f64::NAN }, |beside| beside.plane);
-    // With two gauges K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
-    let deviation = match strain_2 {
-        _ if no_strain => f64::NAN,
-        None => found.deviation,
-        Some(strain_2) if plane.azimuth == 0.0 => {
-            let t2 = (strain_2 / strain).powi(2);
-            (found.deviation - t2) / (1.0 + t2)
+    /// Values and status of what was found.
+    pub fn outcome(&self, found: Found) -> Outcome {
+        let Self { setup, shared, linear, .. } = *self;
+        if is_behind(found.arc) {
+            return self.unsolved(Status::NOT_CONVERGED);
         }
-        Some(strain_2) => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
-    };
-    Outcome {
-        strain: signed(setup, strain),
-        strain_2: strain_2.map_or(f64::NAN, |strain_2| sign(setup) * strain_2 + 0.0),
-        strain_linear: sign(setup) * linear + 0.0,
-        deviation,
-        normal_force: found.normal,
-        tangential_force: found.tangential,
-        arc: found.arc,
-        wrench: found.wrench,
-        azimuth: plane.azimuth,
-        slide: plane.slide,
-        axial: sign(setup) * axial + 0.0,
-        sticking: found.sticking,
-        sweeps: 0.0,
-        referred: false,
-        status,
+        let mut status = Status::OK;
+        let no_strain = self.unread(found.arc);
+        if no_strain {
+            status |= Status::NO_STRAIN;
+        }
+        if found.arc > shared.length * (1.0 + 1e-12) {
+            status |= Status::SLIPPED_OFF;
+        }
+        let strain = if no_strain { 0.0 } else { found.strain };
+        let axial =
+            found.beside.as_ref().map_or(f64::NAN, |beside| if no_strain { 0.0 } else { beside.axial });
+        let second = found.beside.as_ref().filter(|_| setup.gauge.second);
+        let strain_2 = second.map(|beside| if no_strain { 0.0 } else { beside.strain_2 });
+        if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2))
+            > shared.strain_limit(&setup.gauge)
+        {
+            status |= Status::STRAIN_LIMIT;
+        }
+        let plane =
+            found.beside.as_ref().map_or(Plane { azimuth: f64::NAN, slide: f64::NAN }, |beside| beside.plane);
+        // With two gauges K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
+        let deviation = match strain_2 {
+            _ if no_strain => f64::NAN,
+            None => found.deviation,
+            Some(strain_2) if plane.azimuth == 0.0 => {
+                let t2 = (strain_2 / strain).powi(2);
+                (found.deviation - t2) / (1.0 + t2)
+            }
+            Some(strain_2) => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
+        };
+        Outcome {
+            strain: signed(setup, strain),
+            strain_2: strain_2.map_or(f64::NAN, |strain_2| sign(setup) * strain_2 + 0.0),
+            strain_linear: sign(setup) * linear + 0.0,
+            deviation,
+            normal_force: found.normal,
+            tangential_force: found.tangential,
+            arc: found.arc,
+            wrench: found.wrench,
+            azimuth: plane.azimuth,
+            slide: plane.slide,
+            axial: sign(setup) * axial + 0.0,
+            sticking: found.sticking,
+            sweeps: 0.0,
+            referred: false,
+            status,
+        }
     }
 }

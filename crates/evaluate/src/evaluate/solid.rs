@@ -9,11 +9,10 @@ use super::solve::Solutions;
 use super::trial::{self, Turn};
 use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount};
-use crate::kernel::tap::{Ask, Frame};
+use crate::kernel::tap::Frame;
 use crate::kernel::{Chart, Solution};
 use crate::physics::inverse::bracketed;
 use crate::physics::linear::StrainCurve;
-use crate::physics::onset::Grip;
 use crate::physics::solid::{Soft, is_solid};
 use crate::scene::{Drive, Model, Setup};
 
@@ -165,19 +164,8 @@ impl trial::Trial for Trial<'_> {
         if self.strained && a <= rod.gauge[0] {
             return None;
         }
-        let curve = StrainCurve::new(rod.taper, rod.gauge, 0.0, Drive::Angle, rod.shear);
         let model = Model { pole_radius: setup.model.pole_radius - depth, ..setup.model };
-        Frame::new(&Ask {
-            model: &model,
-            side: setup.gauge.side,
-            curve: &curve,
-            // Errors stay relative to what the drive, not the angle of the rod, would make of the peak.
-            peak: shared.peak * self.amount / angle,
-            a,
-            amount: angle,
-            grip: Grip::Slide(0.0),
-            start: shared.start,
-        })
+        trial::framed((&model, setup.gauge.side), (shared, rod), 0.0, self.amount, [a, angle])
     }
 
     /// What `solution` says of the tap `here`, and how well it is known: the next tap, or the one that is sought.
@@ -244,17 +232,11 @@ pub(super) fn asked(setup: &Setup) -> bool {
     is_solid(&setup.model) || setup.gauge.foil.is_some()
 }
 
-/// Whether the strain of the skin is not that of the rod.
-fn skinned(setup: &Setup) -> bool {
-    setup.model.distorting || setup.gauge.foil.is_some()
-}
-
 impl Evaluator<'_> {
     /// Frames and solutions of frictionless taps of a solid; `None` outside the domain.
     pub(super) fn solid(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
-        self.spatial = skinned(self.setup);
-        let solved = self.sought((designs, tasks), ROUNDS, Trial::new);
-        self.spatial = false;
-        solved
+        // Whether the strain of the skin is not that of the rod.
+        let skinned = self.setup.model.distorting || self.setup.gauge.foil.is_some();
+        self.sought((designs, tasks), (ROUNDS, skinned), Trial::new)
     }
 }

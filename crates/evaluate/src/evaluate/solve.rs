@@ -71,27 +71,39 @@ pub(super) struct Plane {
 }
 
 impl Evaluator<'_> {
-    /// Frames and solutions of `tasks`, whatever holds their contacts; `None` outside the domain or at the apex.
-    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
+    /// Frames and solutions of `tasks`, whatever holds their contacts; `None` outside the domain or at the apex. `spatial`: with what the plane of bending
+    /// is told by.
+    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task], spatial: bool) -> Solutions {
         let solved = match self.setup.model.contact {
             Contact::Frictionless if solid::asked(self.setup) => return self.solid(designs, tasks),
             Contact::Frictionless | Contact::Coulomb(0.0) => {
-                self.solve(designs, tasks, &|_| Grip::Slide(0.0))
+                self.solve(designs, tasks, &|_| Grip::Slide(0.0), spatial)
             }
-            Contact::Stick => self.solve(designs, tasks, &|_| Grip::Stick),
-            Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu),
+            Contact::Stick => self.solve(designs, tasks, &|_| Grip::Stick, spatial),
+            Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu, spatial),
         }?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         Ok(solved)
     }
 
     /// Frames and solutions of `tasks`; `None` outside the domain or at the apex.
-    pub(super) fn solve(&mut self, designs: &[Design], tasks: &[Task], grip: Grips<'_>) -> Solutions {
-        self.solve_framed(&frames(self.setup, designs, tasks, grip), grip)
+    pub(super) fn solve(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        grip: Grips<'_>,
+        spatial: bool,
+    ) -> Solutions {
+        self.solve_framed(&frames(self.setup, designs, tasks, grip), grip, spatial)
     }
 
     /// Solutions of `frames`, where there are any.
-    pub(super) fn solve_framed(&mut self, frames: &[Option<Frame>], grip: Grips<'_>) -> Solutions {
+    pub(super) fn solve_framed(
+        &mut self,
+        frames: &[Option<Frame>],
+        grip: Grips<'_>,
+        spatial: bool,
+    ) -> Solutions {
         let setup = self.setup;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
             return Ok(vec![None; frames.len()]);
@@ -103,8 +115,8 @@ impl Evaluator<'_> {
         let tap = |frame: &Option<Frame>| frame.as_ref().map(|frame| *frame.tap());
         self.taps.par_extend(frames.par_iter().with_min_len(FRAMES).filter_map(tap));
         let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
-        let effects = Effects { spatial: self.spatial, ..effects };
-        let plane = (self.spatial && !setup.asks_wrench()).then(Plane::default);
+        let effects = Effects { spatial, ..effects };
+        let plane = (spatial && !setup.asks_wrench()).then(Plane::default);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         let solved = |i: usize, frame: Frame, solution: Solution| {
             let (grip, sweeps) = (grip(i), solution.sweeps);
@@ -123,7 +135,7 @@ impl Evaluator<'_> {
     /// Coulomb friction: sliding at μ where the contact then moves as that friction opposes, else sticking where |T| ≤ μP. The arc
     /// falls with T/P (model §3), so that the two say the same; most taps are told by one solution. Where the kernel finds no sticking
     /// solution, or one too rough to tell, or one whose material ends, the tap is left open: it may slide before.
-    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64) -> Solutions {
+    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64, spatial: bool) -> Solutions {
         let setup = self.setup;
         let framed = frames(setup, designs, tasks, &|_| Grip::Stick);
         let held = foreseen(setup, framed.iter().flatten(), mu)?;
@@ -132,7 +144,12 @@ impl Evaluator<'_> {
         let likely = |grip: &Grip| *grip != Grip::Stick && setup.model.pole_radius == 0.0;
         let likely: Vec<(usize, Grip)> = whole.zip(held).filter(|(_, grip)| likely(grip)).collect();
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
-        let slid = self.slide(designs, tasks, &likely)?;
+        // Those of `sliding`, each held by its grip.
+        let slide = |one: &mut Self, sliding: &[(usize, Grip)]| {
+            let those: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
+            one.solve(designs, &those, &|k| sliding[k].1, spatial)
+        };
+        let slid = slide(self, &likely)?;
         for (&(i, grip), s) in likely.iter().zip(slid) {
             let told = s.as_ref().is_some_and(|s| moves_with(s, grip));
             solved[i] = s.filter(|_| told);
@@ -140,7 +157,7 @@ impl Evaluator<'_> {
 
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| solved[i].is_none()).collect();
         let rest: Vec<Option<Frame>> = open.iter().map(|&i| framed[i]).collect();
-        let stuck = self.solve_framed(&rest, &|_| Grip::Stick)?;
+        let stuck = self.solve_framed(&rest, &|_| Grip::Stick, spatial)?;
         let mut sliding = Vec::new();
         for (&i, s) in open.iter().zip(stuck) {
             solved[i] = s;
@@ -151,18 +168,12 @@ impl Evaluator<'_> {
                 None => s.solution = Solution::FAILED,
             }
         }
-        let slid = self.slide(designs, tasks, &sliding)?;
+        let slid = slide(self, &sliding)?;
         for (&(i, _), s) in sliding.iter().zip(slid) {
             let before = solved[i].map_or(0.0, |s| s.sweeps);
             solved[i] = s.map(|s| Solved { sweeps: before + s.sweeps, ..s });
         }
         Ok(solved)
-    }
-
-    /// Frames and solutions of the tasks of `sliding`, each held by its grip.
-    fn slide(&mut self, designs: &[Design], tasks: &[Task], sliding: &[(usize, Grip)]) -> Solutions {
-        let those: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
-        self.solve(designs, &those, &|k| sliding[k].1)
     }
 }
 

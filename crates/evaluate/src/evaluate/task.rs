@@ -106,4 +106,7 @@ impl Outcome {
         referred: false,
         status: Status::OK,
     };
+
+    /// That of a tap outside the domain.
+    pub const OUTSIDE: Self = Self { status: Status::INVALID_GEOMETRY, ..Self::NOTHING };
 }

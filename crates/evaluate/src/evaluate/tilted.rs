@@ -8,10 +8,8 @@ use super::solve::{Plane, Solutions, Solved};
 use super::trial::{self, Turn};
 use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount, radians};
-use crate::kernel::tap::{Ask, Frame};
+use crate::kernel::tap::Frame;
 use crate::kernel::{Chart, Solution};
-use crate::physics::linear::StrainCurve;
-use crate::physics::onset::Grip;
 use crate::physics::pole::{Planar, Pole, Rig};
 use crate::scene::{Contact, Drive, Setup};
 
@@ -92,18 +90,8 @@ impl<'a> Trial<'a> {
         let Self { setup, shared, .. } = self;
         let rod = shared.rod();
         let hub = if setup.drive == Drive::Angle { rod.hub } else { 0.0 };
-        let curve = StrainCurve::new(rod.taper, rod.gauge, hub, Drive::Angle, rod.shear);
-        Frame::new(&Ask {
-            model: &setup.model,
-            side: setup.gauge.side,
-            curve: &curve,
-            // Errors stay relative to what the drive, not the angle in the plane, would make of the peak.
-            peak: shared.peak * self.amount / planar.angle,
-            a: planar.distance,
-            amount: planar.angle,
-            grip: Grip::Slide(0.0),
-            start: shared.start,
-        })
+        let place = [planar.distance, planar.angle];
+        trial::framed((&setup.model, setup.gauge.side), (shared, &rod), hub, self.amount, place)
     }
 
     /// The frame in the plane of azimuth `phi`, and λ there; none where its strain means nothing: the contact begins at or inside the gauge's near end.
@@ -175,12 +163,10 @@ impl Evaluator<'_> {
                 continue;
             }
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-            self.spatial = which > 0;
             let solved = match which {
-                2 => self.sought((designs, &these), MOST_PLANES, Trial::new),
-                _ => self.solutions(designs, &these),
+                2 => self.sought((designs, &these), (MOST_PLANES, true), Trial::new),
+                _ => self.solutions(designs, &these, which > 0),
             };
-            self.spatial = false;
             places.iter().zip(solved?).for_each(|(&i, s)| all[i] = s);
         }
         Ok(all)

@@ -5,10 +5,11 @@ use rayon::prelude::*;
 use super::solve::{Plane, Solutions, Solved, frame};
 use super::{Evaluator, Method, Task};
 use crate::design::{Design, Shared};
-use crate::kernel::tap::Frame;
+use crate::kernel::tap::{Ask, Frame};
 use crate::kernel::{Chart, Solution};
+use crate::physics::linear::StrainCurve;
 use crate::physics::onset::Grip;
-use crate::scene::Setup;
+use crate::scene::{Drive, Model, Setup, Side};
 
 /// What a solved tap says of the one that is sought.
 #[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
@@ -30,13 +31,34 @@ pub(super) trait Trial: Send + Sync {
     fn turn(&mut self, here: &Frame, solution: &Solution, told: (Option<&Chart>, f64)) -> Turn;
 }
 
+/// The frictionless tap at `a`, mm, of the rod of `shared`, turned by `angle`, rad, about a place `hub` mm behind where it begins.
+pub(super) fn framed(
+    (model, side): (&Model, Side),
+    (shared, rod): (&Shared, &StrainCurve),
+    hub: f64,
+    amount: f64,
+    [a, angle]: [f64; 2],
+) -> Option<Frame> {
+    Frame::new(&Ask {
+        model,
+        side,
+        curve: &StrainCurve::new(rod.taper, rod.gauge, hub, Drive::Angle, rod.shear),
+        // Errors stay relative to what the drive `amount`, not the angle, would make of the peak.
+        peak: shared.peak * amount / angle,
+        a,
+        amount: angle,
+        grip: Grip::Slide(0.0),
+        start: shared.start,
+    })
+}
+
 impl<'a> Evaluator<'a> {
-    /// Frames and solutions of frictionless `tasks`, each sought from what `begin` makes of it, in so many `rounds` at most; `None` outside the domain
-    /// or at the apex.
+    /// Frames and solutions of frictionless `tasks`, each sought from what `begin` makes of it, in so many `rounds` at most, with what the plane of
+    /// bending is told by where `spatial`; `None` outside the domain or at the apex.
     pub(super) fn sought<'t, T: Trial>(
         &mut self,
         (designs, tasks): (&'t [Design], &[Task]),
-        rounds: usize,
+        (rounds, spatial): (usize, bool),
         begin: impl Fn(&'t Setup, &'t Shared, &Task) -> Option<T> + Sync,
     ) -> Solutions
     where
@@ -64,7 +86,7 @@ impl<'a> Evaluator<'a> {
             }
             let framed = |(_, trial): &(usize, T)| trial.frame();
             let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
-            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
+            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0), spatial)?;
             let turned = |((i, mut trial), s): ((usize, T), Option<Solved>)| {
                 let s = s?;
                 let within = s.solution.within(tolerance);

@@ -1,6 +1,6 @@
 //! The section chart in the kernels' own precision.
 
-use super::pack::{Pack, Scalar};
+use super::pack::{Packed, Scalar};
 use crate::Chart;
 
 /// A section chart.
@@ -37,16 +37,12 @@ impl<T: Scalar> Law<T> {
 
     /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; above a load of 1 the chart does not tell.
     #[inline(always)]
-    pub fn section<const L: usize, const SET: u8>(
-        &self,
-        t: Pack<T, L, SET>,
-        b: Pack<T, L, SET>,
-    ) -> [Pack<T, L, SET>; 3] {
-        let of = Pack::<T, L, SET>::of;
-        let most = t.mul_add(Pack::splat(self.bending[1]), Pack::splat(self.bending[0]));
+    pub fn section<P: Packed<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
+        let of = P::of;
+        let most = t.mul_add(P::splat(self.bending[1]), P::splat(self.bending[0]));
         let b2 = b * b;
         let beta = b2 / (most * most);
-        let x = t * Pack::splat(self.scale);
+        let x = t * P::splat(self.scale);
         let load = if self.covers { x.abs() } else { beta.max(x.abs()) };
         let (x, y) = (x.max(of(-1.0)).min(of(1.0)), beta.min(of(1.0)).mul_add(of(2.0), of(-1.0)));
         let (extra, chi) = (plane(&self.p, x, y), plane(&self.q, x, y));
@@ -56,23 +52,19 @@ impl<T: Scalar> Law<T> {
 
 /// Σ c_k z^k.
 #[inline(always)]
-pub fn polynomial<T: Scalar, const L: usize, const SET: u8>(c: &[T], z: Pack<T, L, SET>) -> Pack<T, L, SET> {
-    let Some((&last, others)) = c.split_last() else { return Pack::of(0.0) };
-    let mut sum = Pack::splat(last);
+pub fn polynomial<P: Packed>(c: &[P::Scalar], z: P) -> P {
+    let Some((&last, others)) = c.split_last() else { return P::of(0.0) };
+    let mut sum = P::splat(last);
     for &next in others.iter().rev() {
-        sum = sum.mul_add(z, Pack::splat(next));
+        sum = sum.mul_add(z, P::splat(next));
     }
     sum
 }
 
 /// Σ c_jk x^k y^j. Loops only: a closure that the compiler leaves alone has neither the vectors nor the fused operations of its caller.
 #[inline(always)]
-fn plane<T: Scalar, const L: usize, const SET: u8>(
-    c: &[Vec<T>],
-    x: Pack<T, L, SET>,
-    y: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
-    let mut sum = Pack::of(0.0);
+fn plane<P: Packed>(c: &[Vec<P::Scalar>], x: P, y: P) -> P {
+    let mut sum = P::of(0.0);
     for row in c.iter().rev() {
         sum = sum.mul_add(y, polynomial(row, x));
     }

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use exact::Tables;
 pub use exact::series;
-pub use pack::{AVX2, COMMON, Pack, Scalar, UNFUSED, VECTORS};
+pub use pack::{AVX2, COMMON, Pack, Packed, Scalar, UNFUSED, VECTORS};
 
 use super::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
@@ -86,15 +86,17 @@ macro_rules! by_nodes {
             match job.rule.nodes {
                 $($n if job.effects.plain() && wide() => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| block::<$t, $n, $lanes, true>(&tables, job, t, o));
+                    // SAFETY: `wide` holds.
+                    parallel(taps, out, |t, o| unsafe { block::<$t, $n, $lanes, true>(&tables, job, t, o) });
                 })*
                 $(2..=$size if wide() => {
                     let tables = Tables::<$t, $size>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| block::<$t, $size, $lanes, false>(&tables, job, t, o));
+                    // SAFETY: `wide` holds.
+                    parallel(taps, out, |t, o| unsafe { block::<$t, $size, $lanes, false>(&tables, job, t, o) });
                 })*
                 2..=$most => {
                     let tables = Tables::<$t, $most>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| lanes::<$t, $most, 1, UNFUSED, false>(&tables, job, t, o));
+                    parallel(taps, out, |t, o| lanes::<Pack<$t, 1, UNFUSED>, 1, $most, false>(&tables, job, t, o));
                 }
                 n => return Err(SolveError::Nodes(n)),
             }
@@ -121,56 +123,37 @@ fn parallel(taps: &[Tap], out: &mut [Solution], f: impl Fn(&[Tap], &mut [Solutio
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
 }
 
-/// Solves one work item side by side: NEON is always there.
-#[cfg(not(target_arch = "x86_64"))]
-fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
-    tables: &Tables<T, N>,
-    job: &Job<'_>,
-    taps: &[Tap],
-    out: &mut [Solution],
-) {
-    lanes::<T, N, L, COMMON, PLAIN>(tables, job, taps, out);
-}
+/// Instruction set of taps that are solved side by side.
+const WIDE: u8 = if cfg!(target_arch = "x86_64") { AVX2 } else { COMMON };
 
-/// Solves one work item side by side, on a PC for which [`wide`] holds.
-#[cfg(target_arch = "x86_64")]
-fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
+/// Solves one work item side by side.
+///
+/// # Safety
+/// [`wide`] holds.
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+unsafe fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap],
     out: &mut [Solution],
 ) {
-    assert!(fused());
-    // SAFETY: the CPU has just been found to have both features.
-    unsafe { block_avx2::<T, N, L, PLAIN>(tables, job, taps, out) };
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn block_avx2<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
-    tables: &Tables<T, N>,
-    job: &Job<'_>,
-    taps: &[Tap],
-    out: &mut [Solution],
-) {
-    lanes::<T, N, L, AVX2, PLAIN>(tables, job, taps, out);
+    lanes::<Pack<T, L, WIDE>, L, N, PLAIN>(tables, job, taps, out);
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap. `PLAIN`: all effects are off, and the rule has N nodes.
 #[inline(always)]
-fn lanes<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
-    tables: &Tables<T, N>,
+fn lanes<P: Packed, const L: usize, const N: usize, const PLAIN: bool>(
+    tables: &Tables<P::Scalar, N>,
     job: &Job<'_>,
     taps: &[Tap],
     out: &mut [Solution],
 ) {
     for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
-        let packed = Tap::gather(|field| Pack(std::array::from_fn(|i| T::of(lane(i).values()[field]))));
-        let solved: Solution<Pack<T, L, SET>> =
-            exact::taps::<T, N, L, SET, PLAIN>(tables, job.rule, &job.effects, job.tolerance, &packed);
+        let packed = Tap::gather(|field| P::gather(|i| lane(i).values()[field]));
+        let solved = exact::taps::<P, N, PLAIN>(tables, job.rule, &job.effects, job.tolerance, &packed);
         for (i, o) in out.iter_mut().enumerate() {
-            *o = solved.map(|x| x.0[i].get());
+            *o = solved.map(|x| x.lane(i));
         }
     }
 }

@@ -21,21 +21,24 @@ mod sealed {
 }
 
 /// f32 or f64.
-pub trait Scalar: sealed::Sealed + Copy + PartialOrd + Send + Sync + 'static {
+pub trait Scalar:
+    sealed::Sealed
+    + Copy
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Send
+    + Sync
+    + 'static
+{
     /// Largest relative error of one rounding.
     const ROUNDING: f64;
     /// Rounded from f64.
     fn of(x: f64) -> Self;
     /// Widened.
     fn get(self) -> f64;
-    /// + − × ÷, root, fused a b + c.
-    fn add(self, o: Self) -> Self;
-    /// Difference.
-    fn sub(self, o: Self) -> Self;
-    /// Product.
-    fn mul(self, o: Self) -> Self;
-    /// Quotient.
-    fn div(self, o: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// a b + c, rounded once.
@@ -55,22 +58,6 @@ macro_rules! scalar {
                 f64::from(self)
             }
             #[inline(always)]
-            fn add(self, o: Self) -> Self {
-                self + o
-            }
-            #[inline(always)]
-            fn sub(self, o: Self) -> Self {
-                self - o
-            }
-            #[inline(always)]
-            fn mul(self, o: Self) -> Self {
-                self * o
-            }
-            #[inline(always)]
-            fn div(self, o: Self) -> Self {
-                self / o
-            }
-            #[inline(always)]
             fn sqrt(self) -> Self {
                 <$t>::sqrt(self)
             }
@@ -84,7 +71,60 @@ macro_rules! scalar {
 scalar!(f32);
 scalar!(f64);
 
-/// Instruction sets of packs, their parameter `SET`: what every CPU has. On a PC packs of [`VECTORS`] f32 are vectors of SSE2.
+/// Numbers that go through the same arithmetic: what kernels are written in.
+pub trait Packed:
+    Copy
+    + Default
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+{
+    /// Type of each of them.
+    type Scalar: Scalar;
+
+    /// Lane `i` is `of(i)`.
+    fn gather(of: impl FnMut(usize) -> f64) -> Self;
+
+    /// The number of lane `i`.
+    fn lane(&self, i: usize) -> f64;
+
+    /// The same number in every lane.
+    fn splat(x: Self::Scalar) -> Self;
+
+    /// The same number in every lane.
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        Self::splat(Self::Scalar::of(x))
+    }
+
+    /// self · b + c.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+
+    /// Square root.
+    fn sqrt(self) -> Self;
+
+    /// Larger of both; the second where the first is NaN.
+    fn max(self, o: Self) -> Self;
+
+    /// Smaller of both; the second where the first is NaN.
+    fn min(self, o: Self) -> Self;
+
+    /// Absolute value.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.max(-self)
+    }
+
+    /// Per lane `yes` where self < `o`, else `no`.
+    fn if_less(self, o: Self, yes: Self, no: Self) -> Self;
+
+    /// Whether self ≤ `o` in every lane; false where either is NaN.
+    fn all_at_most(self, o: Self) -> bool;
+}
+
+/// Instruction sets of packs, their parameter `SET`: what every CPU has.
 pub const UNFUSED: u8 = 0;
 /// With fused multiply–add; without it a fused operation would be a library call per lane.
 pub const FUSED: u8 = 1;
@@ -103,24 +143,11 @@ pub struct Pack<T, const L: usize, const SET: u8>(pub [T; L]);
 
 impl<T: Scalar, const L: usize, const SET: u8> Default for Pack<T, L, SET> {
     fn default() -> Self {
-        Self::of(0.0)
+        Packed::of(0.0)
     }
 }
 
 impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
-    /// The same number in every lane.
-    #[inline(always)]
-    pub fn of(x: f64) -> Self {
-        Self::splat(T::of(x))
-    }
-
-    /// The same number in every lane.
-    #[inline(always)]
-    pub fn splat(x: T) -> Self {
-        kinds!(same, x);
-        Self([x; L])
-    }
-
     #[inline(always)]
     fn map2(self, o: Self, f: impl Fn(T, T) -> T) -> Self {
         let mut r = self.0;
@@ -133,25 +160,43 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
         }
         Self(r)
     }
+}
 
-    /// self · b + c.
+impl<T: Scalar, const L: usize, const SET: u8> Packed for Pack<T, L, SET> {
+    type Scalar = T;
+
     #[inline(always)]
-    pub fn mul_add(self, b: Self, c: Self) -> Self {
+    fn gather(mut of: impl FnMut(usize) -> f64) -> Self {
+        Self(std::array::from_fn(|i| T::of(of(i))))
+    }
+
+    #[inline(always)]
+    fn lane(&self, i: usize) -> f64 {
+        self.0[i].get()
+    }
+
+    #[inline(always)]
+    fn splat(x: T) -> Self {
+        kinds!(same, x);
+        Self([x; L])
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
         kinds!(vectors, mul_add(self, b, c));
         let mut r = self.0;
         for i in 0..L {
             r[i] = if const { SET != UNFUSED } {
                 self.0[i].fma(b.0[i], c.0[i])
             } else {
-                self.0[i].mul(b.0[i]).add(c.0[i])
+                self.0[i] * b.0[i] + c.0[i]
             };
         }
         Self(r)
     }
 
-    /// Square root.
     #[inline(always)]
-    pub fn sqrt(self) -> Self {
+    fn sqrt(self) -> Self {
         kinds!(vectors, sqrt(self));
         let mut r = self.0;
         for x in &mut r {
@@ -160,29 +205,20 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
         Self(r)
     }
 
-    /// Larger of both; the second where the first is NaN.
     #[inline(always)]
-    pub fn max(self, o: Self) -> Self {
+    fn max(self, o: Self) -> Self {
         kinds!(vectors, max(self, o));
         self.map2(o, |a, b| if a > b { a } else { b })
     }
 
-    /// Smaller of both; the second where the first is NaN.
     #[inline(always)]
-    pub fn min(self, o: Self) -> Self {
+    fn min(self, o: Self) -> Self {
         kinds!(vectors, min(self, o));
         self.map2(o, |a, b| if a < b { a } else { b })
     }
 
-    /// Absolute value.
     #[inline(always)]
-    pub fn abs(self) -> Self {
-        self.max(-self)
-    }
-
-    /// Per lane `yes` where self < `o`, else `no`.
-    #[inline(always)]
-    pub fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
+    fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
         kinds!(vectors, if_less(self, o, yes, no));
         let mut r = no.0;
         for i in 0..L {
@@ -191,9 +227,8 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
         Self(r)
     }
 
-    /// Whether self ≤ `o` in every lane; false where either is NaN.
     #[inline(always)]
-    pub fn all_at_most(self, o: Self) -> bool {
+    fn all_at_most(self, o: Self) -> bool {
         kinds!(all_vectors, all_at_most(self, o));
         let mut all = true;
         for i in 0..L {
@@ -210,7 +245,7 @@ macro_rules! operator {
             #[inline(always)]
             fn $name(self, o: Self) -> Self {
                 kinds!(vectors, $name(self, o));
-                self.map2(o, T::$name)
+                self.map2(o, $trait::$name)
             }
         }
     };
@@ -224,7 +259,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Neg for Pack<T, L, SET> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self::of(0.0) - self
+        <Self as Packed>::of(0.0) - self
     }
 }
 
@@ -232,11 +267,11 @@ impl<T: Scalar, const L: usize, const SET: u8> Neg for Pack<T, L, SET> {
 impl<const L: usize> Number for Pack<f64, L, UNFUSED> {
     #[inline(always)]
     fn of(x: f64) -> Self {
-        Self::of(x)
+        Packed::of(x)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.sqrt()
+        Packed::sqrt(self)
     }
     #[inline(always)]
     fn hypot(self, o: Self) -> Self {
@@ -248,10 +283,10 @@ impl<const L: usize> Number for Pack<f64, L, UNFUSED> {
     }
     #[inline(always)]
     fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
-        self.if_less(o, yes, no)
+        Packed::if_less(self, o, yes, no)
     }
     #[inline(always)]
     fn all_at_most(self, o: Self) -> bool {
-        self.all_at_most(o)
+        Packed::all_at_most(self, o)
     }
 }

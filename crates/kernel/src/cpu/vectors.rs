@@ -1,6 +1,8 @@
 //! The vectors that packs are made of on a PC, and their operations by the names of those of packs.
 
-pub use std::arch::x86_64::{__m128, __m256, __m256d};
+pub use std::arch::x86_64::{__m256, __m256d};
+
+use super::pack::AVX2;
 
 /// A pack and the vectors that it is. A union has no checks, which would cost a debug build minutes.
 #[derive(Clone, Copy)]
@@ -9,7 +11,7 @@ pub union Same<P: Copy, V: Copy> {
     pub vectors: V,
 }
 
-/// Operations of the vectors of a set, under the same names.
+/// Operations of vectors of AVX2, under the same names for f32 and f64.
 pub mod of_256 {
     use std::arch::x86_64::{
         __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_movemask_ps,
@@ -54,55 +56,25 @@ pub mod of_256_double {
     }
 }
 
-pub mod of_128 {
-    use std::arch::x86_64::{
-        __m128, _mm_and_ps, _mm_andnot_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_movemask_ps, _mm_or_ps,
-    };
-    pub use std::arch::x86_64::{
-        _mm_add_ps as add, _mm_div_ps as div, _mm_max_ps as max, _mm_min_ps as min, _mm_mul_ps as mul,
-        _mm_set1_ps as set, _mm_sqrt_ps as sqrt, _mm_sub_ps as sub,
-    };
-
-    /// Rounded twice.
-    #[inline(always)]
-    pub unsafe fn mul_add(a: __m128, b: __m128, c: __m128) -> __m128 {
-        unsafe { add(mul(a, b), c) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m128, b: __m128, yes: __m128, no: __m128) -> __m128 {
-        unsafe {
-            let less = _mm_cmplt_ps(a, b);
-            _mm_or_ps(_mm_and_ps(less, yes), _mm_andnot_ps(less, no))
-        }
-    }
-
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m128, b: __m128) -> bool {
-        unsafe { _mm_movemask_ps(_mm_cmple_ps(a, b)) == 0xf }
-    }
+/// Whether packs of `L` numbers `T` are vectors, in all of `bytes` bytes, of numbers of `size` bytes.
+pub const fn are<T, const L: usize>(set: u8, size: usize, bytes: usize) -> bool {
+    set == AVX2 && size_of::<T>() == size && L * size == bytes
 }
 
-/// Whether packs of `L` numbers `T` are vectors of the set `by`, in all of `bytes` bytes, of numbers of `size` bytes.
-pub const fn are<T, const L: usize>(set: u8, by: u8, size: usize, bytes: usize) -> bool {
-    set == by && size_of::<T>() == size && L * size == bytes
-}
-
-/// Hands what packs are made of to `$each`: a set, the size of a number, the vectors, their operations, and which there are. None of these operations is a
+/// Hands what packs are made of to `$each`: the size of a number, the vectors, their operations, and which there are. None of these operations is a
 /// loop: LLVM takes minutes for thousands of small loops in one function.
 macro_rules! kinds {
     ($each:ident, $($rest:tt)+) => {
-        $each!(UNFUSED, 4, [__m128; 8], of_128, [0 1 2 3 4 5 6 7], $($rest)+);
-        $each!(AVX2, 4, [__m256; 4], of_256, [0 1 2 3], $($rest)+);
-        $each!(AVX2, 4, [__m256; 2], of_256, [0 1], $($rest)+);
-        $each!(AVX2, 8, [__m256d; 2], of_256_double, [0 1], $($rest)+);
+        $each!(4, [__m256; 4], of_256, [0 1 2 3], $($rest)+);
+        $each!(4, [__m256; 2], of_256, [0 1], $($rest)+);
+        $each!(8, [__m256d; 2], of_256_double, [0 1], $($rest)+);
     };
 }
 
 /// The same number in all vectors, where packs are some.
 macro_rules! same {
-    ($by:ident, $size:literal, $vectors:ty, $of:ident, [$($k:literal)+], $x:expr) => {
-        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
+    ($size:literal, $vectors:ty, $of:ident, [$($k:literal)+], $x:expr) => {
+        if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
             // SAFETY: such packs are only made where the CPU has the instructions, and these are as many numbers of this type.
             unsafe {
                 let x = $of::set(Same::<T, _> { pack: $x }.vectors);
@@ -115,8 +87,8 @@ macro_rules! same {
 
 /// The operation of vectors, where the packs are some.
 macro_rules! vectors {
-    ($by:ident, $size:literal, $vectors:ty, $of:ident, $which:tt, $operation:ident $packs:tt) => {
-        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
+    ($size:literal, $vectors:ty, $of:ident, $which:tt, $operation:ident $packs:tt) => {
+        if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
             // SAFETY: as above.
             unsafe {
                 let all: $vectors = each!($which, $vectors, $of, $operation $packs);
@@ -128,8 +100,8 @@ macro_rules! vectors {
 
 /// Whether it holds of all vectors of two packs, where they are some.
 macro_rules! all_vectors {
-    ($by:ident, $size:literal, $vectors:ty, $of:ident, $which:tt, $holds:ident $packs:tt) => {
-        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
+    ($size:literal, $vectors:ty, $of:ident, $which:tt, $holds:ident $packs:tt) => {
+        if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
             // SAFETY: as above.
             unsafe {
                 return each!(all $vectors, $of, $which, $holds $packs);

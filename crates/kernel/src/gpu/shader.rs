@@ -38,17 +38,14 @@ impl Variant<'_> {
 
     /// The whole WGSL text; two variants with the same text are the same pipeline.
     pub fn wgsl(&self) -> String {
-        let spatial = self.job.effects.spatial;
         let main = include_str!("../../../../shaders/main.wgsl");
         let gauge = include_str!("../../../../shaders/gauge.wgsl");
-        let with_spatial;
-        let gauge = if spatial {
-            with_spatial =
-                [include_str!("../../../../shaders/spatial.wgsl"), &gauge.replace(RETURN, RETURN_SPATIAL)]
-                    .concat();
-            &with_spatial
-        } else {
-            gauge
+        let gauge = match self.job.effects.spatial {
+            true => {
+                include_str!("../../../../shaders/spatial.wgsl").to_owned()
+                    + &gauge.replace(RETURN, RETURN_SPATIAL)
+            }
+            false => gauge.to_owned(),
         };
         [
             &header(self),
@@ -56,7 +53,7 @@ impl Variant<'_> {
             include_str!("../../../../shaders/exact.wgsl"),
             include_str!("../../../../shaders/sweep.wgsl"),
             include_str!("../../../../shaders/newton.wgsl"),
-            gauge,
+            &gauge,
             main,
         ]
         .join("\n")

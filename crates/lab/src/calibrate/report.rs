@@ -109,7 +109,7 @@ struct AtDrive {
 
 fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
     let at = |(j, drive): (usize, &f64)| {
-        let row = &t.by_drive[j];
+        let row = t.by_drive[j].figures();
         let cells = || t.cells.iter().filter(|c| c.j == j);
         let m = cells().count() as f64;
         // What the noise of the cells' means does to the spread of K and to the estimates.
@@ -119,10 +119,10 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
             / m)
             .sqrt();
         let left: f64 = cells().map(|c| c.share).sum::<f64>() / m;
-        let (error_rms, noise_rms) = (row.error_rms(), row.noise_rms());
+        let (error_rms, noise_rms) = (row.error_rms, row.noise_rms);
         let bias = error_rms.zip(noise_rms).map(|(e, n)| (e * e - n * n * left).max(0.0).sqrt());
         let total = bias.zip(noise_rms).map(|(b, n)| b.hypot(n));
-        AtDrive { drive: *drive, k_sd: row.deviation.sd(), error_rms, noise_rms, bias, total, k_noise }
+        AtDrive { drive: *drive, k_sd: row.sd, error_rms, noise_rms, bias, total, k_noise }
     };
     t.drives.centres.iter().enumerate().map(at).collect()
 }
@@ -152,14 +152,14 @@ fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
     let held: Vec<(&str, Vec<Option<f64>>)> =
         Estimator::ALL.into_iter().filter_map(|e| Some((e.name(), of?.rms_by_drive(e)?))).collect();
     let row = |(j, d): (usize, AtDrive)| {
-        let row = &t.by_drive[j];
+        let row = t.by_drive[j].figures();
         let mut v = json!({
-            "n": row.deviation.n,
-            "K_mean": row.deviation.mean().map(|m| (1.0 + m) * unit),
+            "n": row.n,
+            "K_mean": row.mean.map(|m| (1.0 + m) * unit),
             "K_sd": d.k_sd.map(|k| k * unit),
             "error_rms_mm": d.error_rms,
-            "error_max_mm": row.error_max(),
-            "error_mean_mm": row.error_mean(),
+            "error_max_mm": row.error_max,
+            "error_mean_mm": row.error_mean,
             "status": row.status.to_string(),
         });
         v[rig.setup.drive.column()] = d.drive.into();

@@ -1,6 +1,6 @@
 //! Full Newton: how the lag of the rod follows the unknowns, which a step at a fixed shape leaves out. For the last rung, which the CPU alone has.
 
-use super::super::pack::{Pack, Scalar};
+use super::super::pack::Packed;
 use super::newton::{Bent, Turned};
 use super::sweep::State;
 use super::tables::{Tables, dot};
@@ -18,17 +18,17 @@ struct Rod<'a, P, const N: usize> {
 /// Turns of the rod by a unit of each unknown when its lag follows, from those at a fixed shape. A unit of W also takes away moment through Δξ.
 /// `spread` is the factor of the lag; `sines` and `cosines` are sin ψ ds and cos ψ ds at the nodes.
 #[inline(always)]
-pub fn settled<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    tables: &Tables<T, N>,
+pub fn settled<P: Packed, const N: usize>(
+    tables: &Tables<P::Scalar, N>,
     passes: u32,
-    state: &State<Pack<T, L, SET>, N>,
-    bent: &Bent<Pack<T, L, SET>, N>,
-    [spread, ds]: [Pack<T, L, SET>; 2],
-    [sines, cosines]: [&[Pack<T, L, SET>; N]; 2],
-    [mut first, second]: [Turned<Pack<T, L, SET>, N>; 2],
-) -> [Turned<Pack<T, L, SET>, N>; 2] {
+    state: &State<P, N>,
+    bent: &Bent<P, N>,
+    [spread, ds]: [P; 2],
+    [sines, cosines]: [&[P; N]; 2],
+    [mut first, second]: [Turned<P, N>; 2],
+) -> [Turned<P, N>; 2] {
     let n = tables.nodes::<false>();
-    let zero = Pack::<T, L, SET>::of(0.0);
+    let zero = P::of(0.0);
     let mut rod =
         Rod { w_force: bent.w_force, h_force: bent.h_force, spread, fifth: [zero; N], sines, cosines };
     let mut drawn = [zero; N];
@@ -46,16 +46,16 @@ pub fn settled<T: Scalar, const N: usize, const L: usize, const SET: u8>(
 
 /// The turn of the rod by another unknown than W when its lag follows, from that at a fixed shape; arguments as of [`settled`].
 #[inline(always)]
-pub fn followed<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    tables: &Tables<T, N>,
+pub fn followed<P: Packed, const N: usize>(
+    tables: &Tables<P::Scalar, N>,
     passes: u32,
-    state: &State<Pack<T, L, SET>, N>,
-    bent: &Bent<Pack<T, L, SET>, N>,
-    factors: [Pack<T, L, SET>; 2],
-    ends: [&[Pack<T, L, SET>; N]; 2],
-    other: Turned<Pack<T, L, SET>, N>,
-) -> Turned<Pack<T, L, SET>, N> {
-    let zero = Pack::<T, L, SET>::of(0.0);
+    state: &State<P, N>,
+    bent: &Bent<P, N>,
+    factors: [P; 2],
+    ends: [&[P; N]; 2],
+    other: Turned<P, N>,
+) -> Turned<P, N> {
+    let zero = P::of(0.0);
     let first = Turned { nodes: [zero; N], base: zero };
     let [_, other] = settled(tables, passes, state, bent, factors, ends, [first, other]);
     other
@@ -64,14 +64,14 @@ pub fn followed<T: Scalar, const N: usize, const L: usize, const SET: u8>(
 /// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
 /// Volterra equation, iterated from `fixed`.
 #[inline(always)]
-fn follow<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    tables: &Tables<T, N>,
+fn follow<P: Packed, const N: usize>(
+    tables: &Tables<P::Scalar, N>,
     passes: u32,
-    rod: &Rod<'_, Pack<T, L, SET>, N>,
-    fixed: Turned<Pack<T, L, SET>, N>,
-) -> Turned<Pack<T, L, SET>, N> {
+    rod: &Rod<'_, P, N>,
+    fixed: Turned<P, N>,
+) -> Turned<P, N> {
     let n = tables.nodes::<false>();
-    let zero = Pack::<T, L, SET>::of(0.0);
+    let zero = P::of(0.0);
     let Turned { mut nodes, mut base } = fixed;
     for _ in 0..passes {
         let (mut pulled, mut bending) = ([zero; N], [zero; N]);

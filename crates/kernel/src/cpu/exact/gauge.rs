@@ -1,6 +1,6 @@
 //! Strain deviation and error estimate from a converged state. Twin of `shaders/gauge.wgsl`.
 
-use super::super::pack::{Pack, Scalar};
+use super::super::pack::Packed;
 use super::legendre::{legendre, primitive};
 use super::spatial::{Spatial, spatial};
 use super::sweep::State;
@@ -11,12 +11,8 @@ use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
 /// there, times what the strain weighs. Where the contact starts next to the gauge, ℓ may grow by orders on the way, as the square of
 /// the bent part of the gauge; with an `offset` force, part of the strain goes as the bent part itself.
 #[inline(always)]
-pub fn sensitivity<T: Scalar, const L: usize, const SET: u8>(
-    offset: bool,
-    tap: &Tap<Pack<T, L, SET>>,
-    x: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
-    let of = Pack::<T, L, SET>::of;
+pub fn sensitivity<P: Packed>(offset: bool, tap: &Tap<P>, x: P) -> P {
+    let of = P::of;
     let (one, tiny) = (of(1.0), of(TINY));
     let (near, far) = ((tap.near + x).max(tiny), tap.far + x);
     let (u1, u2) = (tap.taper.mul_add(tap.near, tap.rest), tap.taper.mul_add(tap.far, tap.rest));
@@ -32,11 +28,8 @@ pub fn sensitivity<T: Scalar, const L: usize, const SET: u8>(
 /// where bending and the force along the whisker nearly cancel at the gauge, as they may next to the clamp. The third number is the
 /// same of the section law, which shows in the strains of both, and where the contact sticks in the forces too.
 #[inline(always)]
-pub fn shares<T: Scalar, const L: usize, const SET: u8>(
-    effects: &Effects,
-    tap: &Tap<Pack<T, L, SET>>,
-) -> [Pack<T, L, SET>; 3] {
-    let of = Pack::<T, L, SET>::of;
+pub fn shares<P: Packed>(effects: &Effects, tap: &Tap<P>) -> [P; 3] {
+    let of = P::of;
     let (zero, one, half) = (of(0.0), of(1.0), of(0.5));
     if !effects.offset {
         return [one; 3];
@@ -66,16 +59,16 @@ pub fn shares<T: Scalar, const L: usize, const SET: u8>(
 
 /// The solution of a tap whose last sweep left `residual`, and rounding `rounded`; `across` is the first of its [`shares`].
 #[inline(always)]
-pub fn gauge<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
-    tables: &Tables<T, N>,
+pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
+    tables: &Tables<P::Scalar, N>,
     rule: &Rule,
     effects: &Effects,
-    tap: &Tap<Pack<T, L, SET>>,
-    state: &State<Pack<T, L, SET>, N>,
-    [residual, rounded, across]: [Pack<T, L, SET>; 3],
-    sweeps: Pack<T, L, SET>,
-) -> Solution<Pack<T, L, SET>> {
-    let of = Pack::<T, L, SET>::of;
+    tap: &Tap<P>,
+    state: &State<P, N>,
+    [residual, rounded, across]: [P; 3],
+    sweeps: P,
+) -> Solution<P> {
+    let of = P::of;
     let (zero, one, two, tiny) = (of(0.0), of(1.0), of(2.0), of(TINY));
     let n = tables.nodes::<PLAIN>();
     let offset = !PLAIN && effects.offset;
@@ -126,8 +119,8 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     let side = of(if effects.far { -1.0 } else { 1.0 });
     let (mut sum, mut length) = (zero, zero);
     for &(point, weight) in &tables.gauge {
-        let w = w2 + (w1 - w2) * Pack::splat(point);
-        let weight = Pack::splat(weight);
+        let w = w2 + (w1 - w2) * P::splat(point);
+        let weight = P::splat(weight);
         let y = one - k * w;
         let y2 = y * y;
         let y3 = y2 * y;
@@ -231,7 +224,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
     let load = zero.if_less(outside.max(astray), zero, load);
     let Spatial { base, axial } = if effects.spatial {
-        spatial::<T, N, L, SET, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
+        spatial::<P, N, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
     } else {
         Spatial { base: zero, axial: zero }
     };
@@ -240,40 +233,30 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
 
 /// The part of the lever mean beyond the contact, which has no moment.
 #[inline(always)]
-fn past<T: Scalar, const L: usize, const SET: u8>(
-    end: Pack<T, L, SET>,
-    b2: Pack<T, L, SET>,
-    g2: Pack<T, L, SET>,
-    width: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
-    end * end * b2 * b2 / (Pack::of(2.0) * g2 * width)
+fn past<P: Packed>(end: P, b2: P, g2: P, width: P) -> P {
+    end * end * b2 * b2 / (P::of(2.0) * g2 * width)
 }
 
 /// Place w on the rod of a point at distance `from_contact`, u² = 1 − τs there.
 #[inline(always)]
-pub fn place<T: Scalar, const L: usize, const SET: u8>(
-    from_contact: Pack<T, L, SET>,
-    u: Pack<T, L, SET>,
-    c: Pack<T, L, SET>,
-    g: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
-    let root = u.max(Pack::of(TINY)).sqrt();
-    from_contact.max(Pack::of(0.0)) * (Pack::of(1.0) + g) / (c * root * (root + g))
+pub fn place<P: Packed>(from_contact: P, u: P, c: P, g: P) -> P {
+    let root = u.max(P::of(TINY)).sqrt();
+    from_contact.max(P::of(0.0)) * (P::of(1.0) + g) / (c * root * (root + g))
 }
 
 /// Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands. Sums over Gauss
 /// nodes converge faster than the interpolant, hence the power; the factors were fitted to 20 000 random taps (d/D
 /// 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16. The shortening is what the arc is wrong by.
 #[inline(always)]
-fn truncation<T: Scalar, const N: usize, const L: usize, const SET: u8>(
+fn truncation<P: Packed, const N: usize>(
     n: usize,
-    tables: &Tables<T, N>,
-    tap: &Tap<Pack<T, L, SET>>,
-    state: &State<Pack<T, L, SET>, N>,
-    series: &[Pack<T, L, SET>; N],
-    [m, g2, sensitivity]: [Pack<T, L, SET>; 3],
-) -> Pack<T, L, SET> {
-    let of = Pack::<T, L, SET>::of;
+    tables: &Tables<P::Scalar, N>,
+    tap: &Tap<P>,
+    state: &State<P, N>,
+    series: &[P; N],
+    [m, g2, sensitivity]: [P; 3],
+) -> P {
+    let of = P::of;
     // No closure: one that is called twice may not be inlined, and then is compiled for no particular instruction set.
     let mut last = of(0.0);
     for k in n - 2..n {

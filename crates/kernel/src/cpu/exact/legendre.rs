@@ -1,15 +1,11 @@
 //! Series of shifted Legendre polynomials at a place of the rod. The shaders have them written out, round by round (`gpu/shader.rs`).
 
-use super::super::pack::{Pack, Scalar};
+use super::super::pack::Packed;
 
 /// ∫₀^w of a series of shifted Legendre polynomials.
 #[inline(always)]
-pub fn primitive<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    n: usize,
-    series: &[Pack<T, L, SET>; N],
-    w: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
-    let of = Pack::<T, L, SET>::of;
+pub fn primitive<P: Packed, const N: usize>(n: usize, series: &[P; N], w: P) -> P {
+    let of = P::of;
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = series[0] * w;
     let (mut before, mut now) = (of(1.0), x);
@@ -24,12 +20,8 @@ pub fn primitive<T: Scalar, const N: usize, const L: usize, const SET: u8>(
 
 /// A series of shifted Legendre polynomials at w.
 #[inline(always)]
-pub fn legendre<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    n: usize,
-    series: &[Pack<T, L, SET>; N],
-    w: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
-    let of = Pack::<T, L, SET>::of;
+pub fn legendre<P: Packed, const N: usize>(n: usize, series: &[P; N], w: P) -> P {
+    let of = P::of;
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = series[0];
     let (mut before, mut now) = (of(1.0), x);

@@ -34,7 +34,7 @@ mod spatial;
 mod sweep;
 mod tables;
 
-use super::pack::{Pack, Scalar};
+use super::pack::{Packed, Scalar};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
 use gauge::{gauge, sensitivity, shares};
 use sweep::{State, sweep};
@@ -42,28 +42,23 @@ pub use tables::{Tables, series};
 
 /// How changes of the two unknowns show in the strain. A function, as closures that are called twice are not compiled for the instructions of their caller.
 #[inline(always)]
-fn shows<T: Scalar, const L: usize, const SET: u8>(
-    stick: bool,
-    felt: [Pack<T, L, SET>; 2],
-    moved: Pack<T, L, SET>,
-    [force, other]: [Pack<T, L, SET>; 2],
-) -> Pack<T, L, SET> {
+fn shows<P: Packed>(stick: bool, felt: [P; 2], moved: P, [force, other]: [P; 2]) -> P {
     if stick {
         return felt[0] * force.abs() + felt[1] * other.abs();
     }
     force.abs() + felt[0] * moved * other.abs()
 }
 
-/// Solves `L` taps at once. `PLAIN`: all effects are off, at compile time.
+/// Solves a pack of taps. `PLAIN`: all effects are off, at compile time.
 #[inline(always)]
-pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
-    tables: &Tables<T, N>,
+pub fn taps<P: Packed, const N: usize, const PLAIN: bool>(
+    tables: &Tables<P::Scalar, N>,
     rule: &Rule,
     effects: &Effects,
     tolerance: f64,
-    tap: &Tap<Pack<T, L, SET>>,
-) -> Solution<Pack<T, L, SET>> {
-    let of = Pack::<T, L, SET>::of;
+    tap: &Tap<P>,
+) -> Solution<P> {
+    let of = P::of;
     let zero = of(0.0);
     let mut state = State {
         force: zero,
@@ -92,7 +87,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAI
     for step in 1..=rule.sweeps {
         let before = state.clone();
         let stepping = step % rule.settle() == 0;
-        sweep::<T, N, L, SET, PLAIN>(tables, effects, rule, stepping, tap, &mut state);
+        sweep::<P, N, PLAIN>(tables, effects, rule, stepping, tap, &mut state);
         // A lane that is done stays as it is, so that no tap depends on its neighbours.
         state.keep(tables.nodes::<PLAIN>(), done, &before);
         if !stepping {
@@ -134,8 +129,9 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAI
         error = error + (strains + moved) * of(chart_error);
     }
     if PLAIN {
-        let x = state.arc.abs() * of(ARC_ROUNDINGS * T::ROUNDING);
-        rounded = state.force.abs() * of(ROUNDINGS * T::ROUNDING) + sensitivity(false, tap, state.arc) * x;
+        let x = state.arc.abs() * of(ARC_ROUNDINGS * P::Scalar::ROUNDING);
+        rounded =
+            state.force.abs() * of(ROUNDINGS * P::Scalar::ROUNDING) + sensitivity(false, tap, state.arc) * x;
     }
-    gauge::<T, N, L, SET, PLAIN>(tables, rule, effects, tap, &state, [error, rounded, across], sweeps)
+    gauge::<P, N, PLAIN>(tables, rule, effects, tap, &state, [error, rounded, across], sweeps)
 }

@@ -1,6 +1,6 @@
 //! The Newton step of a contact whose force does not simply act across the centreline. Twin of `shaders/newton.wgsl`.
 
-use super::super::pack::{Pack, Scalar};
+use super::super::pack::Packed;
 use super::full::{followed, settled};
 use super::sweep::State;
 use super::tables::{Tables, dot};
@@ -46,23 +46,19 @@ pub struct Turned<P, const N: usize> {
 
 /// Turn by a unit of W at a fixed shape.
 #[inline(always)]
-fn unit_force<T: Scalar, const N: usize, const L: usize, const SET: u8>(
+fn unit_force<P: Packed, const N: usize>(
     effects: &Effects,
-    tap: &Tap<Pack<T, L, SET>>,
-    bent: &Bent<Pack<T, L, SET>, N>,
-    lever: Pack<T, L, SET>,
-    pivot: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
+    tap: &Tap<P>,
+    bent: &Bent<P, N>,
+    lever: P,
+    pivot: P,
+) -> P {
     if effects.stick { lever } else { lever + tap.ratio * bent.contact_radius * pivot }
 }
 
 /// Turn by a unit of c, or of H of a sticking contact, at a fixed shape.
 #[inline(always)]
-fn unit_other<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    effects: &Effects,
-    bent: &Bent<Pack<T, L, SET>, N>,
-    pivot: Pack<T, L, SET>,
-) -> Pack<T, L, SET> {
+fn unit_other<P: Packed, const N: usize>(effects: &Effects, bent: &Bent<P, N>, pivot: P) -> P {
     (if effects.stick { bent.contact_radius } else { bent.w_force }) * pivot
 }
 
@@ -82,17 +78,17 @@ pub struct Step<P> {
 /// H turns the rod by ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    tables: &Tables<T, N>,
+pub fn step<P: Packed, const N: usize>(
+    tables: &Tables<P::Scalar, N>,
     effects: &Effects,
     passes: u32,
-    tap: &Tap<Pack<T, L, SET>>,
-    state: &State<Pack<T, L, SET>, N>,
-    bent: &Bent<Pack<T, L, SET>, N>,
-    [across, along]: [Pack<T, L, SET>; 2],
-    noise: [Pack<T, L, SET>; 2],
-) -> Step<Pack<T, L, SET>> {
-    let of = Pack::<T, L, SET>::of;
+    tap: &Tap<P>,
+    state: &State<P, N>,
+    bent: &Bent<P, N>,
+    [across, along]: [P; 2],
+    noise: [P; 2],
+) -> Step<P> {
+    let of = P::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let c = one + bent.x;
     let g2 = (tap.rest - tap.taper * bent.x).max(of(APEX) * tap.rest);
@@ -120,7 +116,7 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     let mut third = Turned { nodes: [zero; N], base: zero };
     for i in 0..n {
         let y2 = bent.y[i] * bent.y[i];
-        let reach = Pack::splat(tables.points[i]) * (one + bent.y[i]);
+        let reach = P::splat(tables.points[i]) * (one + bent.y[i]);
         let lever = m * m * g4 * of(1.0 / 6.0) * reach * reach * y2.mul_add(two, one);
         let pivot = m * g4 * ig2 * of(1.0 / 3.0) * reach * y2.mul_add(y2 + one, one);
         first.nodes[i] = unit_force(effects, tap, bent, lever, pivot);
@@ -152,7 +148,7 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     let (base1, base2) = (first.base, second.base);
     let (mut turn1, mut climb1, mut turn2, mut climb2) = (zero, zero, zero, zero);
     for i in 0..n {
-        let weight = Pack::splat(tables.weights[i]);
+        let weight = P::splat(tables.weights[i]);
         let (sine, cosine) = (weight * sines[i], weight * cosines[i]);
         turn1 = turn1 + sine * first.nodes[i];
         climb1 = climb1 + cosine * first.nodes[i];
@@ -177,10 +173,8 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     let toward = [x0 * beta_cosine - y0 * beta_sine, x0 * beta_sine + y0 * beta_cosine];
     let [vx, vy] = bent.pole;
     let along_both = vx * toward[0] + vy * toward[1];
-    let row1 = |v: [Pack<T, L, SET>; 2], base: Pack<T, L, SET>| {
-        v[0] * toward[1] - v[1] * toward[0] + base * along_both
-    };
-    let row2 = |v: [Pack<T, L, SET>; 2]| vx * v[0] + vy * v[1];
+    let row1 = |v: [P; 2], base: P| v[0] * toward[1] - v[1] * toward[0] + base * along_both;
+    let row2 = |v: [P; 2]| vx * v[0] + vy * v[1];
     let unit2 = if effects.stick { tap.force } else { one };
     let (m11, m12) = (tap.force * row1(move1, base1), unit2 * row1(move2, base2));
     let (m21, m22) = (tap.force * row2(move1), unit2 * row2(move2));
@@ -188,7 +182,7 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
         // c follows the turn of the contact: its row of the step, z + ρ cos α ψ, is solved for z.
         let (mut turn3, mut climb3) = (zero, zero);
         for i in 0..n {
-            let weight = Pack::splat(tables.weights[i]);
+            let weight = P::splat(tables.weights[i]);
             turn3 = turn3 + weight * sines[i] * third.nodes[i];
             climb3 = climb3 + weight * cosines[i] * third.nodes[i];
         }
@@ -201,45 +195,43 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
         let turns = [tap.ratio * tap.force * base1 / own, tap.ratio * unit2 * base2 / own];
         return rolling(rows, turns, [across, along, bent.ahead / own], noise, own);
     }
-    let det = m11 * m22 - m12 * m21;
-    let id = one / det;
-    let size = id.abs();
-    Step {
-        steps: [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id],
-        noise: [
-            (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
-            (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
-        ],
-        rolled: zero,
-        fold: det,
+    Step::new([[m11, m12], [m21, m22]], [across, along], noise)
+}
+
+impl<P: Packed> Step<P> {
+    /// Of two unknowns, from the Jacobian, the residuals and their noise.
+    #[inline(always)]
+    fn new([[m11, m12], [m21, m22]]: [[P; 2]; 2], [across, along]: [P; 2], noise: [P; 2]) -> Self {
+        let det = m11 * m22 - m12 * m21;
+        let id = P::of(1.0) / det;
+        let size = id.abs();
+        Self {
+            steps: [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id],
+            noise: [
+                (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
+                (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
+            ],
+            rolled: P::of(0.0),
+            fold: det,
+        }
     }
 }
 
 /// The step of w, k and z of a rolling contact: `rows` of the closure, what a unit of w and of k takes from z, and the residuals, the third over
 /// `own`, by which z turns the contact back.
 #[inline(always)]
-fn rolling<T: Scalar, const L: usize, const SET: u8>(
-    rows: [[Pack<T, L, SET>; 3]; 2],
-    turns: [Pack<T, L, SET>; 2],
-    [across, along, ahead]: [Pack<T, L, SET>; 3],
-    noise: [Pack<T, L, SET>; 2],
-    own: Pack<T, L, SET>,
-) -> Step<Pack<T, L, SET>> {
+fn rolling<P: Packed>(
+    rows: [[P; 3]; 2],
+    turns: [P; 2],
+    [across, along, ahead]: [P; 3],
+    noise: [P; 2],
+    own: P,
+) -> Step<P> {
     let [[m11, m12, m13], [m21, m22, m23]] = rows;
     let (across, along) = (across - m13 * ahead, along - m23 * ahead);
     let (m11, m12) = (m11 - m13 * turns[0], m12 - m13 * turns[1]);
     let (m21, m22) = (m21 - m23 * turns[0], m22 - m23 * turns[1]);
-    let det = m11 * m22 - m12 * m21;
-    let id = Pack::of(1.0) / det;
-    let size = id.abs();
-    let steps = [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id];
-    Step {
-        steps,
-        noise: [
-            (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
-            (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
-        ],
-        rolled: ahead - turns[0] * steps[0] - turns[1] * steps[1],
-        fold: det * own,
-    }
+    let step = Step::new([[m11, m12], [m21, m22]], [across, along], noise);
+    let rolled = ahead - turns[0] * step.steps[0] - turns[1] * step.steps[1];
+    Step { rolled, fold: step.fold * own, ..step }
 }

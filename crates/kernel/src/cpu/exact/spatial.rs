@@ -1,6 +1,6 @@
 //! What a pole that is not upright asks of a planar tap beside its strain (model §6). Twin of `shaders/spatial.wgsl`.
 
-use super::super::pack::{Pack, Scalar};
+use super::super::pack::Packed;
 use super::gauge::place;
 use super::legendre::{legendre, primitive};
 use super::sweep::State;
@@ -18,16 +18,16 @@ pub struct Spatial<P> {
 /// The angle at the base, and the mean strain of the centreline over the gauge. `series`, `climbs` and `angles` are those of
 /// the shortening, the height and the angle.
 #[inline(always)]
-pub fn spatial<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
-    tables: &Tables<T, N>,
+pub fn spatial<P: Packed, const N: usize, const PLAIN: bool>(
+    tables: &Tables<P::Scalar, N>,
     effects: &Effects,
-    tap: &Tap<Pack<T, L, SET>>,
-    state: &State<Pack<T, L, SET>, N>,
-    series: &[Pack<T, L, SET>; N],
-    climbs: &[Pack<T, L, SET>; N],
-    angles: &[Pack<T, L, SET>; N],
-) -> Spatial<Pack<T, L, SET>> {
-    let of = Pack::<T, L, SET>::of;
+    tap: &Tap<P>,
+    state: &State<P, N>,
+    series: &[P; N],
+    climbs: &[P; N],
+    angles: &[P; N],
+) -> Spatial<P> {
+    let of = P::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let n = tables.nodes::<PLAIN>();
     let offset = !PLAIN && effects.offset;
@@ -61,8 +61,8 @@ pub fn spatial<T: Scalar, const N: usize, const L: usize, const SET: u8, const P
     let (w1, w2) = (place(c1, u1, c, g).min(one), place(c2, u2, c, g));
     let (mut sum, mut length) = (zero, zero);
     for &(point, weight) in &tables.gauge {
-        let w = w2 + (w1 - w2) * Pack::splat(point);
-        let weight = Pack::splat(weight);
+        let w = w2 + (w1 - w2) * P::splat(point);
+        let weight = P::splat(weight);
         let y = one - k * w;
         let y2 = y * y;
         let y3 = y2 * y;

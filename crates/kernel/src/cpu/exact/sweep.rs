@@ -1,6 +1,6 @@
 //! One Picard sweep with a Newton step for the two unknowns of the contact. Twin of `shaders/sweep.wgsl`.
 
-use super::super::pack::{Pack, Scalar};
+use super::super::pack::{Packed, Scalar};
 use super::newton::{Bent, Step, step};
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Tap, rule::limits::*};
@@ -43,12 +43,12 @@ pub struct State<P, const N: usize> {
     pub beyond: P,
 }
 
-impl<T: Scalar, const N: usize, const L: usize, const SET: u8> State<Pack<T, L, SET>, N> {
+impl<P: Packed, const N: usize> State<P, N> {
     /// Takes back `before` in the lanes where `done` is above zero.
     #[inline(always)]
-    pub fn keep(&mut self, n: usize, done: Pack<T, L, SET>, before: &Self) {
-        let zero = Pack::of(0.0);
-        let pick = |new: &mut Pack<T, L, SET>, old: Pack<T, L, SET>| *new = zero.if_less(done, old, *new);
+    pub fn keep(&mut self, n: usize, done: P, before: &Self) {
+        let zero = P::of(0.0);
+        let pick = |new: &mut P, old: P| *new = zero.if_less(done, old, *new);
         pick(&mut self.force, before.force);
         pick(&mut self.along, before.along);
         pick(&mut self.arc, before.arc);
@@ -71,21 +71,21 @@ impl<T: Scalar, const N: usize, const L: usize, const SET: u8> State<Pack<T, L, 
 
 /// a + b + ab: growth by a, then by b.
 #[inline(always)]
-fn then<T: Scalar, const L: usize, const SET: u8>(a: Pack<T, L, SET>, b: Pack<T, L, SET>) -> Pack<T, L, SET> {
+fn then<P: Packed>(a: P, b: P) -> P {
     a.mul_add(b, a + b)
 }
 
 /// One sweep from `state` to `state`, with a Newton step if `stepping`.
 #[inline(always)]
-pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
-    tables: &Tables<T, N>,
+pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
+    tables: &Tables<P::Scalar, N>,
     effects: &Effects,
     rule: &Rule,
     stepping: bool,
-    tap: &Tap<Pack<T, L, SET>>,
-    state: &mut State<Pack<T, L, SET>, N>,
+    tap: &Tap<P>,
+    state: &mut State<P, N>,
 ) {
-    let of = Pack::<T, L, SET>::of;
+    let of = P::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let n = tables.nodes::<PLAIN>();
     let shear = !PLAIN && effects.shear;
@@ -119,7 +119,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     let mut heights = [zero; N];
     let mut pure = [zero; N];
     for i in 0..n {
-        let w = Pack::splat(tables.points[i]);
+        let w = P::splat(tables.points[i]);
         y[i] = one - k * w;
         let y2 = y[i] * y[i];
         let reach = w * (one + y[i]);
@@ -173,7 +173,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
             moment = moment - h_force * heights[i];
         }
         if law {
-            let w = Pack::splat(tables.points[i]);
+            let w = P::splat(tables.points[i]);
             let arm = g2 * m * w * (one + y[i]) / y2;
             let whole = w_force * arm + h_force * contact_radius - moment;
             let b = tap.radius * whole * (y2 * y2 * y2) * g4 * ig2;
@@ -317,7 +317,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     let noise = if PLAIN {
         [zero; 2]
     } else {
-        let rounding = of(ROUNDINGS * T::ROUNDING);
+        let rounding = of(ROUNDINGS * P::Scalar::ROUNDING);
         let levers = [(turn * psi1).abs() + (x0 * eta1).abs(), (turn * d_psi1).abs() + (x0 * d_eta1).abs()];
         let forced = tap.force.abs() * (levers[0] * dw.abs() + (one + dw).abs() * levers[1]);
         let mut first = forced

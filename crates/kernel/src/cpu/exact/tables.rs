@@ -1,7 +1,7 @@
 //! Constants of a rule in the kernel's own precision.
 
 use super::super::law::{Law, polynomial};
-use super::super::pack::{Pack, Scalar};
+use super::super::pack::{Packed, Scalar};
 use crate::{Chart, Rule, nodes::Nodes};
 
 /// Tables of [`Nodes`], of the two series and of the section law.
@@ -54,28 +54,24 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
 
     /// 1 − cos x.
     #[inline(always)]
-    pub fn one_minus_cos<const L: usize, const SET: u8>(&self, x: Pack<T, L, SET>) -> Pack<T, L, SET> {
+    pub fn one_minus_cos<P: Packed<Scalar = T>>(&self, x: P) -> P {
         let z = x * x;
         z * polynomial(&self.one_minus_cos, z)
     }
 
     /// x − sin x.
     #[inline(always)]
-    pub fn x_minus_sin<const L: usize, const SET: u8>(&self, x: Pack<T, L, SET>) -> Pack<T, L, SET> {
+    pub fn x_minus_sin<P: Packed<Scalar = T>>(&self, x: P) -> P {
         let z = x * x;
         x * z * polynomial(&self.x_minus_sin, z)
     }
 
     /// [`Law::section`]; zeros of Hooke's.
     #[inline(always)]
-    pub fn section<const L: usize, const SET: u8>(
-        &self,
-        t: Pack<T, L, SET>,
-        b: Pack<T, L, SET>,
-    ) -> [Pack<T, L, SET>; 3] {
+    pub fn section<P: Packed<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
         match &self.law {
             Some(law) => law.section(t, b),
-            None => [Pack::of(0.0); 3],
+            None => [P::of(0.0); 3],
         }
     }
 }
@@ -88,14 +84,10 @@ pub fn series(terms: usize, first: u32) -> Vec<f64> {
 
 /// Σ row_j y_j over the first `n`.
 #[inline(always)]
-pub fn dot<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    n: usize,
-    row: &[T; N],
-    y: &[Pack<T, L, SET>; N],
-) -> Pack<T, L, SET> {
-    let mut sum = Pack::splat(row[0]) * y[0];
+pub fn dot<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[P; N]) -> P {
+    let mut sum = P::splat(row[0]) * y[0];
     for j in 1..n {
-        sum = Pack::splat(row[j]).mul_add(y[j], sum);
+        sum = P::splat(row[j]).mul_add(y[j], sum);
     }
     sum
 }
