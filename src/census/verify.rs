@@ -84,28 +84,38 @@ pub fn run(
     stop: &AtomicBool,
     tell: &mut dyn FnMut(CensusNews),
 ) -> Result<(), Error> {
-    let stopped = || stop.load(Ordering::Relaxed);
     let mut done = 0;
     // Each device is opened once, on its first use.
     let mut solvers: Vec<Option<Box<dyn Solver>>> = places.iter().map(|_| None).collect();
-    for case in cases {
-        let mut solved =
-            Solved { found: places.iter().map(|_| Default::default()).collect(), ..Solved::default() };
-        for tuples in case.tuples.chunks(PART) {
-            match solved.add(&Taps::of(&case.setup, tuples), places, &mut solvers, stop) {
-                Err(Error::Solve(SolveError::Stopped)) => break,
-                other => other?,
+    let mut parts = cases.iter().flat_map(|case| {
+        let parts = case.tuples.chunks(PART).map(|tuples| Taps::of(&case.setup, tuples));
+        let last = case.tuples.len().div_ceil(PART).saturating_sub(1);
+        parts.enumerate().map(move |(k, taps)| (case, taps, k == last))
+    });
+    let expected = |taps: &Taps| {
+        Evaluator::new(&taps.setup, Method::Reference).stopping(stop).run(&taps.designs, &taps.tasks)
+    };
+    let mut solve = || parts.next().map(|(case, taps, last)| (case, expected(&taps), taps, last));
+    let mut solved = Solved::new(places);
+    let mut next = solve();
+    while let Some((case, expected, taps, last)) = next {
+        // What waits for a device leaves time for the reference's next part.
+        let found;
+        (found, next) = rayon::join(|| solved.add(&taps, expected, places, &mut solvers, stop), &mut solve);
+        let ended = match found {
+            Err(Error::Solve(SolveError::Stopped)) => true,
+            other => {
+                other?;
+                done += taps.tasks.len() as u64;
+                tell(CensusNews::Done(done));
+                stop.load(Ordering::Relaxed)
             }
-            done += tuples.len() as u64;
-            tell(CensusNews::Done(done));
-            if stopped() {
-                break;
-            }
-        }
-        if !solved.expected.is_empty() {
+        };
+        if (last || ended) && !solved.expected.is_empty() {
             tell(CensusNews::Lines(done, solved.lines(case, places)));
+            solved = Solved::new(places);
         }
-        if stopped() {
+        if ended {
             break;
         }
     }
@@ -113,7 +123,6 @@ pub fn run(
 }
 
 /// The first taps of a case, as solved by the reference and on every place.
-#[derive(Default)]
 struct Solved {
     expected: Vec<Outcome>,
     /// Whether each is far from base and gauge.
@@ -122,16 +131,25 @@ struct Solved {
 }
 
 impl Solved {
-    /// Solves and compares more taps.
+    /// No taps so far.
+    fn new(places: &[Place]) -> Self {
+        Self {
+            expected: Vec::new(),
+            far: Vec::new(),
+            found: places.iter().map(|_| Default::default()).collect(),
+        }
+    }
+
+    /// Solves more taps on every place, and compares them with what the reference says.
     fn add(
         &mut self,
         taps: &Taps,
+        expected: Result<Vec<Outcome>, SolveError>,
         places: &[Place],
         solvers: &mut [Option<Box<dyn Solver>>],
         stop: &AtomicBool,
     ) -> Result<(), Error> {
-        let mut reference = Evaluator::new(&taps.setup, Method::Reference).stopping(stop);
-        let expected = reference.run(&taps.designs, &taps.tasks)?;
+        let expected = expected?;
         let answer = |(place, kept): (&Place, &mut Option<Box<dyn Solver>>)| -> Result<_, Error> {
             let solver = kept.take().map_or_else(|| place.choice.solver(), Ok)?;
             let method = place.choice.method(solver, &taps.setup.model);
