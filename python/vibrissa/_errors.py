@@ -32,7 +32,7 @@ def short(value: Any) -> str:
 
 
 class VibrissaWarning(UserWarning):
-    """What should be known but is no error: a number that was probably meant in another unit, data that a calibration does not fit."""
+    """What should be known but is no error: a number outside the usual range of its key, data that a calibration does not fit."""
 
 
 def warn(texts: Iterable[str]) -> None:

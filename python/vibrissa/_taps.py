@@ -351,7 +351,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
             value of the model that is not allowed.
 
     Warns:
-        VibrissaWarning: numbers that were probably meant in another unit (``theta=0.07``, ``material={"hooke": 3.2e6}``).
+        VibrissaWarning: numbers outside the usual range of their key, most likely in another unit (``theta=0.07``, ``material={"hooke": 3.2e6}``).
         RunError: a device that fails.
 
     Source: the geometrically exact rod of docs/model.md §3; K by (20), (21).

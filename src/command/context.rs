@@ -16,7 +16,7 @@ use crate::locate::Calibration;
 use crate::measure::Data;
 use crate::optimise::{Watch, report};
 use crate::progress::Progress;
-use crate::scene::{Column, RunOptions, Setup, Space, Spec};
+use crate::scene::{COLUMNS, Column, RunOptions, Setup, Space, Spec};
 use crate::sink::folder::{Folder, Question};
 use crate::sink::frame::Frame;
 use crate::sink::lab::LabTable;
@@ -261,9 +261,12 @@ impl<'a> Context<'a> {
         let mut spec = self.read(path, "spec", parse)?;
         let kind = spec.study.setup.drive;
         let Space::List(tuples) = &spec.study.space else { return Ok(spec) };
-        let tuple = |i: usize| tuples.tuple(i);
-        let name = |column: Column| column.name(kind).to_owned();
-        spec.warnings.extend(spec::doubts_of_taps(kind, taps.len(), None, tuple, name));
+        let mut largest = [f64::NAN; COLUMNS];
+        for tuple in (0..tuples.len()).map(|i| tuples.tuple(i).to_array()) {
+            largest = std::array::from_fn(|k| tuple[k].max(largest[k]));
+        }
+        let place = |column: Column, what: String| InputError::new(what).key(column.name(kind));
+        spec.warnings.extend(spec::unusual_taps(kind, largest, place));
         let setup = Setup { drive: kind, ..Setup::default() };
         let of_tuples =
             |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", report::key(&setup, *c))));

@@ -31,7 +31,7 @@ fn entry(section: &Section, key: &Key) -> Entry {
         }
         _ => "",
     };
-    let mut facts = vec![key.unit.to_owned(), key.usual(), key.allowed() + axis];
+    let mut facts = vec![key.unit.to_owned(), key.if_absent(), key.allowed() + axis];
     if !key.example.is_empty() {
         facts.push(format!("`{} = {}`", key.name, key.example));
     }

@@ -77,7 +77,7 @@ fn nested(properties: &mut Map<String, Value>, outer: &str, inner: &str, value: 
 /// Whether a table is refused without this key. Of a whisker, a gauge and taps that depends on the rest of the spec, of a search on the command.
 fn always(section: &Section, key: &Key) -> bool {
     let varies = ["whisker", "gauge", "tap", "axis", "optimise"].contains(&section.name);
-    !varies && (section.name == "tuples" || key.usual() == "required")
+    !varies && (section.name == "tuples" || key.if_absent() == "required")
 }
 
 fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
@@ -87,7 +87,7 @@ fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
         "{}{unit}.{note} Allowed: {}. Default: {}.",
         key.what,
         key.allowed(),
-        key.usual().trim_matches('`')
+        key.if_absent().trim_matches('`')
     );
     let form = value_of(&key.form, defs);
     // Beside a reference other words have no meaning in draft 7.
@@ -97,7 +97,7 @@ fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
         let table: toml::Table = format!("x = {text}").parse().ok()?;
         serde_json::to_value(&table["x"]).ok()
     };
-    if let Some(usual) = key.default.and_then(|_| read(key.usual().trim_matches('`'))) {
+    if let Some(usual) = key.default.and_then(|_| read(key.if_absent().trim_matches('`'))) {
         value["default"] = usual;
     }
     if let Some(example) = read(key.example) {

@@ -78,7 +78,7 @@ mod tap;
 mod tilt;
 mod tilted;
 mod touched;
-mod units;
+mod usual;
 mod words;
 mod world;
 mod writers;

@@ -81,7 +81,7 @@ fn keys_that_are_required_are_those_that_are_missed() {
         for key in &section.keys {
             let name = dotted(section, key);
             let read = keys::parsed(section, &keys::with(section, key, None));
-            if key.usual().starts_with("required") || name == FILE_KEY {
+            if key.if_absent().starts_with("required") || name == FILE_KEY {
                 let error = read.expect_err(&name);
                 assert!(error.message.contains("missing"), "{name}: {error}");
                 required += 1;
@@ -106,7 +106,7 @@ fn asked(section: &Section, text: &str) -> String {
 fn a_default_that_is_written_out_changes_nothing() {
     let mut judged = 0;
     for (section, key) in all() {
-        let (name, default) = (dotted(section, key), key.usual());
+        let (name, default) = (dotted(section, key), key.if_absent());
         let Ok(parsed) = format!("x = {}", default.trim_matches('`')).parse::<toml::Table>() else {
             continue;
         };

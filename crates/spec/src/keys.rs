@@ -25,6 +25,8 @@ pub struct Key {
     pub what: &'static str,
     /// What may stand there, where the form does not say it well.
     pub allowed: String,
+    /// Ends of what labs have; a largest number outside of them is warned about.
+    pub usual: Option<[f64; 2]>,
     /// The value in force where it is left out.
     pub default: Option<&'static Spanned<DeValue<'static>>>,
     /// What holds where it is left out, unless it has a default or is required.
@@ -59,7 +61,7 @@ impl Key {
     }
 
     /// What holds where it is left out.
-    pub fn usual(&self) -> String {
+    pub fn if_absent(&self) -> String {
         match self.default {
             Some(value) => format!("`{}`", super::sections::toml_text(value.get_ref())),
             None if self.absent.is_empty() => "required".to_owned(),
@@ -151,6 +153,7 @@ fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -
         unit: text("unit"),
         what: text("what"),
         allowed: if text("allowed").is_empty() { own } else { text("allowed") }.to_owned(),
+        usual: interval(text("usual")).map(|range| range.ends),
         default: facts.get("default"),
         absent: text("absent"),
         example: text("example"),
@@ -294,7 +297,7 @@ impl Form {
 /// `(0, 1]`: what lies between two numbers, of which a round bracket excludes its own.
 fn interval(text: &str) -> Option<Interval> {
     let open = [text.starts_with('('), text.ends_with(')')];
-    let (low, high) = text.get(1..text.len() - 1)?.split_once(", ")?;
+    let (low, high) = text.get(1..text.len().checked_sub(1)?)?.split_once(", ")?;
     let end = |text: &str| text.replace('∞', "inf").parse().ok();
     Some(Interval::new([end(low)?, end(high)?], open))
 }

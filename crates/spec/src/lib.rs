@@ -1,7 +1,7 @@
 //! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
 //! `keys.toml` describes the sections and keys, and `keys` reads it; `sections` refuses unknown ones; `reader` gives values with their places;
-//! the other modules read a part each, and say which values and combinations are allowed; `units` says which were probably meant in another unit.
+//! the other modules read a part each, and say which values and combinations are allowed; `usual` warns about unusual numbers.
 
 mod axis;
 mod built;
@@ -18,7 +18,7 @@ mod solid;
 mod space;
 mod table;
 mod tuple_file;
-mod units;
+mod usual;
 
 use vibrissa_core::{design, error, physics, scene};
 use vibrissa_evaluate::curve as evaluated;
@@ -39,7 +39,7 @@ pub use reader::Item;
 pub use reader::placed;
 use reader::{Document, Result};
 use sections::Sections;
-pub use units::{Ends, NO_ENDS, of_taps as doubts_of_taps, widened};
+pub use usual::of_taps as unusual_taps;
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Spec> {
@@ -167,7 +167,11 @@ fn of_user(
     };
     solid::fits(sections, &spec)?;
     fits::fits(sections, &spec, &properties)?;
-    let doubts = [fits::doubts(&spec), units::doubts(sections, &spec), solid::doubts(sections, &spec)];
+    let doubts = [
+        fits::doubts(&spec),
+        usual::of_spec(sections, |name| name != "optimise"),
+        solid::doubts(sections, &spec),
+    ];
     spec.warnings.extend(doubts.into_iter().flatten());
     Ok(spec)
 }
@@ -188,8 +192,7 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
             }
             search.limits.strain = f64::INFINITY;
         }
-        let doubts = units::of_search(sections, &spec.study);
-        spec.warnings.extend(doubts);
+        spec.warnings.extend(usual::of_spec(sections, |name| name == "optimise"));
         Ok((spec, search))
     })
 }

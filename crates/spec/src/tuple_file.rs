@@ -10,7 +10,7 @@ use super::reader::{Item, Result};
 use super::sections::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header, Source};
-use super::units::DoubtfulRows;
+use super::usual;
 use crate::error::InputError;
 use crate::fields::separator;
 use crate::scene::listed::MOST_ROWS;
@@ -146,11 +146,14 @@ pub(super) fn read<'a>(
     let columns = Columns { names: &names, spare: &spare, allowed };
     let written: Vec<&str> =
         first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
-    let (mut all, mut rows) = (Rows::new(&written), DoubtfulRows::new(drive));
-    let mut row = |values: &[f64], start| rows.take(&all.take(values), start);
+    let (mut all, mut largest) = (Rows::new(&written), [f64::NAN; COLUMNS]);
+    let mut row = |values: &[f64], _| {
+        let tuple = all.take(values).to_array();
+        largest = std::array::from_fn(|k| tuple[k].max(largest[k]));
+    };
     let header = table::scan(Source::File(&path), (text, separator(&first)), columns, &mut row)?;
-    let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
-    sections.warn(header.warning(&label).into_iter().chain(doubts));
+    let place = |column: Column, what: String| InputError::new(what).at(&label, None).key(column.name(drive));
+    sections.warn(header.warning(&label).into_iter().chain(usual::of_taps(drive, largest, place)));
     all.read(sections, item, &header)
 }
 

@@ -12,8 +12,8 @@ use vibrissa::api::Outcome;
 use vibrissa::error::InputError;
 use vibrissa::evaluate::{Input, OUTPUTS};
 use vibrissa::optimise::report;
-use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup, Tuple};
-use vibrissa::spec::{self, Ends, NO_ENDS, widened};
+use vibrissa::scene::{BackendChoice, COLUMNS, Precision, RunOptions, Setup, Tuple};
+use vibrissa::spec;
 use vibrissa::taps::refuse;
 
 use super::error::raise;
@@ -55,9 +55,11 @@ fn told(o: &Outcome) -> Told {
     (numbers, bits(o.status), o.sticking)
 }
 
-/// Which of `n` taps were probably meant in another unit.
-fn doubts(setup: &Setup, n: usize, ends: Option<Ends>, tap: impl Fn(usize) -> Tuple + Sync) -> Vec<String> {
-    spec::doubts_of_taps(setup.drive, n, ends, tap, |column| report::key(setup, column).to_owned())
+/// The warnings about taps of which the columns have these `largest` values.
+fn unusual(setup: &Setup, largest: [f64; COLUMNS]) -> Vec<String> {
+    spec::unusual_taps(setup.drive, largest, |column, what| {
+        InputError::new(what).key(report::key(setup, column))
+    })
 }
 
 impl Taps {
@@ -116,7 +118,7 @@ impl Taps {
         if !full {
             numbers[0] = strain[0];
         }
-        Ok((numbers, status, sticks, doubts(self.taps.setup(), 1, None, |_| tap)))
+        Ok((numbers, status, sticks, unusual(self.taps.setup(), tap.to_array())))
     }
 
     /// `n` taps from the columns of [`Given::new`]: their strains; or, if `full`, the numbers of [`Self::one`], a row for each tap, status bits and
@@ -175,10 +177,10 @@ impl Taps {
                 let azimuths = slopes.chunks_mut(width).flat_map(|tap| &mut tap[7 * count..8 * count]);
                 azimuths.for_each(|x| *x = x.to_degrees());
             }
-            let doubts = doubts(taps.setup(), n, Some(given.ends()), |i| given.tap(i));
-            Ok((strains, rows, slopes, doubts))
+            let unusual = unusual(taps.setup(), given.largest());
+            Ok((strains, rows, slopes, unusual))
         };
-        let (strains, rows, slopes, doubts) = if n <= FEW && count == 0 && !self.slow {
+        let (strains, rows, slopes, unusual) = if n <= FEW && count == 0 && !self.slow {
             job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
         } else {
             job::whole(py, self.threads, progress, move |stop, tell| {
@@ -197,7 +199,7 @@ impl Taps {
                 PyTuple::new(py, [PyArray1::from_vec(py, numbers).into_any(), status, sticks])?
             }
         };
-        Ok((found, PyArray1::from_vec(py, slopes), doubts))
+        Ok((found, PyArray1::from_vec(py, slopes), unusual))
     }
 
     /// For benches/python: seconds of `repeats` solves of these taps by what the program solves taps with.
@@ -263,15 +265,15 @@ impl Given {
         Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
     }
 
-    /// Least and largest value of each column of the taps; of a tap that has no number it has none.
+    /// Largest value of each column of the taps; NaN without a number.
     #[allow(non_snake_case)]
-    pub fn ends(&self) -> Ends {
+    pub fn largest(&self) -> [f64; COLUMNS] {
         let of = |column: &Argument| match column {
-            Argument::One(x) => widened(NO_ENDS, *x),
-            Argument::Each(all) => all.iter().copied().fold(NO_ENDS, widened),
+            Argument::One(x) => *x,
+            Argument::Each(all) => all.iter().copied().fold(f64::NAN, f64::max),
         };
         let [D, d, L_a, x_ss, l, a, drive] = self.seven.each_ref().map(of);
-        let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or([0.0; 2], of));
+        let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or(0.0, of));
         [D, d, L_a, x_ss, l, a, tilt, lean, drive]
     }
 
