@@ -1,4 +1,4 @@
-//! How many taps have which words together.
+//! Counts of taps per combination of status words.
 
 use std::collections::BTreeMap;
 
@@ -30,12 +30,12 @@ impl Combinations {
         }
     }
 
-    /// As they stand in tables, words joined by `+`, in alphabetical order.
+    /// Counts by the words of tables, joined by `+`, in alphabetical order.
     pub fn named(&self) -> BTreeMap<String, u64> {
         self.0.iter().map(|(status, taps)| (status.to_string(), *taps)).collect()
     }
 
-    /// Of [`Self::named`]; `None` where a name is none of tables.
+    /// The inverse of [`Self::named`]; `None` for an unknown word.
     pub fn of(named: &BTreeMap<String, u64>) -> Option<Self> {
         let mut all = Self::default();
         for (words, taps) in named {
@@ -54,7 +54,7 @@ impl Combinations {
         words
     }
 
-    /// In words, `number` as it writes numbers: `952 ok, 48 strain_limit+ambiguous`; `none` of no taps.
+    /// Text, as `952 ok, 48 strain_limit+ambiguous`, or `none` without taps; `number` writes the counts.
     pub fn told(&self, number: impl Fn(u64) -> String) -> String {
         told(self.named().iter().map(|(words, taps)| (words.as_str(), *taps)), number)
     }

@@ -1,7 +1,6 @@
-//! Distance and force of a contact from several channels (model §7): the most likely of both, and what noise leaves of the distance.
-//!
-//! The readings y of a contact at a with a force of g times that of linear theory are g v(a), v_j = θ s_j(a)/K̄_j, s_j linear theory's. Of normal noise
-//! with covariance C, (a, g) minimise (y − g v)ᵀ C⁻¹ (y − g v). The drive is not needed: with a moment and a force â is their lever.
+//! Distance and force of a contact from several channels (model §7), and the standard deviation of the distance.
+//! A contact at a with g times the force of linear theory reads y = g v(a), v_j = θ s_j(a)/K̄_j; (a, g) minimise (y − g v)ᵀ C⁻¹ (y − g v),
+//! with C the covariance of normal noise. The drive is not needed: with a moment and a force â is their lever.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,42 +9,36 @@ use crate::physics::linear::StrainCurve;
 use crate::scene::channels::{Channels, PerChannel};
 use crate::status::Status;
 
-/// Distances at which the search begins.
 const GRID: usize = 64;
 
-/// Nearest of them over the farthest.
 const NEAREST: f64 = 1.0 / 64.0;
 
-/// How far past the tip a contact is looked for, over L_a: errors of calibration end there.
+/// The search ends this far past the tip, over L_a; errors of a calibration may place a contact there.
 const PAST: f64 = 1.2;
 
-/// Step of the difference quotients of v, relative to a.
 const STEP: f64 = 1e-4;
 
-/// Steps of the search at most, and the change relative to a at which it ends.
 const ROUNDS: usize = 40;
 const STILL: f64 = 1e-12;
 
-/// Excess of the squared misfit, in units of noise, below which another distance fits as well: one standard deviation.
+/// Another distance fits as well within this excess of the squared misfit, in noise units: one standard deviation.
 const ALIKE: f64 = 1.0;
 
-/// What channels show of a whisker, by linear theory.
+/// Linear theory of a whisker's channels.
 #[derive(Debug, Clone)]
 pub struct Contact {
-    /// The sensor.
+    /// Channels of the sensor.
     pub channels: Arc<Channels>,
-    /// 1 of a gauge on the contact side, −1 on the far side.
+    /// 1 for a gauge on the contact side, −1 on the far side.
     sign: f64,
-    /// E, MPa.
     modulus: f64,
-    /// Smallest and largest distance that is looked for, mm.
+    /// Range of the search, mm.
     reach: [f64; 2],
-    /// s at the distances of the search, made when it is first asked for.
     grid: OnceLock<Vec<PerChannel>>,
 }
 
 impl Contact {
-    /// Of a whisker of this length, mm, whose gauge begins at `near`; `sign`: of its strain.
+    /// `near` and `length`: start of the gauge and length of the whisker, mm; `sign`: that of the strain.
     pub fn new(
         channels: Arc<Channels>,
         curve: &StrainCurve,
@@ -60,7 +53,7 @@ impl Contact {
         Self { channels, sign, modulus, reach: [near, far], grid: OnceLock::new() }
     }
 
-    /// s(a): what the channels show per unit of drive.
+    /// s(a): readings of the channels per unit of drive.
     pub fn linear(&self, curve: &StrainCurve, a: f64) -> PerChannel {
         let strain = if self.channels.read_strain() { self.sign * curve.value(a) } else { 0.0 };
         self.channels.read(curve.wrench(self.modulus, a), strain)
@@ -71,8 +64,7 @@ impl Contact {
         near * (far / near).powf(k as f64 / (GRID - 1) as f64)
     }
 
-    /// Distance and force of `readings` at a drive of `amount`, rad or mm, with the calibration `k` of each channel; `interesting`: whether another
-    /// distance would matter.
+    /// Distance and force of `readings` at a drive of `amount` (rad or mm), with the calibration `k`; a second `interesting` distance is ambiguous.
     pub fn estimate(
         &self,
         curve: &StrainCurve,
@@ -86,7 +78,7 @@ impl Contact {
         let scaled = |s: &PerChannel| white(&std::array::from_fn(|j| amount * s[j] / k[j]));
         let at = |a: f64| scaled(&self.linear(curve, a));
         let y = white(readings);
-        // (vᵀy)²/vᵀv: what the best force explains of yᵀy; nothing where it would pull.
+        // (vᵀy)²/vᵀv: the part of yᵀy that the best force explains; 0 if the force would pull.
         let explained = |v: &PerChannel| {
             let along = dot(v, &y).max(0.0);
             along * along / dot(v, v).max(f64::MIN_POSITIVE)
@@ -116,14 +108,13 @@ impl Contact {
         }
     }
 
-    /// The best distance near that of the grid's place `k`; `None` where it lies at an end.
+    /// `None` if the best distance near grid place `k` lies at an end of the range.
     fn refine(&self, at: &impl Fn(f64) -> PerChannel, y: &PerChannel, k: usize) -> Option<(f64, Fit)> {
         let [low, high] = [self.place(k.saturating_sub(1)), self.place((k + 1).min(GRID - 1))];
         let mut a = self.place(k);
         for _ in 0..ROUNDS {
             let v = at(a);
             let slope = quotient(at(a * (1.0 + STEP)), at(a * (1.0 - STEP)), 2.0 * STEP * a);
-            // Gauss's step in (a, g), g eliminated.
             let (vv, vs, ss) = (dot(&v, &v), dot(&v, &slope), dot(&slope, &slope));
             let share = dot(&v, y) / vv;
             let rest: PerChannel = std::array::from_fn(|j| y[j] - share * v[j]);
@@ -145,7 +136,6 @@ impl Contact {
     }
 }
 
-/// A distance's misfit, force over that of linear theory, and σ, mm.
 #[derive(Clone, Copy)]
 struct Fit {
     misfit: f64,

@@ -17,31 +17,30 @@ use crate::scene::{
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
 
-/// Largest number of any quantity, in its unit: more than a kilometre of whisker or the stiffness of diamond in pascals, so that nothing
-/// sensible follows from a larger one.
+/// Largest accepted value of any quantity, in its unit: more than a kilometre of whisker or the stiffness of diamond in Pa.
 pub const MOST: f64 = 1e12;
 
 /// One whisker with its gauge.
 #[derive(Debug, Clone)]
 pub struct Design {
-    /// D, d, L_a, x_ss, l; distance and drive are not its own.
+    /// D, d, L_a, x_ss, l; distance and drive are not part of the design.
     pub tuple: Tuple,
-    /// What its taps share; `None` where the numbers are no whisker with a gauge, and its foil, on it beyond where its clamp holds it.
+    /// Curves that its taps share; `None` unless the numbers give a whisker with gauge and foil on it, beyond the clamp.
     pub shared: Option<Shared>,
-    /// The rig of its own, where rigs differ from design to design.
+    /// Rig of this design, if rigs differ between designs.
     pub own: Option<Arc<Setup>>,
 }
 
 /// Curves of a valid design.
 #[derive(Debug, Clone)]
 pub struct Shared {
-    /// Shape.
+    /// Cone of D, d and L_a.
     pub taper: Taper,
     /// L_a, mm.
     pub length: f64,
     /// Gauge span [x1, x2], mm.
     pub gauge: [f64; 2],
-    /// Strain curve whose peak is f_max: of linear theory its own, of the exact rod that of Euler and Bernoulli, whatever its effects.
+    /// Curve of linear theory whose peak is f_max; without shear for the exact rod.
     pub model: StrainCurve,
     /// Largest value of `model`.
     pub peak: f64,
@@ -49,17 +48,16 @@ pub struct Shared {
     pub theory: Inverse,
     /// A foil that stiffens the rod.
     pub foil: Option<Bonded>,
-    /// Where the rod begins, mm from the face of its clamp.
+    /// Start of the free rod, mm from the face of its clamp.
     pub start: f64,
-    /// The whisker as it is built, where it is no cone clamped at its base, or where its wrench is read.
+    /// Built whisker; `None` for a cone clamped at its base whose strain is read.
     pub body: Option<Arc<Body>>,
-    /// Several channels of the sensor.
+    /// Estimator of a sensor with several channels.
     pub contact: Option<Contact>,
 }
 
 impl Shared {
-    /// Of the whisker `taper`, `length` mm long, as it is built (`body`), with a gauge between two places and the motor's axis behind the clamp, mm.
-    /// `peak`: what serves as the largest strain of the model, where that costs too much.
+    /// `length` and `hub` (motor's axis behind the clamp) in mm; `peak` stands for the model's largest strain where that costs too much.
     pub fn new(
         setup: &Setup,
         (taper, length): (Taper, f64),
@@ -88,18 +86,18 @@ impl Shared {
         Self { taper, length, gauge, model, peak, theory, foil, start, body, contact }
     }
 
-    /// Largest |reading| of the gauge: what the skin bears, seen through the foil, and what the foil bears itself.
+    /// Largest |reading| of the gauge: the limit of the skin, seen through the foil, or the limit of the foil.
     pub fn strain_limit(&self, gauge: &Gauge) -> f64 {
         let skin = self.foil.map_or(1.0, |foil| foil.transfer) * gauge.strain_limit;
         gauge.foil.and_then(|foil| foil.strain_limit).map_or(skin, |limit| skin.min(limit))
     }
 
-    /// The strain of the bare skin that a `reading` stands for, or what is to the skin's limit as it is to the foil's own.
+    /// `reading`, scaled so that the limit of the gauge becomes the limit of the bare skin.
     pub fn borne(&self, reading: f64, gauge: &Gauge) -> f64 {
         if self.foil.is_none() { reading } else { reading * gauge.strain_limit / self.strain_limit(gauge) }
     }
 
-    /// The strain curve of the rod from where its clamp holds it, in lengths from there.
+    /// The strain curve of the free rod, with places measured from the end of its clamp.
     pub fn rod(&self) -> StrainCurve {
         let StrainCurve { taper, gauge, hub, drive, shear, .. } = self.model;
         match self.start {
@@ -109,15 +107,13 @@ impl Shared {
     }
 }
 
-/// Whether these are a whisker with a gauge on it: D, d, L_a, l > 0 and at most [`MOST`], x_ss ≥ 0, x_ss + l ≤ L_a. Distance and drive are
-/// not asked for.
+/// True if D, d, L_a, l > 0 and at most [`MOST`], x_ss ≥ 0, x_ss + l ≤ L_a; distance and drive are ignored.
 #[inline]
 pub fn is_whisker(t: &Tuple) -> bool {
     let positive = [t.D, t.d, t.L_a, t.l].iter().all(|x| *x > 0.0 && *x <= MOST);
     positive && t.x_ss >= 0.0 && t.x_ss + t.l <= t.L_a * (1.0 + ROUNDING)
 }
 
-/// The whisker of `tuple` as it is built; none of a cone clamped at its base whose strain is read.
 fn body(setup: &Setup, tuple: &Tuple) -> Option<Arc<Body>> {
     let built = setup.built.as_deref().or((setup.signal != Signal::Strain).then_some(&Built::CONE))?;
     let Tuple { D, d, L_a, .. } = *tuple;
@@ -125,35 +121,35 @@ fn body(setup: &Setup, tuple: &Tuple) -> Option<Arc<Body>> {
 }
 
 impl Design {
-    /// The design of `tuple` in `setup`, or in the one of its rigs that the tuple has.
+    /// The design of `tuple` in `setup`, or in the rig that the tuple names.
     pub fn new(setup: &Setup, tuple: Tuple) -> Self {
         let Some(rigs) = &setup.rigs else { return Self::of(setup, tuple) };
         rigs.setup(setup, tuple.rig).map_or_else(|| Self::nothing(tuple), |own| Self::with(own, tuple))
     }
 
-    /// The design of `tuple` with a rig of its own.
+    /// The design of `tuple` with the rig `own`.
     pub fn with(own: Setup, tuple: Tuple) -> Self {
         let design = Self::of(&own, tuple);
         Self { own: Some(Arc::new(own)), ..design }
     }
 
-    /// Numbers that are no whisker.
+    /// A design whose numbers give no whisker.
     pub fn nothing(tuple: Tuple) -> Self {
         Self { tuple, shared: None, own: None }
     }
 
-    /// Place along the base tangent of the whisker at rest at the arc `a`, mm: r₀(a)·x (model §7).
+    /// r₀(a)·x, mm: place of the arc `a` of the resting whisker along its base tangent (model §7).
     pub fn abscissa(&self, a: f64) -> f64 {
         let of = |shared: &Shared| shared.body.as_ref().map_or(a, |body| body.rest(a).x);
         self.shared.as_ref().map_or(f64::NAN, of)
     }
 
-    /// Its own rig, or `setup`, which is that of all.
+    /// The rig of this design, or the common `setup`.
     pub fn setup<'a>(&'a self, setup: &'a Setup) -> &'a Setup {
         self.own.as_deref().unwrap_or(setup)
     }
 
-    /// The design of `tuple` in `setup`, whatever its rig.
+    /// The design of `tuple` in `setup`; the rig of the tuple is ignored.
     pub fn of(setup: &Setup, tuple: Tuple) -> Self {
         let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
         let held = Held::new(&setup.model).c0 * D <= x_ss;
@@ -176,15 +172,14 @@ impl Design {
         Self { tuple, shared, own: None }
     }
 
-    /// Length by which K is multiplied in the tables where the convention is elongation, mm: x2 − x1, NaN of no whisker. `None` where K has
-    /// no unit.
+    /// Factor of K in tables with the elongation convention, mm: x2 − x1, NaN without a whisker; `None` if K has no unit.
     pub fn elongation(&self, setup: &Setup) -> Option<f64> {
         let length = |s: &Shared| s.gauge[1] - s.gauge[0];
         (setup.estimate.convention == Convention::Elongation)
             .then(|| self.shared.as_ref().map_or(f64::NAN, length))
     }
 
-    /// Whether a tap at `a` mm with `drive` (degrees or mm) lies in the domain.
+    /// True if a tap at `a` mm with `drive` (degrees or mm) lies in the domain.
     pub fn admits(&self, setup: &Setup, a: f64, drive: f64) -> bool {
         let setup = self.setup(setup);
         let touched = |shared: &Shared| {
@@ -200,7 +195,7 @@ impl Design {
     }
 }
 
-/// Whether the drive of `t` lies in the domain of its kind, and its contact on the whisker; where its clamp ends is not asked for.
+/// True if the drive of `t` lies in its domain and the contact on the whisker; the clamp is ignored.
 #[inline]
 pub fn is_tap(kind: Drive, t: &Tuple) -> bool {
     let driven = match kind {
@@ -210,7 +205,7 @@ pub fn is_tap(kind: Drive, t: &Tuple) -> bool {
     driven && t.a <= t.L_a * (1.0 + ROUNDING)
 }
 
-/// θ in rad, or δ in mm: here, and in [`radians`], angles of users become radians.
+/// θ in rad, or δ in mm; only this function and [`radians`] convert angles of users.
 #[inline]
 pub fn amount(kind: Drive, drive: f64) -> f64 {
     match kind {

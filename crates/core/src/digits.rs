@@ -1,6 +1,6 @@
-//! Numbers as people read them in sentences and figures.
+//! Numbers as text for sentences and figures.
 
-/// Digits of a value that is said.
+/// Significant digits of [`short`].
 pub const DIGITS: i32 = 4;
 
 /// A number to four digits.
@@ -8,12 +8,12 @@ pub fn short(x: f64) -> String {
     short_to(x, DIGITS)
 }
 
-/// A number as a sentence has it: three digits.
+/// A number to three digits, for sentences.
 pub fn rounded(x: f64) -> String {
     format!("{}{}", if x < 0.0 { "−" } else { "" }, short_to(x.abs(), 3))
 }
 
-/// A share as a sentence has it, in per cent.
+/// A share in per cent, for sentences.
 pub fn percent(x: f64) -> String {
     format!("{} %", rounded(100.0 * x))
 }

@@ -1,7 +1,4 @@
-//! What can go wrong before a run starts: a spec, a tuple file or an option that cannot be used.
-//!
-//! One type carries everything the user needs to mend it (file, line, key, value, allowed range); the
-//! command line prints it with the offending lines and exits 2, `--json` prints the same fields.
+//! Errors with all that a user needs to correct an input; the command line prints them and exits, `--json` prints the same fields.
 
 use std::fmt;
 
@@ -20,14 +17,14 @@ pub struct InputError {
     pub value: Option<String>,
     /// Allowed range or words, with unit.
     pub allowed: Option<String>,
-    /// What is wrong, in one sentence.
+    /// The error, in one sentence.
     pub message: String,
-    /// Lines of `file` around what is wrong.
+    /// Lines of `file` around the error.
     pub snippet: Option<Box<Excerpt>>,
 }
 
 impl InputError {
-    /// An error that so far only says what is wrong.
+    /// An error with a message only.
     pub fn new(message: impl Into<String>) -> Self {
         Self { message: message.into(), ..Self::default() }
     }
@@ -88,19 +85,19 @@ impl fmt::Display for InputError {
 
 impl std::error::Error for InputError {}
 
-/// What keeps taps from being solved.
+/// Reasons why taps cannot be solved.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SolveError {
-    /// A device, its driver or its shader failed; the words are the driver's.
+    /// A device, its driver or its shader failed; the message is the driver's.
     #[error("{0}")]
     Device(String),
-    /// A rule of so many nodes, for which no kernel is compiled.
+    /// No kernel is compiled for this number of nodes.
     #[error("no kernel with {0} nodes")]
     Nodes(usize),
-    /// Who asked for the taps wants them no more.
+    /// The caller cancelled the work.
     #[error("interrupted")]
     Stopped,
-    /// More taps would be left to the reference, or have no solution, than were allowed.
+    /// More taps than allowed would need the reference or have no solution.
     #[error("too many taps have no solution that the kernels find")]
     TooHard,
 }
@@ -142,7 +139,7 @@ impl Error {
     }
 }
 
-/// The one of `known` that is most like `word`, if it is like it at all; case, `_` and `-` hardly count.
+/// The word of `known` that is closest to `word`, if any is close; case, `_`, `-` and spaces hardly count.
 pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let plain = |s: &str| s.to_lowercase().replace(['_', '-', ' '], "");
     let distance = |name: &str| strsim::damerau_levenshtein(&plain(word), &plain(name));

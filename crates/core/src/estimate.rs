@@ -1,4 +1,4 @@
-//! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4), and what it shares with other estimates.
+//! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
 
 use crate::contact::Contact;
 use crate::design::Shared;
@@ -10,8 +10,7 @@ use crate::status::Status;
 /// Relative widening of the range of interest, in which a second root makes an estimate ambiguous.
 pub const WIDENING: f64 = 1e-6;
 
-/// Distance over L_a beyond which none is that of a contact beyond the peak of f, where f levels off and the distance of a reading has no bound: no
-/// error of a calibration leads so far.
+/// Farthest root, over L_a, of a tap beyond the peak of f, where f levels off: no error of a calibration leads farther.
 pub const FAR: f64 = 2.0;
 
 /// An estimated distance.
@@ -21,20 +20,19 @@ pub struct Estimated {
     pub distance: f64,
     /// σ_a = K̄ σ_ε/(θ |f′(â)|), mm.
     pub sigma: f64,
-    /// Contact force, N; NaN where only one channel is read.
+    /// Contact force, N; NaN with a single channel.
     pub force: f64,
-    /// `no_root`; `ambiguous` also where the near side of the peak gives the reading and another distance lies beyond what is known;
-    /// `outside_calibration` where no distance of interest lies on a widening whisker: see [`Estimator::estimate`]; or nothing.
+    /// `no_root`, `ambiguous` (a second root may be the contact), `outside_calibration` (see [`Estimator::estimate`]), or ok.
     pub status: Status,
 }
 
 impl Estimated {
-    /// No distance, and nothing to say about it.
+    /// No distance and no status word.
     pub const NOTHING: Self =
         Self { distance: f64::NAN, sigma: f64::NAN, force: f64::NAN, status: Status::OK };
 }
 
-/// What the estimates of one design share.
+/// Estimator of one design.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator<'a> {
     shared: &'a Shared,
@@ -73,9 +71,8 @@ impl<'a> Estimator<'a> {
         self.fixed.or(mean_deviation.filter(|_| n >= 2).map(|m| 1.0 + m))
     }
 
-    /// Distance from |ε| = `strain` of a tap at `a` mm by a drive of `amount` (rad or mm) with the calibration `k`. Where f levels off and no second distance
-    /// is of interest, it is `outside_calibration` beyond the tip if the tap is before the peak, so that the far root is not its own; else beyond
-    /// [`FAR`].
+    /// Distance from |ε| = `strain` of a tap at `a` mm by `amount` (rad or mm), with the calibration `k`. Where f levels off a
+    /// single root is `outside_calibration` beyond the tip if the tap is before the peak of f, else beyond [`FAR`].
     pub fn estimate(&self, k: f64, strain: f64, amount: f64, a: f64) -> Estimated {
         let Some(roots) = self.shared.theory.roots(k * strain / amount) else {
             return Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
@@ -91,19 +88,18 @@ impl<'a> Estimator<'a> {
         Estimated { distance: roots.far, sigma, status, ..Estimated::NOTHING }
     }
 
-    /// Whether the far root of a tap at `a` mm is `outside_calibration`.
     fn beyond(&self, roots: &Roots, a: f64) -> bool {
         let tip = self.shared.length * (1.0 + WIDENING);
         let its_own = a > self.shared.theory.peak().0;
         roots.levels_off && roots.far > if its_own { FAR * self.shared.length } else { tip }
     }
 
-    /// The several channels of the sensor.
+    /// Estimator of several channels, if the sensor has them.
     pub fn channels(&self) -> Option<&'a Contact> {
         self.shared.contact.as_ref()
     }
 
-    /// What the channels show at `a` mm per unit of drive, by the estimator's theory.
+    /// Readings of the channels at `a` mm per unit of drive, by the estimator's theory.
     pub fn linear(&self, contact: &Contact, a: f64) -> PerChannel {
         contact.linear(self.shared.theory.curve(), a)
     }
@@ -119,12 +115,11 @@ impl<'a> Estimator<'a> {
         contact.estimate(self.shared.theory.curve(), k, readings, amount, |a| self.interesting(a))
     }
 
-    /// Whether `a` mm lies in the range of interest.
     fn interesting(&self, a: f64) -> bool {
         a >= self.range[0] && a <= self.range[1]
     }
 
-    /// The distance `a` mm, where |ε| changes by `slope` with it (1/mm), and `second` is another one with the same strain.
+    /// The estimate `a` mm, where |ε| has the slope `slope` (1/mm); `second` is another distance with the same strain.
     pub fn estimated(&self, a: f64, slope: f64, second: Option<f64>) -> Estimated {
         let sigma = if self.noise == 0.0 { 0.0 } else { self.noise / slope.abs() };
         let twice = second.is_some_and(|a| self.interesting(a));

@@ -1,13 +1,10 @@
-//! The lines around a mistake, fit to be shown: few, short, and without characters that a terminal would obey.
+//! Lines around an error, short and without characters that control a terminal.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Characters of a line that are shown at most.
 const WIDE: usize = 120;
-/// Characters of a key or a value that are shown.
 const LONG: usize = 500;
-/// Of these, at most so many before the mistake.
 const BEFORE: usize = 40;
 
 /// A few lines of a file and the place of the mistake in them.
@@ -15,7 +12,7 @@ const BEFORE: usize = 40;
 pub struct Excerpt {
     /// The lines.
     pub text: String,
-    /// Where the mistake stands in `text`.
+    /// Place of the error in `text`, bytes.
     pub span: Range<usize>,
     /// Lines of the file before `text`.
     pub above: usize,
@@ -55,12 +52,10 @@ fn floor(text: &str, byte: usize) -> usize {
     (0..=byte.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
 }
 
-/// As much as is shown of a line, every character fit to be shown.
 fn cut(line: impl Iterator<Item = char>) -> String {
     first(WIDE, line)
 }
 
-/// The first `most` characters, every one fit to be shown.
 fn first(most: usize, line: impl Iterator<Item = char>) -> String {
     let mut line = line.map(|c| if c == '\t' { ' ' } else { harmless(c) });
     let mut text: String = line.by_ref().take(most).collect();
@@ -75,7 +70,7 @@ pub fn short(text: &str) -> String {
     first(LONG, text.chars().map(|c| if c == '\n' { ' ' } else { c }))
 }
 
-/// `text` with nothing in it that a terminal would obey; line ends stay.
+/// `text` with characters replaced that control a terminal; line ends stay.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let fine = |c: char| c == '\n' || harmless(c) == c;
     match text.chars().all(fine) {
@@ -84,7 +79,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// `c`, or a mark in place of one that moves the cursor or turns the direction of writing.
+/// Replaces control characters and marks that change the direction of writing.
 fn harmless(c: char) -> char {
     match c {
         c if c.is_control() => char::REPLACEMENT_CHARACTER,

@@ -1,6 +1,4 @@
-//! What a whisker is and what follows from it without any solver: the question ([`scene`]), the closed forms and the reference rod
-//! ([`physics`]), what a design's taps share ([`design`]), the paper's estimate ([`estimate`]), words ([`status`]), sums ([`reduce`]).
-//! Pure: no files, no threads of its own, no GPU.
+//! Whiskers without a kernel: the question, closed forms and the reference rod, designs, estimates, status words. Pure: no files, no GPU.
 
 pub mod combinations;
 pub mod contact;

@@ -3,8 +3,7 @@
 // Coefficients as published, with more digits than f64 holds.
 #![allow(clippy::excessive_precision)]
 
-/// Quantile of the standard normal distribution for 1e-10 < p < 1 − 1e-10, relative error 1e-15 (M. J. Wichura, algorithm AS 241, Appl.
-/// Statist. 37, 1988; without its outermost branch).
+/// Quantile for 1e-10 < p < 1 − 1e-10, relative error 1e-15 (M. J. Wichura, algorithm AS 241, Appl. Statist. 37, 1988).
 pub fn quantile(p: f64) -> f64 {
     const A: [f64; 8] = [
         3.387_132_872_796_366_608,

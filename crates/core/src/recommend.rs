@@ -1,15 +1,15 @@
-//! Which of several complete rows is recommended: those within the strain limit come first, then the smaller value, then the earlier row.
+//! The recommended row among complete ones: within the strain limit first, then the smaller value, then the earlier row.
 
 use std::cmp::Ordering;
 
 use crate::status::Status;
 
-/// What two complete rows are compared by: the words of their taps, and the value that ranks, smaller is better. [`Ordering::Less`] is the better row.
+/// Order of two complete rows by the words of their taps and their value, smaller is better. [`Ordering::Less`] is the better row.
 pub fn order(a: (Status, f64), b: (Status, f64)) -> Ordering {
     a.0.is_strained().cmp(&b.0.is_strained()).then(a.1.total_cmp(&b.1))
 }
 
-/// How the recommended row stands to the strain limit.
+/// The recommended row and the strain limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
     /// It is within the limit, and no row has a smaller value.
@@ -21,7 +21,7 @@ pub enum Standing {
 }
 
 impl Standing {
-    /// Of the recommended row `best`, where the smallest value of all rows is `least`.
+    /// Standing of the recommended row `best`; `least` is the smallest value of all rows.
     pub fn of(best: (Status, f64), least: f64) -> Self {
         match best {
             (status, _) if status.is_strained() => Self::Beyond,
@@ -31,7 +31,7 @@ impl Standing {
     }
 }
 
-/// The place of the recommended one of `rows`, and how it stands. A row of which a tap does not count, or whose value is missing, is not complete.
+/// Index and standing of the recommended row. A row is incomplete if a tap does not count or its value is missing.
 pub fn recommended(rows: impl Iterator<Item = (Status, f64)>) -> Option<(usize, Standing)> {
     let complete = rows.enumerate().filter(|(_, (status, value))| status.counts() && value.is_finite());
     let (mut best, mut least): (Option<(usize, (Status, f64))>, _) = (None, f64::INFINITY);

@@ -10,7 +10,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of `n` values with this mean and this sum of squared distances from it.
+    /// `n` values with this mean and this sum of squared distances from it.
     pub fn of(n: u64, mean: f64, squares: f64) -> Self {
         Self { n, mean, squares }
     }
@@ -23,7 +23,7 @@ impl Spread {
         self.squares += from_old * (x - self.mean);
     }
 
-    /// Mean; `None` of nothing.
+    /// Mean; `None` without values.
     pub fn mean(&self) -> Option<f64> {
         (self.n > 0).then_some(self.mean)
     }
@@ -34,7 +34,7 @@ impl Spread {
     }
 }
 
-/// Largest of what it has seen.
+/// Largest value seen.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Largest(Option<f64>);
 
@@ -44,7 +44,7 @@ impl Largest {
         self.0 = Some(self.0.map_or(x, |m| m.max(x)));
     }
 
-    /// The largest; `None` of nothing.
+    /// The largest; `None` without values.
     pub fn get(&self) -> Option<f64> {
         self.0
     }
@@ -60,7 +60,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Of `n` errors with this sum, sum of squares and largest absolute value.
+    /// `n` errors with this sum, sum of squares and largest absolute value.
     pub fn of(n: u64, [sum, squares, largest]: [f64; 3]) -> Self {
         Self { n, sum, squares, largest }
     }
@@ -73,23 +73,23 @@ impl Errors {
         self.largest = self.largest.max(e.abs());
     }
 
-    /// √(Σe²/n); `None` of nothing.
+    /// √(Σe²/n); `None` without errors.
     pub fn rms(&self) -> Option<f64> {
         (self.n > 0).then(|| (self.squares / self.n as f64).sqrt())
     }
 
-    /// Σe/n; `None` of nothing.
+    /// Σe/n; `None` without errors.
     pub fn mean(&self) -> Option<f64> {
         (self.n > 0).then(|| self.sum / self.n as f64)
     }
 
-    /// max |e|; `None` of nothing.
+    /// max |e|; `None` without errors.
     pub fn largest(&self) -> Option<f64> {
         (self.n > 0).then_some(self.largest)
     }
 }
 
-/// Kernel sweeps spent on taps: both figures are of the same taps.
+/// Kernel sweeps spent on taps.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Sweeps {
     /// Taps solved by a kernel.
@@ -99,21 +99,21 @@ pub struct Sweeps {
 }
 
 impl Sweeps {
-    /// Takes one tap that took so many sweeps.
+    /// Takes one tap that took `sweeps`.
     pub fn push(&mut self, sweeps: f64) {
         self.taps += 1;
         self.spent += sweeps;
         self.most = self.most.max(sweeps);
     }
 
-    /// As if all taps of `other` had been pushed here too.
+    /// Adds the taps of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.taps += other.taps;
         self.spent += other.spent;
         self.most = self.most.max(other.most);
     }
 
-    /// Sweeps of a tap in the mean; 0 where no kernel solved one.
+    /// Mean sweeps of a tap; 0 without taps.
     pub fn mean(&self) -> f64 {
         self.spent / self.taps.max(1) as f64
     }
@@ -124,13 +124,12 @@ impl Sweeps {
     }
 }
 
-/// Place of a percentile among `n` ≥ 1 sorted values: the smallest that is not below `percent` of 100 of them (nearest rank). It is
-/// one of the values, and the largest where there are fewer than 100/(100 − `percent`).
+/// Index of a percentile among `n` ≥ 1 sorted values (nearest rank): the smallest value that is not below `percent` % of them.
 pub fn percentile(n: usize, percent: usize) -> usize {
     (n * percent).div_ceil(100).max(1) - 1
 }
 
-/// Median; sorts `values`. NaN of nothing.
+/// Median; sorts `values`. NaN without values.
 pub fn median(values: &mut [f64]) -> f64 {
     let n = values.len();
     if n == 0 {

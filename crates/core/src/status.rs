@@ -1,4 +1,4 @@
-//! The closed list of what can be wrong with a row.
+//! Status words: the closed list of errors of a row.
 
 use std::fmt;
 
@@ -31,13 +31,13 @@ impl Status {
     pub const OUTSIDE_CALIBRATION: Self = Self(1 << 8);
     /// The input line could not be read.
     pub const BAD_INPUT: Self = Self(1 << 9);
-    /// The contact has reached a corner of a tabled profile, which is not described.
+    /// The contact has reached a corner of a tabled profile, which is not modelled.
     pub const AT_KNOT: Self = Self(1 << 10);
 
     /// Taps of one object contradict each other.
     pub const INCONSISTENT: Self = Self(1 << 11);
 
-    /// Words of taps without a strain that changes smoothly with what they depend on. Past the tip it does: there the taper goes on.
+    /// Words of taps without a strain that changes smoothly with its inputs. Past the tip it does, on the continued taper.
     pub const NO_READING: Self =
         Self(Self::INVALID_GEOMETRY.0 | Self::NO_STRAIN.0 | Self::NOT_CONVERGED.0 | Self::MATERIAL_LIMIT.0);
 
@@ -57,7 +57,7 @@ impl Status {
         (Self::BAD_INPUT, "bad_input"),
     ];
 
-    /// Whether any word of `other` is in this set.
+    /// True if a word of `other` is in this set.
     pub fn has(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
@@ -72,7 +72,7 @@ impl Status {
         Self(self.0 & other.0)
     }
 
-    /// The set that tables call this: `ok`, or words joined by `+`; `None` of other text.
+    /// The set that tables call this: `ok`, or words joined by `+`; `None` for other text.
     pub fn named(text: &str) -> Option<Self> {
         let word = |word: &str| Self::ALL.iter().find(|(_, w)| *w == word).map(|(s, _)| *s);
         match text {
@@ -81,7 +81,7 @@ impl Status {
         }
     }
 
-    /// Whether the tap enters the statistics of its row.
+    /// True if the tap enters the statistics of its row.
     pub fn counts(self) -> bool {
         !self.has(
             Self::INVALID_GEOMETRY
@@ -93,12 +93,12 @@ impl Status {
         )
     }
 
-    /// Whether a tap strains the gauge beyond its limit.
+    /// True if a tap strains the gauge beyond its limit.
     pub fn is_strained(self) -> bool {
         self.has(Self::STRAIN_LIMIT)
     }
 
-    /// The set whose words `text` joins by `+`, as a table has it; words of no status are skipped.
+    /// The set of the words that `text` joins by `+`; unknown words are skipped.
     pub fn of_words(text: &str) -> Self {
         let known = Self::ALL.iter().filter(|(_, word)| text.split('+').any(|w| w == *word));
         known.fold(Self::OK, |all, (one, _)| all | *one)

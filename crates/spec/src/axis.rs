@@ -15,7 +15,6 @@ const SAMPLE_KEYS: [&str; 5] = ["min", "max", "samples", "sampler", "seed"];
 const FORMS: &str =
     "a number, a list [4, 7, 10], { from, to, steps }, { from, to, step } or { min, max, samples }";
 
-/// An axis and where it stands.
 #[derive(Debug, Clone)]
 pub(super) struct AxisItem<'a> {
     pub item: Item<'a>,
@@ -23,7 +22,6 @@ pub(super) struct AxisItem<'a> {
 }
 
 impl<'a> AxisItem<'a> {
-    /// Reads an axis whose values are all such as its key may have; `dimension` is that of a sampled axis.
     pub fn read(item: Item<'a>, dimension: u32) -> Result<Self> {
         let Some(known) = item.known else { return item.refuse("no axis is asked for", "a number") };
         let axis = match item.value {
@@ -45,8 +43,7 @@ impl<'a> AxisItem<'a> {
         Ok(Self { item, axis })
     }
 
-    /// The first value that is `bad`, and its place. Ranges are judged by their ends, samples by the single
-    /// value `best`: their points fall where they fall.
+    /// The first value that is `bad`, and its place. Ranges are judged by their ends, samples by the single value `best`.
     pub fn first_where(&self, best: f64, bad: impl Fn(f64) -> bool) -> Option<(f64, Item<'a>)> {
         let ends = || {
             let places = [(self.axis.min(), "from"), (self.axis.max(), "to")];
@@ -73,7 +70,6 @@ fn list(item: &Item<'_>) -> Result<Vec<f64>> {
     Ok(values)
 }
 
-/// The value of `key`, one of those that its axis may have.
 fn end(item: &Item<'_>, key: &str, known: &'static Key) -> Result<f64> {
     item.need(key)?.of(Some(known)).ranged()
 }

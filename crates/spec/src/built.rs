@@ -1,4 +1,4 @@
-//! What a whisker is beyond a cone clamped at its base, in `[whisker]`, and `[sensor]` (model §7).
+//! Built whiskers in `[whisker]`, and `[sensor]` (model §7).
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,15 +17,12 @@ use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
 use crate::text_file::Limit;
 
-/// A profile as it is written.
 struct Shape {
     diameter: Vec<[f64; 2]>,
-    /// Diameters of what is inside, from the same file: key and table.
     inner: Option<(&'static str, Vec<[f64; 2]>)>,
     warning: Option<String>,
 }
 
-/// Two pairs of numbers or more, the first of them rising.
 fn pairs(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
     let Some(elements) = item.elements() else { return item.wrong("this must be a list of pairs") };
     let mut all: Vec<[f64; 2]> = Vec::new();
@@ -106,7 +103,7 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     Ok(Shape { diameter: of(1), inner: inner.into_iter().next(), warning })
 }
 
-/// Keys that follow from others the user wrote, as TOML: D, d and L_a from a profile, a place for a gauge that nobody reads.
+/// Keys that follow from the user's, as TOML: D, d and L_a from a profile, and a default gauge if no gauge is read.
 pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -> Result<String> {
     let find = |section: &str, key: &str| {
         let value = user.get(section)?.get_ref().as_table()?.get(key)?;
@@ -156,13 +153,11 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
     Ok(text)
 }
 
-/// The factor of a profile's diameters that is the same for all of its whiskers; 1 where each has its own.
 fn constant(item: &Item<'_>) -> Result<f64> {
     let axis = AxisItem::read(item.clone(), 0)?.axis;
     Ok(if axis.len() == 1 { axis.at(0) } else { 1.0 })
 }
 
-/// `bore`, or the diameter of a core; of many the first.
 fn inside(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
     match item.elements().and_then(|mut elements| elements.next()) {
         Some(one) if one.value.is_array() => pairs(item),
@@ -170,7 +165,6 @@ fn inside(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
     }
 }
 
-/// `core`; `file`: its diameters, where a file has them.
 fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
     item.only_known()?;
     let modulus = first(&item.needs("modulus")?)?;
@@ -187,7 +181,7 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
 
 fn root(item: &Item<'_>) -> Result<Root> {
     item.only_known()?;
-    // Beyond any quantity of a whisker: `inf` says that this spring is rigid.
+    // `inf`, out of range for any quantity, makes a spring rigid.
     let rigid =
         |k: &Item<'_>| matches!(k.value, DeValue::Float(x) if x.as_str().parse() == Ok(f64::INFINITY));
     let spring = |key| item.or(key, f64::INFINITY, |k| if rigid(k) { Ok(f64::INFINITY) } else { first(k) });
@@ -198,7 +192,6 @@ fn root(item: &Item<'_>) -> Result<Root> {
     Ok(root)
 }
 
-/// The whisker beyond D, d, L_a and hub; `None` of a cone clamped at its base.
 pub(super) fn whisker(sections: &Sections<'_>, base: &Path) -> Result<Option<Built>> {
     let section = sections.section("whisker");
     // A search scales its candidates itself.
@@ -245,10 +238,9 @@ pub(super) fn whisker(sections: &Sections<'_>, base: &Path) -> Result<Option<Bui
     Ok(Some(built).filter(|built| *built != Built::CONE))
 }
 
-/// `[sensor]`: the signal; its noise stands in `gauge`, whose limit is that of a strain.
+/// The signal; its noise and the strain limit are put into `gauge`.
 pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal, Option<Arc<Channels>>)> {
     if let Some((signal, channels)) = channels::read(section)? {
-        // Only of the strain there is a limit.
         if signal != Signal::Strain {
             gauge.strain_limit = f64::INFINITY;
         }
@@ -267,7 +259,6 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal
     Ok((signal, None))
 }
 
-/// `fixed` of `[sensor]`, which a moment has.
 pub(super) fn fixed(section: &Section<'_>, signal: Signal, channels: Option<&Channels>) -> Result<bool> {
     let item = section.get("fixed")?;
     if !item.flag()? || channels.map_or(signal == Signal::Moment, Channels::read_moment) {
@@ -276,7 +267,7 @@ pub(super) fn fixed(section: &Section<'_>, signal: Signal, channels: Option<&Cha
     item.refuse("no moment is read", "fixed with a signal, or a row of a matrix, that shows the moment")
 }
 
-/// Refuses what does not go together; `at` says where the whisker comes from if no key of `[whisker]` does.
+/// Refuses combinations that are not modelled; `at` is the place of the whisker if no key of `[whisker]` has it.
 pub(super) fn allowed(
     sections: &Sections<'_>,
     setup: &Setup,
@@ -334,7 +325,6 @@ pub(super) fn allowed(
     Ok(())
 }
 
-/// What of a solid is on, a foil too: section, key, and how it is off.
 fn solid(setup: &Setup) -> Option<(&'static str, &'static str, String)> {
     let model = &setup.model;
     let on =

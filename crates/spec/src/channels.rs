@@ -15,7 +15,6 @@ pub(super) fn several(section: &Section<'_>) -> bool {
         || section.written("signal").is_some_and(|signal| signal.elements().is_some())
 }
 
-/// Whether the strain under a gauge is read, by the values of `signal` and `matrix`.
 pub(super) fn read_strain(signal: Option<Item<'_>>, matrix: Option<Item<'_>>) -> bool {
     let strain = |item: &Item<'_>| item.text().ok() == Some("strain");
     let fourth = |row: Item<'_>| row.elements().is_some_and(|row| row.len() == SOURCES);
@@ -26,7 +25,6 @@ pub(super) fn read_strain(signal: Option<Item<'_>>, matrix: Option<Item<'_>>) ->
     }
 }
 
-/// Refuses what has no meaning with several channels, which stand at `item`.
 pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, item: &Item<'_>) -> Result<()> {
     if setup.estimate.theory == Theory::Exact {
         let error = item.error("the distance is told by several channels and linear theory together");
@@ -38,7 +36,7 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, item: &Item<'_>) -
     Ok(())
 }
 
-/// The channels, and the signal that stands for them where one is asked for; nothing of a single signal.
+/// The channels, and the signal that stands for them where one is needed; `None` for a single signal.
 pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels>)>> {
     if !several(section) {
         return section.written("covariance").map_or(Ok(None), |item| {
@@ -108,7 +106,6 @@ fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
     Ok(rows)
 }
 
-/// The covariance of independent noise.
 fn diagonal(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
     let wrong = |count: usize| item.error(format!("{n} numbers are needed, not {count}")).allowed(NOISE);
     let elements = item.elements().ok_or_else(|| wrong(1))?;

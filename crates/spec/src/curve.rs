@@ -20,26 +20,24 @@ use crate::text_file::{Limit, TextFile};
 const STRAIN: &str = "strain";
 const STRESS: &str = "stress_MPa";
 
-/// Fewest points of different strain.
 const LEAST: usize = 5;
 
-/// A measured point and its place: the byte where its line starts, or its row.
+/// `place`: the byte where its line starts, or its row.
 struct Point {
     strain: f64,
     stress: f64,
     place: usize,
 }
 
-/// Reads the file named by `item`, relative to `base`, fits Yeoh's law to it, and a warning about the file.
 pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<String>)> {
     let (label, text) = table::open(item, base, "curve", Limit::Whole)?;
     of_text(label, &text)
 }
 
-/// As [`of_frame`], of the file at `path`.
+/// [`of_frame`] for the file at `path`.
 ///
 /// # Errors
-/// As [`of_frame`]; a file that cannot be read.
+/// Those of [`of_frame`]; the file cannot be read.
 pub fn of_file(path: &Path) -> Result<MaterialFit> {
     let text = TextFile::open(path, "curve", Limit::Whole)?.text()?;
     Ok(of_text(path.display().to_string(), &text)?.0)
@@ -57,7 +55,7 @@ fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
 /// Fits Yeoh's law to a measured curve in memory, with the columns of such a file.
 ///
 /// # Errors
-/// A column that is missing; what is no stress–strain curve, or none of the law.
+/// A column is missing, the points are not a stress–strain curve, or the law does not fit them.
 pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
     let mut points = Vec::new();
     table::of_frame(frame, columns(), &mut |row, place| {
@@ -90,7 +88,6 @@ fn allowed(column: &str) -> &'static str {
     }
 }
 
-/// Points by rising strain, each strain once.
 fn checked(mut points: Vec<Point>, source: Source<'_>) -> Result<Vec<[f64; 2]>> {
     let at = |point: &Point, column: &str, message: String| {
         let value = if column == STRAIN { point.strain } else { point.stress };
@@ -109,7 +106,6 @@ fn checked(mut points: Vec<Point>, source: Source<'_>) -> Result<Vec<[f64; 2]>> 
     points.sort_by(|p, q| p.strain.total_cmp(&q.strain));
     for pair in points.windows(2) {
         let [p, q] = pair else { continue };
-        // Of two lines that contradict each other the later one is at fault.
         let (earlier, later) = if p.place < q.place { (p, q) } else { (q, p) };
         let line = source.words(earlier.place);
         let other = format!("{} MPa at strain {} in {line}", earlier.stress, earlier.strain);
@@ -145,7 +141,6 @@ fn checked(mut points: Vec<Point>, source: Source<'_>) -> Result<Vec<[f64; 2]>> 
     }
 }
 
-/// What to say when the points are sound but no law fits them.
 fn refusal(why: Unfit, [min, max]: [f64; 2]) -> InputError {
     match why {
         Unfit::Undetermined => {
@@ -167,7 +162,7 @@ fn refusal(why: Unfit, [min, max]: [f64; 2]) -> InputError {
     }
 }
 
-/// With `abscissa = true` the distances of `space` are abscissae of the whisker `built` at rest: makes them arcs.
+/// With `abscissa = true` turns the distances of `space`, abscissae of the resting whisker `built`, into arcs.
 pub(super) fn to_arcs(
     sections: &Sections<'_>,
     space: &mut Space,

@@ -1,4 +1,4 @@
-//! Whether there can be the built whiskers that a spec asks for, and where their equations leave something out.
+//! Checks that the built whiskers of a spec can exist, and warns where their equations are incomplete.
 
 use super::axis::AxisItem;
 use super::properties::corners;
@@ -7,7 +7,6 @@ use super::sections::Sections;
 use crate::physics::body::Body;
 use crate::scene::{Column, Drive, Property, Setup, Spec};
 
-/// The whisker of `setup` of the largest diameters, times `scale`, with the nearest contact; none of listed tuples.
 fn largest(spec: &Spec, setup: &Setup, scale: f64) -> Option<(Body, f64)> {
     let most = |column| spec.study.space.axis(column).map(crate::scene::Axis::max);
     let [base, tip, length] = [Column::BaseDiameter, Column::TipDiameter, Column::Length].map(most);
@@ -16,8 +15,7 @@ fn largest(spec: &Spec, setup: &Setup, scale: f64) -> Option<(Body, f64)> {
     Some((body, spec.study.space.axis(Column::Distance)?.min()))
 }
 
-/// Why no whisker of the spec can be that of `setup`, what is allowed, and the keys that may say so: an inner part as thick as the skin, or a bend
-/// that turns away from every contact.
+/// Why no whisker of `setup` can exist, allowed values, and keys to report: an inner part as thick as the skin, or a bend from every contact.
 fn misfit(
     spec: &Spec,
     (setup, scale): &(Setup, f64),
@@ -35,14 +33,13 @@ fn misfit(
     Some((format!("{why} at a = {nearest} mm"), allowed, &["curvature", "curvature_slope"]))
 }
 
-/// Refuses what no whisker of the spec can be, each value of a property beside all others.
 pub(super) fn fits(
     sections: &Sections<'_>,
     spec: &Spec,
     properties: &[(Property, AxisItem<'_>)],
 ) -> Result<()> {
     if sections.section("optimise").written("variables").is_some() {
-        return Ok(()); // Designs of a search that are no whiskers are not taken.
+        return Ok(()); // A search skips designs that are no whiskers.
     }
     let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
     let tapped = sections.section("tap").written("a").is_some();
@@ -51,7 +48,6 @@ pub(super) fn fits(
         [Exponent, Scale, Bore, Core, Curvature, CurvatureSlope, Hub, PoleRadius].contains(property)
     };
     let shaping: Vec<_> = properties.iter().filter(shapes).cloned().collect();
-    // What is wrong in all combinations of the others.
     let wrong = |others: &[(Property, AxisItem<'_>)], setup: &Setup, scale: f64| {
         let corners = corners(setup, others).into_iter();
         let mut all = corners.map(|(setup, own)| misfit(spec, &(setup, scale * own), tapped));
@@ -65,7 +61,7 @@ pub(super) fn fits(
             property.set(&mut one, value);
             wrong(&others, &one, if *property == Property::Scale { value } else { 1.0 })
         };
-        // A sample is judged by the row that it is in.
+        // A sample is judged with its row.
         if axis.axis.points().is_none()
             && let Some((value, item)) = axis.first_where(0.0, |value| with(value).is_some())
             && let Some((why, allowed, _)) = with(value)
@@ -80,7 +76,6 @@ pub(super) fn fits(
     Ok(())
 }
 
-/// Where the equations leave something out.
 pub(super) fn doubts(spec: &Spec) -> Vec<String> {
     let Some((body, _)) = largest(spec, &spec.study.setup, 1.0) else { return Vec::new() };
     let bent = [0.0, body.length].map(|s| (body.curvature(s) * body.radius(s, s)).abs());

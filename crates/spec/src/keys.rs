@@ -1,5 +1,4 @@
-//! What can stand in a spec, and in other files that users write as TOML: every section and key as `keys.toml` says it. Reader, schema and
-//! reference take from here what they know of a key.
+//! Sections and keys of specs, and of other TOML files that users write, as `keys.toml` has them, for reader, schema and reference.
 
 use std::sync::LazyLock;
 
@@ -9,49 +8,49 @@ use toml::de::{DeTable, DeValue};
 use super::properties::{unsure, varied};
 use crate::scene::{Interval, Property};
 
-/// Unit, and range, of the ends of an axis.
+/// Unit and range of the ends of an axis: those of its key.
 pub const THAT_OF_THE_KEY: &str = "that of the key";
 
-/// A key.
+/// A key of a section.
 #[derive(Debug, Clone, Default)]
 pub struct Key {
     /// Its name.
     pub name: &'static str,
-    /// What it may hold.
+    /// Form of its value.
     pub form: Form,
-    /// Its unit; empty where it has none.
+    /// Its unit; empty if it has none.
     pub unit: &'static str,
-    /// What it is, in a few words.
+    /// Its meaning, in a few words.
     pub what: &'static str,
-    /// What may stand there, where the form does not say it well.
+    /// Allowed values in words, if the form is not enough.
     pub allowed: String,
-    /// Ends of what labs have; a largest number outside of them is warned about.
+    /// The usual range; a largest number outside of it is warned about.
     pub usual: Option<[f64; 2]>,
-    /// The value in force where it is left out.
+    /// The value in force if it is left out.
     pub default: Option<&'static Spanned<DeValue<'static>>>,
-    /// What holds where it is left out, unless it has a default or is required.
+    /// The behaviour if it is left out; empty if it has a default or is required.
     pub absent: &'static str,
-    /// A value, as TOML; empty in an inline table, which has examples of its own.
+    /// A value, as TOML; empty in an inline table, whose examples are whole.
     pub example: &'static str,
-    /// What more there is to say; may be empty.
+    /// Further remarks; may be empty.
     pub note: &'static str,
 }
 
 /// A section, an inline table of a key, or another file.
 #[derive(Debug)]
 pub struct Section {
-    /// `gauge`, or `optimise.limits` for the inline table that stands under `limits` in `[optimise]`.
+    /// `gauge`, or `optimise.limits` for the inline table `limits` of `[optimise]`.
     pub name: &'static str,
-    /// What it says.
+    /// Its description.
     pub about: &'static str,
     /// Its keys, in the order in which values in force are listed.
     pub keys: Vec<Key>,
-    /// Whole inline tables; none of a section.
+    /// Whole inline tables; empty for a section.
     pub examples: Vec<&'static str>,
 }
 
 impl Key {
-    /// What may stand there.
+    /// Allowed values, in words.
     pub fn allowed(&self) -> String {
         match &*self.allowed {
             "" if self.unit == THAT_OF_THE_KEY => THAT_OF_THE_KEY.to_owned(),
@@ -60,7 +59,7 @@ impl Key {
         }
     }
 
-    /// What holds where it is left out.
+    /// The default, or the behaviour if it is left out.
     pub fn if_absent(&self) -> String {
         match self.default {
             Some(value) => format!("`{}`", super::sections::toml_text(value.get_ref())),
@@ -94,18 +93,18 @@ pub fn sections() -> impl Iterator<Item = &'static Section> {
     ALL.iter().filter(move |s| !s.name.contains('.') && !others.contains(&s.name))
 }
 
-/// Inline tables of a spec, by the key that takes them. `axis` is taken by D, d, L_a, x_ss, l, a, theta and delta.
+/// Inline tables of a spec, by the key that takes them; `axis` belongs to D, d, L_a, x_ss, l, a, theta and delta.
 pub fn inline() -> impl Iterator<Item = &'static Section> {
     let of_spec = |s: &&Section| sections().any(|of| s.name.split_once('.').is_some_and(|n| n.0 == of.name));
     ALL.iter().filter(move |s| s.name == "axis" || of_spec(s))
 }
 
-/// The section of this name, which is there; that of no name has the keys above all sections.
+/// The section of this name, which must exist; the empty name has the keys above all sections.
 pub fn section(name: &str) -> &'static Section {
     ALL.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("keys.toml has no section {name}"))
 }
 
-/// Unit of every key under its dotted name, `axis.from` for that of an axis; empty where it has none.
+/// Unit of every key by its dotted name, `axis.from` for that of an axis; empty without unit.
 pub fn units() -> impl Iterator<Item = (String, &'static str)> {
     let of = |section: &'static Section| {
         let name = if section.name == "array.whisker" { "array" } else { section.name };
@@ -114,7 +113,6 @@ pub fn units() -> impl Iterator<Item = (String, &'static str)> {
     ALL.iter().filter(|s| !s.name.is_empty()).flat_map(of)
 }
 
-/// The section `name`, of which `value` is the table.
 fn described(name: &'static str, value: &'static Spanned<DeValue<'static>>) -> Section {
     let table = value.get_ref().as_table().expect("sections are tables");
     let examples = table.get("examples").and_then(|all| all.get_ref().as_array()).into_iter().flatten();
@@ -137,7 +135,6 @@ fn described(name: &'static str, value: &'static Spanned<DeValue<'static>>) -> S
     Section { name, about: about.unwrap_or_default(), keys, examples }
 }
 
-/// A key of `section`.
 fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -> Option<Key> {
     let text = |fact: &str| facts.get(fact).and_then(|v| v.get_ref().as_str()).unwrap_or_default();
     let full = format!("{section}.{name}");
@@ -161,7 +158,6 @@ fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -
     })
 }
 
-/// A property in a table of `[optimise]`.
 fn of_property(property: Property, form: Form, absent: &'static str, allowed: String) -> Key {
     let about = property.about();
     let name = property.name().trim_start_matches("root.");
@@ -187,17 +183,17 @@ pub enum Form {
     Axis(Interval),
     /// [smallest, largest].
     Ends(Interval),
-    /// As many numbers.
+    /// This many numbers.
     Numbers(usize),
     /// One of these words.
     Words(Vec<&'static str>),
     /// Two or more different ones of these words.
     Several(Vec<&'static str>),
-    /// From … to so many rows of numbers.
+    /// Rows of numbers, from … to this many.
     Matrix(usize, usize),
     /// [[s, diameter], …].
     Pairs,
-    /// An inline table of this name, with at least and at most as many keys.
+    /// An inline table of this name, with at least and at most this many keys.
     Table(&'static str, usize, usize),
     /// A list of tables of this name.
     Tables(&'static str),
@@ -206,7 +202,6 @@ pub enum Form {
 }
 
 impl Form {
-    /// Of words such as `axis (0, ∞) | pairs`; `own` is the interval of a kind without one.
     pub(super) fn parse(words: &'static str, own: Option<Interval>) -> Self {
         let mut kinds: Vec<Self> = words.split(" | ").map(|kind| Self::one(kind, own)).collect();
         if kinds.len() == 1 { kinds.remove(0) } else { Self::Any(kinds) }
@@ -239,7 +234,7 @@ impl Form {
         }
     }
 
-    /// Numbers that it takes, if it does.
+    /// Interval of its numbers, if it takes numbers.
     pub fn interval(&self) -> Option<Interval> {
         match self {
             Self::Number(interval) | Self::Axis(interval) | Self::Ends(interval) => Some(*interval),
@@ -248,7 +243,7 @@ impl Form {
         }
     }
 
-    /// Words that it takes; none where it takes none.
+    /// Words that it takes; may be empty.
     pub fn known_words(&self) -> &[&'static str] {
         match self {
             Self::Words(words) => words,
@@ -257,7 +252,7 @@ impl Form {
         }
     }
 
-    /// Keys of the table that it takes, if it does.
+    /// Keys of the table that it takes, if it takes one.
     pub fn table(&self) -> Option<&'static Section> {
         match self {
             Self::Table(name, ..) | Self::Tables(name) => Some(section(name)),
@@ -267,7 +262,7 @@ impl Form {
         }
     }
 
-    /// What may stand there, in words, of a key of this `name` and `unit`.
+    /// Allowed values in words, for a key of this `name` and `unit`.
     pub fn words(&self, name: &str, unit: &str) -> String {
         let quoted = |words: &[&str]| words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(", ");
         match self {
@@ -294,7 +289,7 @@ impl Form {
     }
 }
 
-/// `(0, 1]`: what lies between two numbers, of which a round bracket excludes its own.
+/// Parses `(0, 1]`; a round bracket excludes its end.
 fn interval(text: &str) -> Option<Interval> {
     let open = [text.starts_with('('), text.ends_with(')')];
     let (low, high) = text.get(1..text.len().checked_sub(1)?)?.split_once(", ")?;

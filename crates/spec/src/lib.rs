@@ -1,7 +1,5 @@
-//! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
-//!
-//! `keys.toml` describes the sections and keys, and `keys` reads it; `sections` refuses unknown ones; `reader` gives values with their places;
-//! the other modules read a part each, and say which values and combinations are allowed; `usual` warns about unusual numbers.
+//! Specs: a TOML file becomes a [`Spec`], or an [`InputError`] with place and reason. `keys` reads the descriptions in `keys.toml`, `sections`
+//! refuses unknown keys, `reader` gives values with their places, `usual` warns about unusual numbers; the other modules read and check a part each.
 
 mod axis;
 mod built;
@@ -46,7 +44,7 @@ pub fn read(path: &Path) -> Result<Spec> {
     parse(&path.display().to_string(), &load(path, "spec")?, path.parent().unwrap_or(Path::new("")))
 }
 
-/// As [`parse`], of a spec whose taps are not in it, but in a `frame` with the columns of a tuple file; without one it has none.
+/// [`parse`] for a spec without taps: they are those of `frame`, with the columns of a tuple file, if it is given.
 pub fn parse_listed(label: &str, text: &str, base: &Path, frame: Option<&Frame>) -> Result<Spec> {
     parsed(label, text, |document, user| {
         of_user(document, user, base, "", |sections, drive| space::listed(sections, drive, frame))
@@ -58,18 +56,17 @@ pub fn parse(label: &str, text: &str, base: &Path) -> Result<Spec> {
     parse_with(label, text, base, "")
 }
 
-/// As [`parse`], with a `fallback`: TOML with values that stand in for keys a sweep requires, beside the defaults.
+/// [`parse`] with a `fallback`: TOML with values for keys that a sweep requires, in addition to the defaults.
 pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Result<Spec> {
     parsed(label, text, |document, user| of_table(document.file, document.text, user, base, fallback))
 }
 
-/// As [`parse_with`], of a spec that is a `user` table in the `text` of a file, perhaps with other things beside it.
+/// [`parse_with`] for a spec that is the `user` table in the `text` of a file.
 pub fn of_table(label: &str, text: &str, user: &DeTable<'_>, base: &Path, fallback: &str) -> Result<Spec> {
     let document = Document { file: label, text };
     of_user(&document, user, base, fallback, |sections, drive| space::read(sections, drive, base))
 }
 
-/// What `read` makes of the table that `text` is.
 fn parsed<T>(
     label: &str,
     text: &str,
@@ -81,7 +78,6 @@ fn parsed<T>(
     read(&document, user.get_ref())
 }
 
-/// What `read` makes of the sections of `text`, with the `defaults` beside those of every command.
 fn with_sections<T>(
     label: &str,
     text: &str,
@@ -94,7 +90,6 @@ fn with_sections<T>(
     })
 }
 
-/// The spec that a `user` table in a `document` is; `taps` reads its tuples.
 fn of_user(
     document: &Document<'_>,
     user: &DeTable<'_>,
@@ -176,14 +171,13 @@ fn of_user(
     Ok(spec)
 }
 
-/// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
+/// [`parse`] with `[optimise]`, whose variables may be missing from their sections.
 pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
     with_sections(label, text, optimise::SEARCHED, |sections| {
         let mut search = optimise::read(sections)?;
         let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
         spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
         optimise::check(sections, &mut spec, &mut search)?;
-        // Only of the strain there is a limit.
         if spec.study.setup.signal != Signal::Strain {
             let limits = sections.section("optimise").written("limits");
             if let Some(strain) = limits.and_then(|limits| limits.child("strain")) {
@@ -197,7 +191,7 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     })
 }
 
-/// A spec for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its objective needs the noise of the gauge.
+/// The spec of a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its objective needs the gauge's noise.
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
     let spec = parse_with(label, text, base, optimise::TAP)?;
     spec.one_rig()?;
@@ -206,7 +200,6 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     Ok((spec, ends))
 }
 
-/// The files that a spec names for reading.
 fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     let tuples = sections.section("tuples").written("file");
     let curve = sections.section("model").written("material").and_then(|m| m.need("curve").ok());
@@ -215,7 +208,7 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     named.filter_map(|item| Some(base.join(item.value.as_str()?))).collect()
 }
 
-/// What `read` makes of the `text` of another file that users write as TOML, which `label` names; `what` is its key under `[files]` of `keys.toml`.
+/// Reads the `text` of another TOML file of users with `read`; `label` names it, and `what` is its key under `[files]` of `keys.toml`.
 pub fn described<T>(
     label: &str,
     text: &str,
@@ -230,7 +223,7 @@ pub fn described<T>(
     })
 }
 
-/// Name and rows of the CSV file that `item` names, relative to `base`, which has these columns and perhaps others.
+/// Name and rows of the CSV file that `item` names, relative to `base`, which must have these columns and may have others.
 pub fn columns<const N: usize>(
     item: &Item<'_>,
     base: &Path,
@@ -246,12 +239,12 @@ pub fn columns<const N: usize>(
     Ok((label, rows))
 }
 
-/// Text of a file that is read whole; `what` says what the file is.
+/// Text of a file; `what` names its kind.
 pub fn load(path: &Path, what: &str) -> Result<String> {
     TextFile::open(path, what, Limit::Whole)?.toml()
 }
 
-/// The line with a key of more parts than the TOML reader takes, of which it does not say the place.
+/// The line of a key with too many parts, whose place the TOML reader does not give.
 fn deep_key(text: &str) -> Option<Range<usize>> {
     let deep = |line: &&str| !line.trim_start().starts_with('#') && line.matches('.').count() >= 80;
     let line = text.split('\n').find(deep)?;
@@ -259,7 +252,6 @@ fn deep_key(text: &str) -> Option<Range<usize>> {
     Some(start..start + line.len())
 }
 
-/// A text that is no TOML at all.
 fn syntax(document: &Document<'_>, error: &toml::de::Error) -> InputError {
     let at = error.span().or_else(|| deep_key(document.text));
     let at = at.unwrap_or(document.text.len()..document.text.len());

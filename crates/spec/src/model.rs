@@ -9,7 +9,6 @@ use super::sections::Sections;
 use crate::evaluated::both;
 use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, Setup, TERMS, Term, Theory};
 
-/// Reads the section, and how its material was fitted; refuses effects that contradict each other. Paths are relative to `base`.
 pub(super) fn read(sections: &Sections<'_>, base: &Path) -> Result<(Model, Option<MaterialFit>)> {
     let section = sections.section("model");
     let (material, fit) = material(&section.get("material")?, sections, base)?;
@@ -31,7 +30,7 @@ pub(super) fn read(sections: &Sections<'_>, base: &Path) -> Result<(Model, Optio
     model.nu = first(&section.get("nu")?)?;
     model.contact = contact(&section.get("contact")?)?;
     if let Err((key, message, allowed)) = consistent(&model) {
-        // What `solid = true` switched on is told where that stands.
+        // An effect that `solid = true` switched on is reported at that key.
         let item = section.written(key).or_else(|| section.written("solid"));
         return item.map_or_else(|| section.get(key), Ok)?.refuse(message, allowed);
     }
@@ -46,7 +45,6 @@ fn contact(item: &Item<'_>) -> Result<Contact> {
     item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)])
 }
 
-/// The law, and the fit it comes from.
 fn material(
     item: &Item<'_>,
     sections: &Sections<'_>,
@@ -78,10 +76,9 @@ fn material(
     value.refuse(message, allowed)
 }
 
-/// An effect that contradicts another: its key in `[model]`, what is wrong, what is allowed.
+/// Key of an effect in `[model]` that contradicts another, the reason, and the allowed values.
 pub(super) type Fault = (&'static str, String, String);
 
-/// Refuses combinations of effects that have no meaning.
 pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
     let on = |term: &&Term| (term.get)(model).is_on();
     let rubs = model.contact != Contact::Frictionless;
@@ -122,7 +119,6 @@ pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
     Ok(())
 }
 
-/// Refuses contacts for which there is no model at the poles that tilt, and lean, where these items say so.
 pub(super) fn leaning([tilt, lean]: &[Option<Item<'_>>; 2], model: &Model) -> Result<()> {
     let why = model.forbids([tilt.is_some(), lean.is_some()]);
     match tilt.as_ref().or(lean.as_ref()).zip(why) {
@@ -134,7 +130,6 @@ pub(super) fn leaning([tilt, lean]: &[Option<Item<'_>>; 2], model: &Model) -> Re
     }
 }
 
-/// Refuses to invert the model of two strains for contacts at which they do not tell the tilt.
 pub(super) fn check_second_gauge(sections: &Sections<'_>, setup: &Setup) -> Result<()> {
     let inverts = setup.gauge.second && setup.estimate.theory == Theory::Exact;
     let Some(why) = both::forbids(setup.model.contact).filter(|_| inverts) else { return Ok(()) };

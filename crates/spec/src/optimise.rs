@@ -1,4 +1,4 @@
-//! `[optimise]`: what is searched for.
+//! `[optimise]`.
 
 use super::properties::{known, names, unsure, variable, varied, vary};
 use super::reader::{Item, Result};
@@ -9,13 +9,10 @@ use crate::scene::search::{
 };
 use crate::scene::{COLUMNS, Column, Drive, Spec, Theory};
 
-/// Says that the defaults of `[optimise]` are in force.
 pub(super) const SEARCHED: &str = "[optimise]\n";
 
-/// Why an objective that holds the noise is refused where the spec does not say it.
 const NOISELESS: &str = "total_rms_mm holds the gauge's noise, and noise_strain is not written";
 
-/// Section, key and column of everything that can be a variable; the drive comes last.
 fn columns(drive: Drive) -> impl Iterator<Item = ColumnKey> {
     keys(drive).into_iter().filter(|key| key.2 < Column::Distance || key.2 == Column::Drive)
 }
@@ -117,7 +114,6 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
     Ok(variables)
 }
 
-/// `limits`; `strain` is that of the gauge.
 fn limits(section: &Section<'_>, strain: f64) -> Result<Limits> {
     let strain_key = "gauge.strain_limit";
     let free = Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false };
@@ -159,9 +155,9 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     Ok(Robust { sd, properties, samples, measure, calibrated })
 }
 
-/// Values for the variables that are not written in their sections, chosen so that a spec that can be met at all is valid.
+/// Values for variables that are missing from their sections, chosen so that a spec that can be met is valid.
 pub(super) fn fallback(search: &Search) -> String {
-    // A drive that the spec does not have does no harm in a fallback.
+    // A drive that the spec does not have is harmless here.
     let keys = columns(Drive::Angle).chain([("tap", "delta", Column::Drive)]);
     let line = |(section, key, column)| {
         let v = of(search, column)?;
@@ -171,18 +167,15 @@ pub(super) fn fallback(search: &Search) -> String {
     keys.filter_map(line).collect::<String>() + SEARCHED
 }
 
-/// The variable that is this column.
 fn of(search: &Search, column: Column) -> Option<&Variable> {
     search.variables.iter().find(|v| v.quantity == Quantity::Column(column))
 }
 
-/// Whether the dotted `key` is that of a variable.
 pub(super) fn is_variable(search: &Search, key: &str) -> bool {
     let mut all = columns(Drive::Angle).chain(columns(Drive::Displacement));
     all.any(|(section, name, column)| key == format!("{section}.{name}") && of(search, column).is_some())
 }
 
-/// Judges the section together with the rest of the spec; fills in the first start, and the rigs of the candidates.
 pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
     vary(sections, spec, search)?;
     let objective = sections.section("optimise").get("objective")?;
@@ -249,7 +242,6 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
     Ok(())
 }
 
-/// Refuses a single distance, over which K has no mean and no spread.
 fn two_distances(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     if spec.study.space.axis(Column::Distance).is_none_or(|a| a.len() > 1) {
         return Ok(());
@@ -258,10 +250,9 @@ fn two_distances(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     a.refuse("K has no spread and no mean over one distance", "two distances or more")
 }
 
-/// Interval of tap angles of `tap` where the spec has none, degrees.
 pub(super) const TAP: &str = "[tap]\ntheta = [0.1, 10.0]\n";
 
-/// Smallest and largest drive of `spec` for `tap`, which takes one whisker; `noisy`: its objective needs the noise.
+/// Smallest and largest drive of a spec for `tap`, which takes one whisker; `noisy`: its objective needs the noise.
 pub(super) fn check_tap(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result<[f64; 2]> {
     let setup = &spec.study.setup;
     for (section, key, column) in keys(setup.drive) {

@@ -1,4 +1,4 @@
-//! Properties of the rig that differ from design to design: where their keys stand, their axes, and what they exclude.
+//! Properties of the rig that differ between designs: places of their keys, their axes, and their conflicts.
 
 use std::sync::Arc;
 
@@ -14,13 +14,11 @@ use crate::scene::property::Description;
 use crate::scene::search::{Quantity, Robust, Search};
 use crate::scene::{Axis, Material, Property, Rigs, Setup, Signal, Spec};
 
-/// Where `property` is written, if it is.
 pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option<Item<'a>> {
     let Description { section, key, .. } = *property.about();
     let section = sections.section(section);
     let mut path = key.split('.');
     let item = match property {
-        // Several channels have a noise each.
         Property::Noise if super::channels::several(&sections.section("sensor")) => return None,
         Property::Noise if of_strain(sections) => section.written(key)?,
         Property::Noise => sections.section("sensor").written("noise")?,
@@ -49,7 +47,6 @@ pub(super) fn is_axis(item: &Item<'_>) -> bool {
     }
 }
 
-/// The axes of properties, in row order; `sampled`: how many sampled axes come before them.
 pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec<(Property, AxisItem<'a>)>> {
     let mut all = Vec::new();
     for property in Property::ALL {
@@ -61,23 +58,21 @@ pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec
     Ok(all)
 }
 
-/// The number at `item`, or the first of its axis: the others are given to each rig.
+/// The number at `item`, or the first of its axis; the others are set in each rig.
 pub(super) fn first(item: &Item<'_>) -> Result<f64> {
     Ok(AxisItem::read(item.clone(), 0)?.axis.at(0))
 }
 
-/// Errors without a message where the axes of several values stand.
 pub(super) fn places(axes: &[(Property, AxisItem<'_>)]) -> Vec<InputError> {
     axes.iter().filter(|(_, axis)| axis.axis.len() > 1).map(|(_, axis)| axis.item.error("")).collect()
 }
 
-/// Whether `property` is a variable of `[optimise]`.
 pub(super) fn searched(sections: &Sections<'_>, property: Property) -> bool {
     let variables = sections.section("optimise").written("variables");
     variables.is_some_and(|variables| variable(&variables, property).is_some())
 }
 
-/// Bounds or deviation of `property` in a table of `[optimise]`: under its key, or under the last part of it.
+/// Bounds or deviation of `property` in a table of `[optimise]`, under its key or the last part of it.
 pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<'a>> {
     let key = property.name();
     let name = key.trim_start_matches("root.");
@@ -86,7 +81,6 @@ pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<
     Some(found.of(table.table().and_then(|keys| keys.key(name))))
 }
 
-/// Refuses what does not go together in any of the rigs: with each of the values of a property, or with the ends of its axis.
 pub(super) fn allowed_together(
     sections: &Sections<'_>,
     setup: &Setup,
@@ -117,7 +111,6 @@ pub(super) fn allowed_together(
     Ok(())
 }
 
-/// `setup` with the ends of these axes, in all combinations, and the factor of its diameters.
 pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(Setup, f64)> {
     let mut all = vec![(setup.clone(), 1.0)];
     for (property, axis) in axes {
@@ -134,17 +127,15 @@ pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(
     all
 }
 
-/// Properties that a search may vary: all that someone can choose.
+/// Properties that a search may vary: those that can be chosen.
 pub(super) fn varied() -> impl Iterator<Item = Property> {
     Property::ALL.into_iter().filter(|property| !matches!(property, Property::Friction | Property::Noise))
 }
 
-/// Properties that may differ from what was meant.
 pub(super) fn unsure() -> impl Iterator<Item = Property> {
     varied().chain([Property::Friction])
 }
 
-/// Names of `properties` in a table of `[optimise]`; what stands in an inline table of a spec may also stand in one there.
 pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'static str> {
     properties.into_iter().map(|property| property.name().trim_start_matches("root.")).collect()
 }
@@ -164,7 +155,6 @@ pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
     judged.map_err(|e| e.allowed(names.join(", ")))
 }
 
-/// Judges properties of the rig as variables and tolerances.
 pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
     spec.one_rig()?;
     let section = sections.section("optimise");
@@ -193,7 +183,7 @@ pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search
         for property in unsure() {
             let Some(place) = variable(&item, property) else { continue };
             let mut unsure = search.robust.iter().flat_map(|robust| &robust.properties);
-            // A deviation of 0 asks nothing.
+            // A deviation of 0 has no effect.
             if !names && !unsure.any(|(p, _)| *p == property) {
                 continue;
             }

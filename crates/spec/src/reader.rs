@@ -1,4 +1,4 @@
-//! Values of a TOML document with their places, so that every complaint can point at one.
+//! Values of a TOML document with their places, for errors.
 
 use std::ops::Range;
 
@@ -11,10 +11,8 @@ use crate::design::MOST;
 use crate::error::InputError;
 use crate::scene::Interval;
 
-/// Result of reading.
 pub type Result<T> = std::result::Result<T, InputError>;
 
-/// A text and the name of its file.
 #[derive(Debug, Clone, Copy)]
 pub struct Document<'a> {
     pub file: &'a str,
@@ -22,13 +20,11 @@ pub struct Document<'a> {
 }
 
 impl<'a> Document<'a> {
-    /// 1-based line of a byte.
     pub fn line(&self, byte: usize) -> usize {
         let before = &self.text.as_bytes()[..byte.min(self.text.len())];
         1 + before.iter().filter(|&&b| b == b'\n').count()
     }
 
-    /// An error at `span`, with the lines around it.
     pub fn error(&self, span: Option<Range<usize>>, message: impl Into<String>) -> InputError {
         let error = InputError::new(message).at(self.file, span.as_ref().map(|s| self.line(s.start)));
         match span {
@@ -37,7 +33,6 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Text of `span` on one line, shortened if long.
     pub fn excerpt(&self, span: Range<usize>) -> String {
         let words: Vec<_> = self.text.get(span).unwrap_or_default().split_whitespace().collect();
         let line = words.join(" ");
@@ -48,8 +43,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// `error`, found after a spec was read, at its key in the `text` of the file `label`: of a key within an inline table that may be the table, of
-/// one that is not written its section.
+/// Places `error`, found after a spec was read, at its key in the `text` of the file `label`, or at the inline table or section of that key.
 pub fn placed(label: &str, text: &str, error: InputError) -> InputError {
     let document = Document { file: label, text };
     let Ok(root) = DeTable::parse(text) else { return error };
@@ -63,23 +57,23 @@ pub fn placed(label: &str, text: &str, error: InputError) -> InputError {
     }
     let Some((value, is_key)) = at else { return error.at(label, None) };
     let placed = document.error(Some(value.span()), error.message);
-    // An error about one of several values names that one.
+    // An error about one of several values keeps that value.
     let is_several = value.get_ref().is_table() || value.get_ref().is_array();
     let own = error.value.filter(|_| is_several || !is_key);
     let value = own.or_else(|| is_key.then(|| document.excerpt(value.span())));
     InputError { key: error.key, allowed: error.allowed, value, ..placed }
 }
 
-/// A value of a spec and its place; a value that was not written has none.
+/// A value of a spec, and its place if it was written.
 #[derive(Debug, Clone)]
 pub struct Item<'a> {
     document: &'a Document<'a>,
     /// Its dotted key.
     pub key: String,
     span: Option<Range<usize>>,
-    /// What stands there.
+    /// The value.
     pub value: &'a DeValue<'a>,
-    /// What is known of its key.
+    /// Description of its key.
     pub known: Option<&'static Key>,
 }
 
@@ -89,7 +83,7 @@ impl<'a> Item<'a> {
         Self { document, key, span: Some(value.span()), value: value.get_ref(), known: None }
     }
 
-    /// All of a document, a table.
+    /// The whole document, a table.
     pub fn all(document: &'a Document<'a>, value: &'a DeValue<'a>) -> Self {
         Self { document, key: String::new(), span: Some(0..0), value, known: None }
     }
@@ -99,7 +93,7 @@ impl<'a> Item<'a> {
         Self { document, key, span: None, value, known: None }
     }
 
-    /// The same, as the value of another key.
+    /// The item as the value of the key `known`.
     pub fn of(self, known: Option<&'static Key>) -> Self {
         Self { known, ..self }
     }
@@ -113,7 +107,7 @@ impl<'a> Item<'a> {
         self.document.error(self.span.clone(), message).key(&self.key).value(value)
     }
 
-    /// Refuses this value: `message` says why, `allowed` what could stand there.
+    /// Refuses this value: `message` is the reason, `allowed` the alternative.
     pub fn refuse<T>(&self, message: impl Into<String>, allowed: impl Into<String>) -> Result<T> {
         Err(self.error(message).allowed(allowed))
     }
@@ -125,12 +119,12 @@ impl<'a> Item<'a> {
         InputError { allowed: relative.allowed, ..placed }
     }
 
-    /// What may stand here.
+    /// Allowed values, in words.
     pub fn allowed(&self) -> String {
         self.known.map_or_else(String::new, Key::allowed)
     }
 
-    /// Refuses this value, which is none that its key may have.
+    /// Refuses this value, with the values that its key allows.
     pub fn wrong<T>(&self, message: impl Into<String>) -> Result<T> {
         self.refuse(message, self.allowed())
     }
@@ -147,7 +141,7 @@ impl<'a> Item<'a> {
         self.wrong(format!("this must be {wanted}, not {found}"))
     }
 
-    /// A finite number that some rig could have; whole numbers count.
+    /// A finite number up to [`MOST`]; integers count.
     pub fn number(&self) -> Result<f64> {
         let parsed = match self.value {
             DeValue::Float(x) => x.as_str().parse().ok(),
@@ -165,7 +159,7 @@ impl<'a> Item<'a> {
         self.refuse("no quantity of a whisker is this large", allowed)
     }
 
-    /// A number that its key may have.
+    /// A number that its key allows.
     pub fn ranged(&self) -> Result<f64> {
         let value = self.number()?;
         match self.interval() {
@@ -174,12 +168,12 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// Numbers that its key may have, if it takes numbers.
+    /// The numbers that its key allows, if it takes numbers.
     pub fn interval(&self) -> Option<Interval> {
         self.known.and_then(|known| known.form.interval())
     }
 
-    /// A whole number that its key may have.
+    /// A whole number that its key allows.
     pub fn whole(&self) -> Result<u64> {
         let exact = match self.value {
             DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).unwrap_or(i128::MAX),
@@ -230,7 +224,7 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// One of the words that its key may have.
+    /// One of the words that its key allows.
     pub fn own_word(&self) -> Result<&'static str> {
         let words = self.known.map_or(&[][..], |known| known.form.known_words());
         self.word(&words.iter().map(|word| (*word, *word)).collect::<Vec<_>>())
@@ -287,7 +281,7 @@ impl<'a> Item<'a> {
         self.child(key).ok_or_else(|| self.error(format!("{key} is missing here")))
     }
 
-    /// As [`Self::need`], with the error under the key that is missing.
+    /// [`Self::need`], with the error at the missing key.
     pub fn needs(&self, key: &str) -> Result<Item<'a>> {
         if !self.value.is_table() {
             return self.wrong_type("a table { key = value, … }");
@@ -299,17 +293,17 @@ impl<'a> Item<'a> {
         })
     }
 
-    /// What `read` makes of a key's value, or `usual` where it is not there.
+    /// The value of `key` by `read`, or `usual` if it is missing.
     pub fn or<T>(&self, key: &str, usual: T, read: impl FnOnce(&Item<'a>) -> Result<T>) -> Result<T> {
         self.child(key).as_ref().map_or(Ok(usual), read)
     }
 
-    /// Refuses what is no table, and keys that its table does not have.
+    /// Refuses other values than tables, and keys that the table does not have.
     pub fn only_known(&self) -> Result<()> {
         self.only(&self.table().map_or_else(Vec::new, Section::names))
     }
 
-    /// Refuses what is no table, and other keys than these.
+    /// Refuses other values than tables, and other keys than these.
     pub fn only(&self, known: &[&str]) -> Result<()> {
         let Some(table) = self.value.as_table() else {
             return self.wrong_type("a table { key = value, … }");

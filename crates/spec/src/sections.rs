@@ -16,7 +16,6 @@ use crate::scene::{
 };
 use crate::sink::format::TableFormat;
 
-/// `[gauge]` apart from x_ss and l.
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
     Ok(Gauge {
         side: section.get("side")?.word(&Side::WORDS)?,
@@ -45,13 +44,11 @@ fn range(item: &Item<'_>) -> Result<[f64; 2]> {
     }
 }
 
-/// What of `[estimate]` plays no part.
 pub(super) fn idle(estimate: &Estimate) -> Option<String> {
     let idle = estimate.theory == Theory::Exact && estimate.k.is_some();
     idle.then(|| "[estimate] K is not used with theory = \"exact\"".to_owned())
 }
 
-/// Refuses to rank by an error that the model does not make with its own strains.
 pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Output) -> Result<()> {
     let robust = sections.section("optimise").written("robust");
     let calibrated = robust.and_then(|robust| robust.child("calibrated"));
@@ -66,7 +63,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
     sections.section("output").get("by")?.refuse(message, allowed)
 }
 
-/// A column to rank by, also by the other name of the bias.
+/// Accepts the other name of the bias too.
 fn rank_by(by: &Item<'_>) -> Result<RankBy> {
     match by.text() {
         Ok(RankBy::BIAS) => Ok(RankBy::ErrorRms),
@@ -91,7 +88,6 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     })
 }
 
-/// `[run]`; paths are relative to `base`.
 pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
     let backends = BackendChoice::WORDS.map(|(word, backend, _)| (word, backend));
     let precisions = Precision::WORDS.map(|(word, precision, _)| (word, precision));
@@ -124,19 +120,17 @@ impl<'a> Section<'a> {
         format!("{}.{key}", self.known.name)
     }
 
-    /// The user's value of `key`.
     pub fn written(&self, key: &str) -> Option<Item<'a>> {
         let item = Item::written(self.document, self.dotted(key), self.user?.get(key)?);
         Some(item.of(self.known.key(key)))
     }
 
-    /// What stands for `key` where the user says nothing. Defaults of a search are those of a command that searches.
+    /// The default of `key`; those of `[optimise]` hold for a command that searches.
     pub fn default(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
         let usual = self.known.key(key).filter(|_| self.known.name != "optimise" || self.more.is_some());
         self.more.and_then(|more| more.get(key)).or_else(|| usual?.default)
     }
 
-    /// The user's value of `key`, or the default.
     pub fn get(&self, key: &str) -> Result<Item<'a>> {
         if let Some(item) = self.written(key) {
             return Ok(item);
@@ -150,7 +144,6 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// What the user wrote under `key`, if anything, read by `read`.
     pub fn optional<T>(&self, key: &str, read: impl FnOnce(&Item<'a>) -> Result<T>) -> Result<Option<T>> {
         self.written(key).as_ref().map(read).transpose()
     }
@@ -167,7 +160,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// TOML in `texts`, beside the defaults of `keys.toml`: values in force where the user says nothing. Later texts win.
+/// Values in force for keys that are left out, before the defaults of `keys.toml`: TOML of `texts`, of which later ones win.
 pub(super) fn more<'m>(texts: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
     let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
     let mut all = table(if solid::is_asked(user) { solid::ALL } else { "" });
@@ -181,20 +174,16 @@ pub(super) fn more<'m>(texts: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
 }
 
 pub(super) const SAMPLER: &str = "sobol";
-/// Default seed of a sampled axis.
 pub(super) const SEED: u64 = 0;
 
 pub(super) struct Sections<'a> {
     document: &'a Document<'a>,
     user: &'a DeTable<'a>,
-    /// What else stands for keys that are left out.
     more: &'a DeTable<'a>,
-    /// What is worth telling and no error.
     pub warnings: RefCell<Vec<String>>,
 }
 
 impl<'a> Sections<'a> {
-    /// Checks the names of all sections and keys.
     pub fn new(document: &'a Document<'a>, user: &'a DeTable<'a>, more: &'a DeTable<'a>) -> Result<Self> {
         let top: Vec<&str> = keys::sections().map(|s| s.name).chain(["format"]).collect();
         for (key, value) in user {
@@ -221,7 +210,6 @@ impl<'a> Sections<'a> {
         Ok(Self { document, user, more, warnings: RefCell::default() })
     }
 
-    /// Notes what is worth telling.
     pub fn warn(&self, words: impl IntoIterator<Item = String>) {
         self.warnings.borrow_mut().extend(words);
     }
@@ -237,7 +225,7 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// What stands for tuples that are in memory.
+    /// Stand-in for tuples in memory.
     pub fn of_tuples(&self) -> Item<'a> {
         static NOTHING: DeValue<'static> = DeValue::Boolean(true);
         Item::unwritten(self.document, "tuples".to_owned(), &NOTHING)
@@ -248,7 +236,7 @@ impl<'a> Sections<'a> {
         Some(item.of(keys::section("").key("format")))
     }
 
-    /// Every value in force: dotted key, value as TOML, whether the user wrote it.
+    /// Every value in force: dotted key, value as TOML, true if the user wrote it.
     pub fn in_force(&self) -> Vec<(String, String, bool)> {
         let mut all = Vec::new();
         let mut note = |key: String, user: Option<&DeValue<'_>>, default: Option<&DeValue<'_>>| {
@@ -297,12 +285,10 @@ fn unknown<'a>(
     error.allowed(known.join(", "))
 }
 
-/// "; did you mean …?" if one of `known` is close to `word`.
 pub(super) fn hint(word: &str, known: &[&str]) -> String {
     crate::error::nearest(word, known).map_or_else(String::new, |name| format!("; did you mean {name}?"))
 }
 
-/// A value written as TOML on one line.
 pub(super) fn toml_text(value: &DeValue<'_>) -> String {
     let join = |parts: Vec<String>| parts.join(", ");
     match value {

@@ -1,4 +1,4 @@
-//! `[model] solid` and `[gauge] foil`, what they ask of the rest of the spec, and where their numbers have not been tested (model §8).
+//! `[model] solid` and `[gauge] foil`: what they exclude, and warnings outside their tested range (model §8).
 
 use std::sync::LazyLock;
 
@@ -8,7 +8,6 @@ use super::sections::Sections;
 use crate::physics::solid::Held;
 use crate::scene::{Clamp, Column, Contact, Drive, Foil, Geometry, Property, Setup, Spec, TERMS, Term};
 
-/// Defaults of `[model]` with `solid = true`.
 pub(super) const ALL: &str = r#"[model]
 shear = true
 extension = true
@@ -18,7 +17,7 @@ indentation = true
 section = "distorting"
 "#;
 
-/// Foils whose base is on their data sheet: name, base length and width, mm. Their stiffness is that of some 33 µm of polyimide, 3 GPa.
+/// Foils by name, with base length and width of their data sheet, mm. Stiffness of some 33 µm of polyimide, 3 GPa.
 const NAMED: [(&str, Foil); 1] =
     [("KFGS-2-120", Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None })];
 
@@ -52,13 +51,11 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
     Ok(Foil { stiffness, length, width, strain_limit })
 }
 
-/// Whether the user's spec asks for all that a solid has.
 pub(super) fn is_asked(user: &toml::de::DeTable<'_>) -> bool {
     let model = user.get("model").and_then(|model| model.get_ref().as_table());
     model.and_then(|model| model.get("solid")).and_then(|solid| solid.get_ref().as_bool()) == Some(true)
 }
 
-/// Refuses what has not been computed for a solid: a second gauge, a foil with tilt, friction or linear theory, or one that does not fit.
 pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Result<()> {
     let (model, gauge) = (&setup.model, &setup.gauge);
     let on = |term: &&Term| (term.get)(model).is_on();
@@ -86,13 +83,11 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
     item.refuse(why.0, format!("no foil, or {}", why.1))
 }
 
-/// Smallest and largest value of a column; `None` of listed tuples.
 fn ends(spec: &Spec, column: Column) -> Option<[f64; 2]> {
     spec.study.space.axis(column).map(|axis| [axis.min(), axis.max()])
 }
 
-/// Refuses a gauge that every whisker of the spec has inside its clamp, and a foil that none can carry: over its clamp, beyond its tip, or wider
-/// than its skin.
+/// Refuses a gauge inside the clamp of every whisker, and a foil that none can carry: over its clamp, beyond its tip, or too wide or short.
 pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     let setup = &spec.study.setup;
     let columns = [Column::BaseDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
@@ -100,7 +95,7 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
         return Ok(());
     };
     if sections.section("optimise").written("variables").is_some() {
-        return Ok(()); // Designs of a search that do not carry it are no whiskers.
+        return Ok(()); // A search skips designs that cannot carry it.
     }
     let c0 = Held::new(&setup.model).c0;
     if place[1] < c0 * base[0] && setup.is_plain() {
@@ -133,7 +128,6 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     item.refuse(wrong, "a foil between the clamp and the tip, centred on the grid")
 }
 
-/// Where the numbers of a solid have not been tested, in the words of `tested.toml`.
 pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     static WORDS: LazyLock<toml::Table> =
         LazyLock::new(|| include_str!("tested.toml").parse().expect("tested.toml is TOML"));
@@ -143,7 +137,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     else {
         return Vec::new();
     };
-    // A rig that is read from a calibration has no distances of its own.
+    // A rig of a calibration has no distances.
     let tapped = sections.section("tap").written("a").is_some();
     let held = model.clamp != Clamp::Rigid;
     let slender = tip[0] < 0.1 * base[1] || tip[1] > 1.2 * base[0];
@@ -157,7 +151,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         Drive::Angle => drive,
         Drive::Displacement => [drive[0] / a[1], drive[1] / a[0]].map(|x| x.atan().to_degrees()),
     };
-    // Without a skin that gives way small angles are the linear limit, which was tested.
+    // Without indentation small angles are the linear limit, which was tested.
     let small = model.indentation && least < 0.5 * (1.0 - 1e-9);
     let any = held || model.indentation || model.distorting || gauge.foil.is_some();
     let mut all = vec![

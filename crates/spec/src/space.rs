@@ -11,10 +11,8 @@ use crate::scene::space::MOST_TAPS;
 use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Listed, Property, Rigs, Space};
 use crate::sink::frame::Frame;
 
-/// Section and key of a column.
 pub(super) type ColumnKey = (&'static str, &'static str, Column);
 
-/// Section and key of each column.
 pub(super) fn keys(drive: Drive) -> [ColumnKey; COLUMNS] {
     [
         ("whisker", "D", Column::BaseDiameter),
@@ -31,20 +29,16 @@ pub(super) fn keys(drive: Drive) -> [ColumnKey; COLUMNS] {
 
 pub(super) struct Read<'a> {
     pub space: Space,
-    /// Columns of the pole's direction that were asked for.
     pub directions: DirectionColumns,
-    /// Where poles tilt, and where they lean, if they do.
     pub leaning: [Option<Item<'a>>; 2],
     pub properties: Vec<(Property, AxisItem<'a>)>,
     pub rigs: Option<Arc<Rigs>>,
 }
 
-/// What moves.
 pub(super) fn drive(sections: &Sections<'_>) -> Result<Drive> {
     sections.section("tap").get("drive")?.word(&Drive::WORDS)
 }
 
-/// Key of a drive in `[tap]`.
 pub(super) fn drive_key(drive: Drive) -> &'static str {
     match drive {
         Drive::Angle => "theta",
@@ -56,7 +50,6 @@ fn written<'a>(sections: &Sections<'a>, drive: Drive) -> Option<Item<'a>> {
     keys(drive).into_iter().find_map(|(section, key, _)| sections.section(section).written(key))
 }
 
-/// The tuples of `frame`, or none yet, of `sections` that name none.
 pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&Frame>) -> Result<Read<'a>> {
     let more = [("tap", "delta"), ("tuples", "file"), ("whisker", "profile")];
     let more = || more.into_iter().find_map(|(section, key)| sections.section(section).written(key));
@@ -78,7 +71,6 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&F
     })
 }
 
-/// Reads the axes of `sections`, or the tuple file that stands in their place, and warnings about it.
 pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
     let key = drive_key(drive);
     let other = drive_key(if drive == Drive::Angle { Drive::Displacement } else { Drive::Angle });
@@ -131,7 +123,6 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
     Ok(Read { space, directions, leaning, properties, rigs })
 }
 
-/// Sampled axes share one point set, and `a` shares it with none.
 fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) -> Result<()> {
     let (design, taps) = axes.split_at(Column::Distance as usize);
     let all = design.iter().chain(properties.iter().map(|(_, axis)| axis)).chain(taps);
@@ -160,7 +151,7 @@ fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)
     Ok(())
 }
 
-/// The taps of a design (its distances at all tilts, leans and drives that do not belong to it) are few enough to be held in memory.
+/// Refuses designs with more taps (distances at all tilts, leans and drives that are not sampled with the design) than are held in memory.
 fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
     let [whisker @ .., a, tilt, lean, drive] = axes;
     let sampled = |x: &AxisItem<'_>| x.axis.points().is_some();
@@ -189,7 +180,6 @@ fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
     }
 }
 
-/// The grid of `axes`, unless it is too large to be counted.
 fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) -> Result<Space> {
     let all = axes.iter().chain(properties.iter().map(|(_, axis)| axis));
     let largest = all.max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
@@ -201,13 +191,11 @@ fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) 
     })
 }
 
-/// `part ≤ whole`, up to the rounding of a sum of decimal numbers.
+/// `part ≤ whole`, but for the rounding of a sum of decimal numbers.
 fn fits(part: f64, whole: f64) -> bool {
     part <= whole * (1.0 + 1e-12)
 }
 
-/// Refuses values of D, d, L_a, x_ss, l, a that no tuple can satisfy, each judged against the most
-/// permissive values of the other axes.
 fn satisfiable(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
     let [_, _, length, place, grid, distance, ..] = axes;
     let longest = length.axis.max();

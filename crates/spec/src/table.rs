@@ -1,4 +1,4 @@
-//! CSV files that a spec names: a header with known columns, then rows of finite numbers, separated and with decimals as in data files.
+//! CSV files of a spec: a header with known columns, then rows of finite numbers, separated and with decimals as in data files.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -12,14 +12,13 @@ use crate::sink::frame::Frame;
 use crate::sink::lab::{LabCell, LabRow};
 use crate::text_file::{Limit, TextFile, refused};
 
-/// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str, limit: Limit) -> Result<(String, String)> {
     let path = base.join(item.text()?);
     let text = TextFile::open(&path, what, limit).and_then(TextFile::text).map_err(|e| named(item, e))?;
     Ok((path.display().to_string(), text))
 }
 
-/// What is wrong with the file that `item` names: of its lines, or of the file as a whole, where `item` stands.
+/// Keeps the place of an error in a line of the file that `item` names; else places it at `item`.
 pub(super) fn named(item: &Item<'_>, error: InputError) -> InputError {
     if error.line.is_some() {
         return error;
@@ -27,23 +26,19 @@ pub(super) fn named(item: &Item<'_>, error: InputError) -> InputError {
     InputError { allowed: error.allowed, ..item.error(error.message) }
 }
 
-/// Columns of a table by name, each with a value for each row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Columns<'a> {
     pub names: &'a [&'a str],
-    /// Those that a table may lack: zero in all of its rows.
+    /// Columns that may be missing; their values are then 0.
     pub spare: &'a [&'a str],
-    /// What may stand in a column.
     pub allowed: fn(&str) -> &'static str,
 }
 
 impl<'a> Columns<'a> {
-    /// None of which a table may lack.
     pub fn all(names: &'a [&'a str], allowed: fn(&str) -> &'static str) -> Self {
         Self { names, spare: &[], allowed }
     }
 
-    /// Those that a table must have, separated.
     fn required(&self, separator: &str) -> String {
         let required: Vec<&str> =
             self.names.iter().copied().filter(|name| !self.spare.contains(name)).collect();
@@ -51,19 +46,15 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// Where the rows of a table stand: a row has a place, the byte where it starts or, in memory, its number from 0.
+/// A table. The place of a row is the byte where it starts or, in memory, its number from 0.
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
-    /// The text of a file.
     Text(Document<'a>),
-    /// A file of which no text is held.
     File(&'a Path),
-    /// A table in memory.
     Memory,
 }
 
 impl Source<'_> {
-    /// `error`, about the row at `place`.
     pub fn placed(&self, error: InputError, place: usize) -> InputError {
         match self {
             Self::Text(document) => {
@@ -84,7 +75,6 @@ impl Source<'_> {
         }
     }
 
-    /// `error`, about all rows.
     pub fn whole(&self, error: InputError) -> InputError {
         match self {
             Self::Text(document) => error.at(document.file, None),
@@ -93,7 +83,6 @@ impl Source<'_> {
         }
     }
 
-    /// The row at `place` in words.
     pub fn words(&self, place: usize) -> String {
         match self {
             Self::Text(document) => format!("line {}", document.line(line_span(document.text, place).start)),
@@ -102,7 +91,7 @@ impl Source<'_> {
     }
 }
 
-/// Reads `columns` of the text of a file, and hands each row and its place to `row`. Lines that start with `#` are skipped. What its first line says.
+/// Reads `columns` of a text and gives each row with its place to `row`; skips lines that start with `#`.
 pub(super) fn read<'a>(
     document: Document<'_>,
     columns: Columns<'a>,
@@ -113,7 +102,7 @@ pub(super) fn read<'a>(
     scan(Source::Text(document), reader, columns, row)
 }
 
-/// As [`read`], from any reader of a text whose fields have `separator` between them; `source` places errors.
+/// [`read`], from any reader of a text with fields between `separator`; `source` places errors.
 pub(super) fn scan<'a>(
     source: Source<'_>,
     (text, separator): (impl Read, char),
@@ -152,7 +141,6 @@ pub(super) fn scan<'a>(
     Ok(header)
 }
 
-/// As [`read`], of a table in memory.
 pub(super) fn of_frame<'a>(
     frame: &Frame,
     columns: Columns<'a>,
@@ -168,19 +156,15 @@ pub(super) fn of_frame<'a>(
     Ok(header)
 }
 
-/// What the first line of a table says, by which its rows are read.
 pub(super) struct Header<'a> {
     columns: Columns<'a>,
-    /// Places of the columns asked for.
     pub places: Vec<Option<usize>>,
-    /// Numbers of the row that was read last.
     values: Vec<f64>,
     ignored: Vec<String>,
     decimals: Decimals,
 }
 
 impl<'a> Header<'a> {
-    /// Of a table with columns of these names.
     fn new(columns: Columns<'a>, names: &[String]) -> Result<Self> {
         let mut places = vec![None; columns.names.len()];
         let ignored: Vec<&String> =
@@ -205,7 +189,7 @@ impl<'a> Header<'a> {
         Ok(Self { columns, places, values, ignored, decimals: Decimals::default() })
     }
 
-    /// The numbers of a row with these cells; 0 where a column is missing.
+    /// The numbers of a row; 0 for missing columns.
     fn row<'c>(&mut self, cell: impl Fn(usize) -> LabCell<'c>) -> Result<&[f64]> {
         for ((value, place), column) in self.values.iter_mut().zip(&self.places).zip(self.columns.names) {
             let Some(place) = *place else { continue };
@@ -214,7 +198,6 @@ impl<'a> Header<'a> {
         Ok(&self.values)
     }
 
-    /// That columns of `file` were ignored, if some were.
     pub fn warning(&self, file: &str) -> Option<String> {
         let ignored = self.ignored.join(", ");
         (!ignored.is_empty()).then(|| format!("{file}: ignored columns {ignored}"))
@@ -238,7 +221,6 @@ pub(super) fn line_at(path: &Path, start: u64) -> std::io::Result<(usize, String
     Ok((line, String::new()))
 }
 
-/// The first line at or after byte `start` that is neither blank nor a comment.
 pub(super) fn line_span(text: &str, start: usize) -> std::ops::Range<usize> {
     let mut begin = start;
     for line in text.get(start..).unwrap_or_default().split_inclusive('\n') {
@@ -251,7 +233,6 @@ pub(super) fn line_span(text: &str, start: usize) -> std::ops::Range<usize> {
     begin..begin
 }
 
-/// A finite number of `column`.
 fn number(field: &LabCell<'_>, decimals: &mut Decimals, column: &str, allowed: &str) -> Result<f64> {
     let message = match decimals.number(field) {
         Some(value) if value.abs() <= MOST => return Ok(value),

@@ -23,26 +23,22 @@ use crate::text_file::{Limit, TextFile, refused, unread};
 
 const WHAT: &str = "tuple";
 
-/// Columns that a file may lack: its poles are then upright.
+/// Columns that may be missing: poles are then upright.
 const SPARE: [&str; 2] = ["tilt_deg", "lean_deg"];
 
-/// Properties that a file may have, by the places of their columns after those of a tuple: all but the scale of a profile, which it has not.
+/// Properties that a file may have, in the order of their columns, which follow those of a tuple; a file has no scale of a profile.
 fn varied() -> impl Iterator<Item = Property> {
     Property::ALL.into_iter().filter(|property| *property != Property::Scale)
 }
 
-/// The rows of a file: their tuples, and what they have beside them.
 struct Rows {
     listed: Listed,
-    /// Properties that the file has, and their places among the values of a row.
     places: Vec<(Property, usize)>,
     rigs: Arc<Rigs>,
-    /// Of each, the value that is farthest from none.
     largest: Vec<f64>,
 }
 
 impl Rows {
-    /// Of a table with columns of these names.
     fn new(names: &[&str]) -> Self {
         let there = |(property, _): &(Property, usize)| names.contains(&property.about().column);
         let places: Vec<(Property, usize)> = varied().zip(COLUMNS..).filter(there).collect();
@@ -51,7 +47,6 @@ impl Rows {
         Self { listed, largest, rigs: Arc::new(Rigs::listed(properties)), places }
     }
 
-    /// Takes the next row, and gives its tuple.
     fn take(&mut self, row: &[f64]) -> Tuple {
         let mut tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
         if !self.places.is_empty() {
@@ -63,14 +58,13 @@ impl Rows {
             }
             tuple.rig = self.rigs.number(&values);
         }
-        // One more than there may be tells that there are too many.
+        // One row more shows that there are too many.
         if self.listed.len() as u64 <= MOST_ROWS {
             self.listed.push(&tuple);
         }
         tuple
     }
 
-    /// The tuples beside the rest of the spec; `item` names the file.
     fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>, header: &Header<'_>) -> Result<Read<'a>> {
         let listed = self.listed;
         if listed.len() as u64 > MOST_ROWS {
@@ -82,7 +76,7 @@ impl Rows {
             let Description { column, key, section, .. } = *property.about();
             let written = properties::written(sections, *property);
             let unwritten = written.is_none();
-            // What stands in an inline table is a number that each row replaces.
+            // A number in an inline table is replaced in each row.
             if let Some(other) = written.filter(|_| !key.contains('.') && *property != Property::Modulus) {
                 let why = format!("the tuple file of [tuples] has the column {column}");
                 return other.refuse(why, "one of the two");
@@ -122,7 +116,6 @@ impl Rows {
     }
 }
 
-/// Reads the file named by `item`, relative to `base`, and warnings about it.
 pub(super) fn read<'a>(
     sections: &Sections<'a>,
     item: &Item<'a>,
@@ -134,7 +127,7 @@ pub(super) fn read<'a>(
     let text = TextFile::open(&path, WHAT, Limit::Lines);
     let begun = |text| header(text).map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)));
     let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
-    // As tables call it, or as before.
+    // The present name of the column, or the former one.
     let tips = [WHISKER[1], Column::TipDiameter.name(drive)];
     let [now, before] = tips.map(|tip| first.split(',').any(|name| name.trim().trim_matches('"') == tip));
     if now && before {
@@ -157,7 +150,6 @@ pub(super) fn read<'a>(
     all.read(sections, item, &header)
 }
 
-/// The taps of each design are few enough to be held in memory.
 fn short(item: &Item<'_>, listed: &Listed) -> Result<()> {
     if listed.len() as u64 <= MOST_TAPS {
         return Ok(());
@@ -174,7 +166,7 @@ fn short(item: &Item<'_>, listed: &Listed) -> Result<()> {
     }
 }
 
-/// Names of the columns, in which the diameter of the tip is `tip`, and those that a table may lack.
+/// Names of the columns, with `tip` for the diameter of the tip, and those that may be missing.
 fn names(drive: Drive, tip: &'static str) -> [Vec<&'static str>; 2] {
     let own = Column::ALL.map(|column| if column == Column::TipDiameter { tip } else { column.name(drive) });
     let names: Vec<&str> = own.into_iter().chain(varied().map(|property| property.about().column)).collect();
@@ -182,7 +174,6 @@ fn names(drive: Drive, tip: &'static str) -> [Vec<&'static str>; 2] {
     [names, spare]
 }
 
-/// Tuples of a table in memory, with the columns of a tuple file.
 pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame) -> Result<Read<'a>> {
     let [names, spare] = names(drive, WHISKER[1]);
     let columns = Columns { names: &names, spare: &spare, allowed };
@@ -195,7 +186,6 @@ pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame)
     all.read(sections, &sections.of_tuples(), &header)
 }
 
-/// The first line of a text that is no comment, and the text from its begin.
 fn header<R: std::io::Read>(text: R) -> std::io::Result<(String, impl std::io::Read)> {
     let (mut text, mut read, mut line) = (BufReader::new(text), Vec::new(), String::new());
     loop {

@@ -10,34 +10,33 @@ use super::real::{Real, Vector};
 use super::section::{SectionLaw, SectionStrain};
 use crate::scene::built::{Built, Inner, Profile, Root};
 
-/// Panels of the rule on each smooth piece, each half as long as the one before towards the piece's far end, where a tip may be sharp.
+/// Panels per smooth piece, each half as long as the one before towards the thinner end, where a tip may be sharp.
 const PANELS: u32 = 6;
 
-/// A whisker as it is built.
+/// A built whisker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body<T = f64> {
     /// L_a, mm.
     pub length: T,
     shape: Shape<T>,
     inner: Option<Inner<T>>,
-    /// κ_base and κ_slope.
+    /// κ_base, 1/mm, and κ_slope, 1/mm².
     curvature: [T; 2],
-    /// What holds the base.
+    /// Stiffnesses of the base.
     pub root: Root<T>,
     /// Initial modulus of the skin, MPa.
     pub modulus: T,
-    /// ν.
+    /// Poisson's ratio.
     pub nu: T,
-    /// Places in (0, L_a) where it is not smooth, rising, mm.
     knots: Vec<T>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 #[allow(non_snake_case)]
 enum Shape<T> {
-    /// D, d and n.
+    /// D and d, mm, and n.
     Power { D: T, d: T, n: T },
-    /// (s, D).
+    /// (s, D), mm.
     Table(Vec<[T; 2]>),
 }
 
@@ -46,22 +45,22 @@ enum Shape<T> {
 pub struct Section<T = f64> {
     /// R, mm.
     pub radius: T,
-    /// N.
+    /// EA, N.
     pub axial: T,
-    /// N mm².
+    /// EI, N mm².
     pub bending: T,
     /// k G A, N.
     pub shear: T,
 }
 
-/// Where an undeflected whisker is touched.
+/// Contact of an undeflected whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touched<T = f64> {
-    /// R on the surface, else 0, mm.
+    /// R for a contact on the surface, else 0, mm.
     pub height: T,
     /// sin α and cos α.
     pub tilt: Vector<T>,
-    /// ψ₀.
+    /// ψ₀, rad.
     pub angle: T,
     /// r₀, mm.
     pub place: Vector<T>,
@@ -75,12 +74,11 @@ impl<T: Real> Touched<T> {
     }
 }
 
-/// ψ₀(s) of a whisker of this rest curvature, κ_base and κ_slope, rad.
 fn rest_angle<T: Real>([base, slope]: [T; 2], s: T) -> T {
     -(base + slope * 0.5 * s) * s
 }
 
-/// r₀(s) of a whisker of this rest curvature, mm, in the frame of the base.
+/// r₀(s), mm, in the frame of the base; `curvature` is κ_base and κ_slope.
 pub fn rest<T: Real>(curvature: [T; 2], s: T) -> Vector<T> {
     if nothing(curvature) || s == T::of(0.0) {
         return Vector::new(s, T::of(0.0));
@@ -90,7 +88,7 @@ pub fn rest<T: Real>(curvature: [T; 2], s: T) -> Vector<T> {
         let half = base * 0.5 * s;
         return Vector::from_angle(-half) * (s * half.sin() / half);
     }
-    // As many panels as the angle needs.
+    // One panel per radian.
     let turned = base.value().abs() * s.value() + slope.value().abs() * s.value() * s.value();
     let panels = 1.0 + turned.ceil();
     let step = s / panels;
@@ -103,15 +101,14 @@ pub fn rest<T: Real>(curvature: [T; 2], s: T) -> Vector<T> {
     sum
 }
 
-/// Whether both numbers and all their derivatives are 0.
+/// True if both numbers and all their derivatives are 0.
 fn nothing<T: Real>(pair: [T; 2]) -> bool {
     pair == [T::of(0.0); 2]
 }
 
 #[allow(non_snake_case)]
 impl<T: Real> Body<T> {
-    /// The whisker `built` of diameters D and d and length L_a, mm, of a skin with the initial modulus `modulus`, MPa, and Poisson's ratio `nu`. A
-    /// table of diameters has its own D, d and L_a.
+    /// The whisker `built` with D, d and L_a, mm, and its skin's initial modulus, MPa. A table of diameters replaces D and d.
     pub fn new(built: &Built<T>, [D, d, L_a]: [T; 3], modulus: T, nu: T) -> Self {
         let shape = match &built.profile {
             Profile::Power(n) => Shape::Power { D, d, n: *n },
@@ -130,7 +127,7 @@ impl<T: Real> Body<T> {
         Self { length: L_a, shape, inner, curvature, root, modulus, nu, knots }
     }
 
-    /// The farthest contact that linear theory is asked of, mm: a cone clamped at its base goes on beyond its tip, almost to its apex.
+    /// Farthest contact of linear theory, mm: L_a, but for a solid clamped cone almost to its apex, at most 10 L_a.
     pub fn reach(&self) -> T {
         let rigid = [self.root.k_theta, self.root.k_x, self.root.k_y].iter().all(|k| k.value().is_infinite());
         let plain = self.inner.is_none() && self.is_straight() && rigid;
@@ -144,12 +141,12 @@ impl<T: Real> Body<T> {
         }
     }
 
-    /// Whether the whisker is straight at rest.
+    /// True if the whisker is straight at rest.
     pub fn is_straight(&self) -> bool {
         nothing(self.curvature)
     }
 
-    /// R(0), R(L_a), mm, and n of a diameter that is a power of the distance from the tip; none of a cone and of a table.
+    /// R(0), R(L_a), mm, and n of a diameter that is a power of the distance from the tip; `None` for cones and tables.
     pub fn power(&self) -> Option<[T; 3]> {
         match self.shape {
             Shape::Power { D, d, n } if n != T::of(1.0) => Some([D * 0.5, d * 0.5, n]),
@@ -162,17 +159,17 @@ impl<T: Real> Body<T> {
         self.curvature
     }
 
-    /// Modulus of what is inside, MPa; 0 where there is nothing, or a bore.
+    /// Modulus of the core, MPa; 0 for a bore or a solid whisker.
     pub fn core_modulus(&self) -> T {
         self.inner.as_ref().map_or(T::of(0.0), |inner| inner.modulus)
     }
 
-    /// Places where the whisker is not smooth, rising, mm.
+    /// Places where the whisker is not smooth, ascending, mm.
     pub fn knots(&self) -> &[T] {
         &self.knots
     }
 
-    /// Ends of the smooth piece of the profile that holds `s`, mm; at a knot of the piece after it. Beyond the tip the last goes on.
+    /// Ends of the smooth piece of the profile that holds `s`, mm; a knot belongs to the piece after it, and the last piece has no end.
     pub fn piece(&self, s: f64) -> [f64; 2] {
         match &self.shape {
             Shape::Power { .. } => [0.0, f64::INFINITY],
@@ -183,7 +180,7 @@ impl<T: Real> Body<T> {
         }
     }
 
-    /// (1 − s/L_a) to the power `n`; a cone goes on beyond its tip, others as they end there.
+    /// (1 − s/L_a)ⁿ; negative beyond the tip of a cone, else 0 there.
     fn powered(&self, s: T, n: T) -> T {
         let v = T::of(1.0) - s / self.length;
         match () {
@@ -215,7 +212,7 @@ impl<T: Real> Body<T> {
         slope * 0.5
     }
 
-    /// R(a + by) − R(a), mm, without the digits that cancel, by the piece that holds `a`.
+    /// R(a + by) − R(a), mm, without cancellation, by the piece that holds `a`.
     pub fn widening(&self, a: T, by: T) -> T {
         match &self.shape {
             &Shape::Power { D, d, n } => {
@@ -230,14 +227,14 @@ impl<T: Real> Body<T> {
         }
     }
 
-    /// Diameter of what is inside at `s`, mm; 0 where there is nothing.
+    /// Inner diameter at `s`, mm; 0 outside core and bore.
     pub fn inside(&self, s: T, within: f64) -> T {
         let Some(Inner { diameter, .. }) = &self.inner else { return T::of(0.0) };
         let (first, last) = (diameter[0][0].value(), diameter[diameter.len() - 1][0].value());
         if within < first || within > last { T::of(0.0) } else { line(of_table(diameter, within), s) }
     }
 
-    /// The section at `s`, its piece that which holds `within` (Cowper's shear, exact for disc, ring and bonded core).
+    /// The section at `s`, on the piece that holds `within`; shear after Cowper, exact for disc, ring and bonded core.
     pub fn section(&self, s: T, within: f64) -> Section<T> {
         let one = T::of(1.0);
         let radius = self.radius(s, within);
@@ -261,8 +258,7 @@ impl<T: Real> Body<T> {
         Section { radius, axial, bending, shear: -bending * bending / (e * PI * r2.powi(3) * j) }
     }
 
-    /// R, mm, and what the section at `at`, as in [`Self::section`], does under an axial force, N, and a moment, N mm; `None` if its `law`
-    /// cannot bear them. What is composite is Hooke's.
+    /// R, mm, and strain of the section under an axial force, N, and a moment, N mm; `None` if `law` cannot bear them. A composite is Hookean.
     pub fn deform(
         &self,
         (law, extension): (&SectionLaw<T>, bool),
@@ -296,7 +292,6 @@ impl<T: Real> Body<T> {
         rest(self.curvature, s)
     }
 
-    /// tan α of a contact at `s`, its piece that which holds `within`.
     fn tan_alpha(&self, s: T, within: f64) -> T {
         let bend =
             if self.is_straight() { T::of(1.0) } else { self.curvature(s) * self.radius(s, within) + 1.0 };
@@ -311,7 +306,7 @@ impl<T: Real> Body<T> {
         Vector::new(self.tan_alpha(s, within), T::of(1.0)).normalize()
     }
 
-    /// Length of the skin on the side of the object from `a` to `a` + `by`, mm, by the piece that holds `a`; negative where `by` is.
+    /// Signed length of the skin on the object's side from `a` to `a` + `by`, mm, by the piece that holds `a`.
     pub fn skin(&self, a: T, by: T) -> T {
         let (mut mean, within) = (T::of(0.0), a.value());
         each(T::of(0.0), T::of(1.0), |share, weight| {
@@ -331,7 +326,6 @@ impl<T: Real> Body<T> {
 
     /// Axial span [x1, x2] of a gauge whose grid of length `l` is bonded along the surface from `x1`, mm.
     pub fn gauge(&self, x1: T, l: T) -> [T; 2] {
-        // ds on the surface per ds of the axis.
         let along = |from: T, to: T| {
             let mut sum = T::of(0.0);
             self.quadrature(from, to, |Place { s, within, .. }, w| {
@@ -351,8 +345,7 @@ impl<T: Real> Body<T> {
         [x1, x2]
     }
 
-    /// Calls `f` with places between `from` and `to`, both in [0, L_a], and weights: Σ w g(s) is ∫ g ds. Panels get shorter towards the thinner end of
-    /// each smooth piece.
+    /// Calls `f` with places in [`from`, `to`] and weights w, Σ w g(s) = ∫ g ds; panels shrink towards the thin end of each smooth piece.
     pub fn quadrature(&self, from: T, to: T, mut f: impl FnMut(Place<T>, T)) {
         let within = |knot: &T| knot.value() > from.value() && knot.value() < to.value();
         let inside = self.knots.iter().copied().filter(within);
@@ -373,14 +366,14 @@ impl<T: Real> Body<T> {
         }
     }
 
-    /// The same on one panel, within a smooth piece.
+    /// [`Self::quadrature`] on one panel within a smooth piece.
     pub fn panel(&self, from: T, to: T, mut f: impl FnMut(Place<T>, T)) {
         let within = 0.5 * (from.value() + to.value());
         each(from, to, |s, weight| f(Place { s, within, end: to }, weight));
     }
 }
 
-/// A place of a quadrature.
+/// A point of the quadrature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place<T = f64> {
     /// Arc, mm.
@@ -391,13 +384,11 @@ pub struct Place<T = f64> {
     pub end: T,
 }
 
-/// The knots of `table` on both sides of `s`, the first or last two outside; at a knot those after it.
 fn of_table<T: Real>(table: &[[T; 2]], s: f64) -> [[T; 2]; 2] {
     let after = table.partition_point(|knot| knot[0].value() <= s).clamp(1, table.len() - 1);
     [table[after - 1], table[after]]
 }
 
-/// The line through two knots.
 fn line<T: Real>([near, far]: [[T; 2]; 2], s: T) -> T {
     near[1] + (far[1] - near[1]) / (far[0] - near[0]) * (s - near[0])
 }

@@ -1,8 +1,6 @@
-//! Chebyshev interpolation on an interval: points, coefficients, values.
-//!
-//! Points are those of the first kind, x_i = −cos(π (i + ½)/n) ∈ (−1, 1), ascending; a series is Σ c_k T_k(x).
+//! Chebyshev interpolation at points of the first kind, x_i = −cos(π (i + ½)/n), ascending; a series is Σ c_k T_k(x).
 
-/// The n points. None is 0 for an even n.
+/// The n points; for an even n 0 is not among them.
 pub fn points(n: usize) -> Vec<f64> {
     (0..n).map(|i| -(std::f64::consts::PI * (i as f64 + 0.5) / n as f64).cos()).collect()
 }
@@ -25,7 +23,7 @@ pub fn coefficients2(values: &[Vec<f64>]) -> Vec<Vec<f64>> {
     transpose(&transpose(&rows).iter().map(|column| coefficients(column)).collect::<Vec<_>>())
 }
 
-/// Rows for columns.
+/// Rows and columns swapped.
 pub fn transpose(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
     (0..m[0].len()).map(|j| m.iter().map(|row| row[j]).collect()).collect()
 }
@@ -46,7 +44,7 @@ pub fn basis(n: usize, x: f64) -> Vec<f64> {
     all
 }
 
-/// Σ c_k T_k(x) and its derivative (Clenshaw 1955, and its derivative line by line); 0 of an empty series.
+/// Σ c_k T_k(x) and its derivative (Clenshaw 1955, and its derivative line by line); 0 for an empty series.
 pub fn series(c: &[f64], x: f64) -> (f64, f64) {
     let Some((first, rest)) = c.split_first() else { return (0.0, 0.0) };
     let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
@@ -58,12 +56,12 @@ pub fn series(c: &[f64], x: f64) -> (f64, f64) {
     (first + x * b1 - b2, b1 + x * d1 - d2)
 }
 
-/// What lies at x ∈ [−1, 1] of `range`.
+/// Point of `range` at x ∈ [−1, 1].
 pub fn placed([lo, hi]: [f64; 2], x: f64) -> f64 {
     0.5 * (hi + lo) + 0.5 * (hi - lo) * x
 }
 
-/// Place of `v` in [−1, 1] of `range`; 0 in a range that is a point.
+/// The inverse of [`placed`]; 0 for a range of zero width.
 pub fn scaled([lo, hi]: [f64; 2], v: f64) -> f64 {
     if hi > lo { (2.0 * v - (hi + lo)) / (hi - lo) } else { 0.0 }
 }

@@ -1,16 +1,11 @@
-//! Yeoh's law fitted to a measured uniaxial stress–strain curve, by linear least squares.
-//!
-//! s(e) = 2 (λ − λ⁻²)(C10 + 2 C20 (I₁ − 3) + 3 C30 (I₁ − 3)²) is linear in its coefficients. The three columns are scaled
-//! to length 1 and orthogonalised (modified Gram–Schmidt on the matrix with its right-hand side), so that neither the
-//! size of the strains nor squared condition numbers matter.
+//! Least squares of Yeoh's law, s(e) = 2 (λ − λ⁻²)(C10 + 2 C20 (I₁ − 3) + 3 C30 (I₁ − 3)²), which is linear in its coefficients.
+//! Orthogonalised columns (modified Gram–Schmidt) do not square the condition number.
 
 use super::section::SectionLaw;
 use crate::scene::Material;
 
-/// Columns that keep less than this of their length beside the others count as dependent.
 const DEPENDENT: f64 = 1e-7;
 
-/// Intervals of the range in which the slope of a fitted law is looked at.
 const INTERVALS: u32 = 4000;
 
 /// A fitted law.
@@ -22,14 +17,14 @@ pub struct YeohFit {
     pub rms: f64,
 }
 
-/// Why there is no usable fit.
+/// Why the law cannot be fitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unfit {
     /// The strains are too few or too alike to tell three coefficients apart.
     Undetermined,
     /// C10 (MPa) is not positive: the whisker would have no stiffness.
     Soft(f64),
-    /// The law does not rise at this strain, though it lies within the data or between them and 0.
+    /// The law does not rise at this strain, inside the data or between them and 0.
     Falls(f64),
 }
 
@@ -64,7 +59,6 @@ fn basis(e: f64) -> [f64; 3] {
     [2.0 * g, 4.0 * g * j, 6.0 * g * j * j]
 }
 
-/// `None` where the columns depend on each other, or overflow.
 fn least_squares(points: &[[f64; 2]]) -> Option<[f64; 3]> {
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let dot = |v: &[f64], w: &[f64]| v.iter().zip(w).map(|(x, y)| x * y).sum::<f64>();

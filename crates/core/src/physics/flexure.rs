@@ -1,7 +1,5 @@
-//! Linear theory of a whisker as it is built (model §7), by quadrature: what each sensor shows per unit of drive.
-//!
-//! A unit force at the contact has the moment m(s) = (h − r₀(s)) × n and does the work C = ∫ m²/EI ds + … on the whisker and its root, so
-//! that a drive θ with the lever w needs P = w θ/C.
+//! Linear theory of a built whisker (model §7), by quadrature: the reading of each sensor per unit of drive.
+//! A unit force does the work C = ∫ m²/EI ds + …, m(s) = (h − r₀(s)) × n, so that a drive θ with the lever w needs P = w θ/C.
 
 use std::sync::Arc;
 
@@ -15,28 +13,19 @@ use crate::scene::model::Drive;
 pub struct Flexure<T = f64> {
     /// The whisker.
     pub body: Arc<Body<T>>,
-    /// What is read.
+    /// The quantity that is read.
     pub signal: Signal,
-    /// [x1, x2], mm.
     gauge: [T; 2],
-    /// r₀, mm; 0 for a displacement drive.
     hub: T,
-    /// What is turned or moved.
     drive: Drive,
-    /// Whether shear counts.
     shear: bool,
-    /// What of the integrals does not depend on the contact: from the base to the tip, and over the gauge.
     parts: Arc<[Vec<Part<T>>; 2]>,
 }
 
-/// A place of the quadrature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Part<T> {
-    /// Far end of its panel, mm.
     end: T,
-    /// r₀, mm.
     place: Vector<T>,
-    /// d2.
     square: Vector<T>,
     /// w/EI, w R/EI and w/kGA, w the weight of the place.
     shares: [T; 3],
@@ -63,7 +52,6 @@ struct Contact<T> {
 }
 
 impl<T: Real> Contact<T> {
-    /// m at r₀(s) of a unit force.
     fn moment(&self, place: Vector<T>) -> Sloped<T> {
         let arm = self.h - place;
         [arm.perp_dot(self.n), self.bend * arm.perp_dot(self.along) + 1.0]
@@ -83,20 +71,15 @@ impl<T: Real> Part<T> {
     }
 }
 
-/// What a unit force at a contact does.
 struct Unit<T> {
-    /// w.
     lever: Sloped<T>,
-    /// C.
     work: Sloped<T>,
-    /// m(0).
     moment: Sloped<T>,
-    /// n_y.
     across: Sloped<T>,
 }
 
 impl<T: Real> Flexure<T> {
-    /// Of the whisker `body`; lengths in mm.
+    /// Lengths in mm.
     pub fn new(
         body: Arc<Body<T>>,
         signal: Signal,
@@ -114,13 +97,11 @@ impl<T: Real> Flexure<T> {
         Self { body, signal, gauge, hub, drive, shear, parts }
     }
 
-    /// h, n, d1 and κ₀ of the contact at `a`.
     fn contact(&self, a: T) -> Contact<T> {
         let along = Vector::from_angle(self.body.rest_angle(a));
         Contact { h: self.body.rest(a), n: along.perp(), along, bend: self.body.curvature(a) }
     }
 
-    /// Calls `add` with the parts from `from` to the contact at `a`, of those that begin there.
     fn each(&self, parts: &[Part<T>], from: T, a: T, mut add: impl FnMut(&Part<T>)) {
         let whole = parts.partition_point(|part| part.end.value() <= a.value());
         parts[..whole].iter().for_each(&mut add);
@@ -188,7 +169,7 @@ impl<T: Real> Flexure<T> {
         over(times(unit.lever, reads(&unit)), unit.work)
     }
 
-    /// What the whisker exerts on its root per unit of drive: M₀, N mm, F_x and F_y, N.
+    /// Wrench on the root per unit of drive: M₀, N mm, F_x and F_y, N.
     pub fn wrench(&self, a: T) -> [T; 3] {
         let (unit, Contact { n, .. }) = (self.unit(a), self.contact(a));
         let force = -unit.lever[0] / unit.work[0];

@@ -1,30 +1,24 @@
-//! Distance from strain: the roots of f(â) = reading, and the peak of f (model §2).
-//!
-//! f rises from 0 at the gauge's near end to a peak and falls towards the virtual apex, so that a reading has two
-//! roots, or none above the peak. In u = 1/a the plain case (tap angle, no hub, no shear, contact clear of the gauge)
-//! is a quadratic, solved in closed form without cancellation; the others are solved on the monotone pieces of f.
+//! Distance from strain: the roots of f(â) = reading, two, or none above the peak (model §2). In u = 1/a the plain case (tap angle,
+//! no hub, no shear, contact clear of the gauge) is a quadratic with a closed form; others are solved on the monotone pieces of f.
 
 use std::sync::OnceLock;
 
 use super::linear::StrainCurve;
 use crate::scene::model::Drive;
 
-/// f over u = 1/a, cut at its extrema.
+/// The inverse of f over u = 1/a.
 #[derive(Debug, Clone)]
 pub struct Inverse {
     curve: StrainCurve,
-    /// Made when it is first asked for.
     cut: OnceLock<Cut>,
 }
 
-/// Where f is cut.
 #[derive(Debug, Clone)]
 struct Cut {
-    /// Ends of the monotone pieces in u, ascending: from max(τ, 0) to 1/x1 (or 1e9/x2 for x1 = 0); none where the roots have a closed form.
+    /// Ends of the monotone pieces in u, ascending; empty where the roots have a closed form.
     pieces: Vec<f64>,
-    /// u and f at the peak.
     peak: (f64, f64),
-    /// f infinitely far out.
+    /// f for a → ∞; 0 if it has no limit.
     farthest: f64,
 }
 
@@ -35,30 +29,29 @@ pub struct Roots {
     pub far: f64,
     /// The next one, if any.
     pub near: Option<f64>,
-    /// Whether there is a larger one, beyond the farthest contact of which f is known.
+    /// True if there is a larger one, beyond the farthest contact of which f is known.
     pub unseen: bool,
-    /// Whether f levels off above 0 far out: that of a widening whisker.
+    /// True if f levels off above 0 far out, as for a widening whisker.
     pub levels_off: bool,
 }
 
 impl Roots {
-    /// Whether no other contact gives the reading, however far out: f levels off above it.
+    /// True if no other contact gives the reading, however far out: f levels off above it.
     pub fn alone(&self) -> bool {
         self.levels_off && self.near.is_none() && !self.unseen
     }
 }
 
-/// Points at which the slope's sign is looked at; f has at most a few extrema, far apart on this scale.
+/// Points at which the sign of the slope is checked; f has a few extrema, far apart on this scale.
 const SAMPLES: usize = 48;
 
 impl Cut {
-    /// Cuts `curve` into monotone pieces.
     fn new(curve: &StrainCurve) -> Self {
         let [x1, x2] = curve.gauge;
         let farthest = Some(curve.farthest()).filter(|f| f.is_finite()).unwrap_or(0.0);
         let lo = curve.end().map_or(curve.taper.tau.max(0.0), |end| 1.0 / end);
         let hi = match curve.end() {
-            // The wrench of a contact anywhere has a value.
+            // Moments and forces are defined for contacts near the base too.
             Some(end) if !curve.reads_strain() => 1e3 / end,
             _ if x1 > 0.0 => 1.0 / x1,
             _ => 1e9 / x2,
@@ -90,7 +83,7 @@ impl Cut {
 }
 
 impl Inverse {
-    /// Of `curve`.
+    /// The inverse of `curve`, which is cut on first use.
     pub fn new(curve: StrainCurve) -> Self {
         Self { curve, cut: OnceLock::new() }
     }
@@ -104,20 +97,18 @@ impl Inverse {
         &self.curve
     }
 
-    /// Distance (mm) and value of the largest strain per unit of drive; infinitely far for a whisker that widens so
-    /// much that f only falls with u.
+    /// Distance (mm) and value of the largest strain per unit of drive; infinitely far if f only falls with u.
     pub fn peak(&self) -> (f64, f64) {
         let (u, f) = self.cut().peak;
         (1.0 / u, f)
     }
 
-    /// Whether no other contact, however far out, gives the reading of one at `a` mm.
+    /// True if no other contact, however far out, gives the reading of one at `a` mm.
     pub fn alone(&self, a: f64) -> bool {
         self.roots(self.curve.value(a)).is_some_and(|roots| roots.alone())
     }
 
-    /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak. Of a widening whisker a
-    /// reading below what the farthest contact gives has its near root only.
+    /// Roots of f(a) = `reading` > 0 (strain per rad or mm); `None` above the peak. Below f(∞) a widening whisker has its near root only.
     pub fn roots(&self, reading: f64) -> Option<Roots> {
         let mut found = if plain(&self.curve) { self.plain_roots(reading) } else { [None; 2] };
         if !plain(&self.curve) {
@@ -144,8 +135,7 @@ impl Inverse {
         })
     }
 
-    /// The root of f = `reading` between two places u at which f lies `lo` and `hi` beside it: Newton's steps, and a halving where one leaves the
-    /// bracket. A value of a built whisker is a quadrature, which gives its slope for nothing.
+    /// Root between two u where f − `reading` is `lo` and `hi`: Newton, or a halving outside the bracket; a quadrature's slope costs nothing.
     fn newton(&self, reading: f64, [mut from, mut to]: [f64; 2], [lo, hi]: [f64; 2]) -> f64 {
         let mut u = from - lo * (to - from) / (hi - lo);
         for _ in 0..100 {
@@ -182,7 +172,6 @@ impl Inverse {
         } else {
             ((sum - gap) / (2.0 * t), 2.0 * (tau * s + y) / (sum - gap))
         };
-        // On the gauge the quadratic does not hold; there (1 − x1 u)² = y₁.
         let on_gauge = || {
             let y1 = reading * (x2 - x1) / (0.75 * self.curve.taper.D * b1 * b1);
             (x1 > 0.0 && y1 <= 1.0).then(|| (1.0 - y1.sqrt()) / x1)
@@ -197,23 +186,17 @@ impl Inverse {
     }
 }
 
-/// The place u among `places` at which `curve` is highest, and its value there; `lo` where it has none.
 fn highest(curve: &StrainCurve, lo: f64, places: impl Iterator<Item = f64>) -> (f64, f64) {
     places
         .map(|u| (u, curve.at_inverse(u).0))
         .fold((lo, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best })
 }
 
-/// Whether the closed form of the quadratic applies.
 fn plain(curve: &StrainCurve) -> bool {
     curve.drive == Drive::Angle && curve.hub == 0.0 && curve.shear == 0.0 && curve.is_plain()
 }
 
-/// Root of `f` in [`lo`, `hi`], where `f(lo)` and `f(hi)` differ in sign (or one is zero): ITP without its
-/// projection step falls back on bisection whenever interpolation does not halve the bracket, so that it needs at
-/// most a few more evaluations than bisection and usually about eight. Stops at the spacing of f64.
-///
-/// Method: Anderson and Björck's regula falsi ("A new high order method of regula falsi type", BIT 13, 1973).
+/// Root of `f` in [`lo`, `hi`], where its sign changes, to the spacing of f64: Anderson and Björck (BIT 13, 1973), with bisections.
 pub fn bracketed(mut f: impl FnMut(f64) -> f64, mut lo: f64, mut hi: f64) -> f64 {
     let (mut f_lo, mut f_hi) = (f(lo), f(hi));
     if f_lo == 0.0 {

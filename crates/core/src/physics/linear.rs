@@ -1,11 +1,8 @@
 //! Linear theory (model §2): closed forms of the tapered cantilever pressed at distance a.
+//! In u = 1/a and b_i = 1/(1 − τ x_i), so that nothing divides by τ or cancels as d → D:
 //!
-//! With `D`, τ of [`Taper`], the gauge span [x1, x2], the hub r₀ and the shear length² S = 3 E D²/(16 k G):
-//!
-//! - deflection (Eq. 3), tap angle (Eq. 4), strain per radian f (Eq. 8, unit put right), per mm g = f/a;
-//! - f_T = f/(1 + S/a²), since shear multiplies θ for the same force by 1 + S/a² for *any* taper.
-//!
-//! Everything is written in u = 1/a and b_i = 1/(1 − τ x_i): nothing divides by τ or cancels as d → D.
+//! - deflection (Eq. 3), tap angle (Eq. 4), strain per radian f (Eq. 8, unit corrected), per mm g = f/a;
+//! - f_T = f/(1 + S/a²), S = 3 E D²/(16 k G): shear multiplies θ for the same force by 1 + S/a² for *any* taper.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -18,8 +15,7 @@ use super::taper::Taper;
 use crate::scene::channels::Signal;
 use crate::scene::model::Drive;
 
-/// Deflection y(x) of the centreline, mm, under a transverse force `force` (N) at distance `a` (mm), modulus `e`
-/// (MPa); straight beyond a. Eq. 3.
+/// Deflection y(x) of the centreline, mm, by a transverse `force`, N, at `a`, mm, modulus `e`, MPa; straight beyond a. Eq. 3.
 pub fn deflection(taper: &Taper, e: f64, force: f64, a: f64, x: f64) -> f64 {
     let c = 32.0 * force / (3.0 * PI * e * taper.D.powi(4));
     let w = 1.0 - taper.tau * x.min(a);
@@ -46,22 +42,20 @@ pub fn shear_coefficient<T: Number>(nu: T) -> T {
     T::of(6.0) * (T::of(1.0) + nu) / (T::of(7.0) + T::of(6.0) * nu)
 }
 
-/// Strain of a gauge per unit of drive as a function of the contact distance a: f (1/rad), or g = f/a (1/mm) for a
-/// displacement drive, with or without shear.
+/// Strain of a gauge per unit of drive over the contact distance a: f (1/rad), or g = f/a (1/mm) for a displacement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrainCurve<T = f64> {
     /// The whisker.
     pub taper: Taper<T>,
     /// Gauge span x1 < x2, mm.
     pub gauge: [T; 2],
-    /// r₀, mm; 0 for a displacement drive, where the hub plays no part.
+    /// r₀, mm; 0 for a displacement.
     pub hub: T,
-    /// What is turned or moved.
+    /// Angle or displacement.
     pub drive: Drive,
     /// S, mm²; 0 for Euler–Bernoulli.
     pub shear: T,
     b: [T; 2],
-    /// What is no cone clamped at its base, or no strain.
     built: Option<Flexure<T>>,
 }
 
@@ -74,24 +68,24 @@ impl<T: Real> StrainCurve<T> {
         Self { taper, gauge, hub, drive, shear, b, built: None }
     }
 
-    /// What `signal` shows of the whisker `body`, in place of the strain of a clamped cone.
+    /// The curve of `signal` for the whisker `body`.
     pub fn built(self, body: &Arc<Body<T>>, signal: Signal) -> Self {
         let Self { gauge, hub, drive, shear, .. } = self;
         let built = Flexure::new(Arc::clone(body), signal, gauge, (hub, drive), shear.value() != 0.0);
         Self { built: Some(built), ..self }
     }
 
-    /// The farthest contact that it knows of, mm; none of a clamped cone, which goes on beyond its tip.
+    /// The farthest contact that it covers, mm; `None` for a clamped cone, which continues beyond its tip.
     pub fn end(&self) -> Option<T> {
         self.built.as_ref().map(|built| built.body.reach())
     }
 
-    /// Whether it is that of a gauge.
+    /// True for the strain of a gauge.
     pub fn reads_strain(&self) -> bool {
         self.built.as_ref().is_none_or(|built| built.signal == Signal::Strain)
     }
 
-    /// Whether it is that of a cone clamped at its base.
+    /// True for the strain of a cone clamped at its base.
     pub fn is_plain(&self) -> bool {
         self.built.is_none()
     }
@@ -101,7 +95,7 @@ impl<T: Real> StrainCurve<T> {
         self.b
     }
 
-    /// The factor w(u) that the drive puts on the strain: 1 + r₀u for a tap angle, u for a displacement.
+    /// Factor of the drive and its derivative: 1 + r₀u for a tap angle, u for a displacement.
     #[inline(always)]
     fn drive_factor(&self, u: T) -> (T, T) {
         match self.drive {
@@ -118,7 +112,7 @@ impl<T: Real> StrainCurve<T> {
         (f, -slope * a * a)
     }
 
-    /// The same of a cone clamped at its base.
+    /// [`Self::at_inverse`] of a cone clamped at its base.
     #[inline(always)]
     pub fn of_cone(&self, u: T) -> (T, T) {
         let one = T::of(1.0);
@@ -128,7 +122,6 @@ impl<T: Real> StrainCurve<T> {
         }
         let quarter = self.taper.D * 0.75;
         let (p, dp) = if (x2 * u).value() <= 1.0 {
-            // C (u − τ)(A − B u)
             let c = quarter * b1 * b2;
             let t = x1 * b1 + x2 * b2;
             let (m, n) = (u - self.taper.tau, b1 * (one - x1 * u) + b2 * (one - x2 * u));
@@ -150,8 +143,7 @@ impl<T: Real> StrainCurve<T> {
         self.at_inverse(T::of(1.0) / a).0
     }
 
-    /// f of a contact infinitely far out, on a cone that goes on: above 0 where it widens. What is known up to its tip only, built on such a cone,
-    /// loses from there what the cone loses.
+    /// f for a → ∞: above 0 for a widening cone; for a built whisker extrapolated beyond its tip by the ratio of the cone.
     pub fn farthest(&self) -> T {
         let (zero, widens) = (T::of(0.0), self.taper.tau.value() < 0.0);
         match self.end() {
@@ -179,7 +171,7 @@ impl<T: Real> StrainCurve<T> {
         e * (3.0 * PI) * self.taper.D.powi(4) * v * reach / (a.powi(3) * 64.0) / (self.shear / (a * a) + 1.0)
     }
 
-    /// What the whisker exerts on its root per unit of drive: M₀, N mm, F_x and F_y, N.
+    /// Wrench on the root per unit of drive: M₀, N mm, F_x and F_y, N.
     pub fn wrench(&self, e: T, a: T) -> [T; 3] {
         match &self.built {
             Some(built) => built.wrench(a),

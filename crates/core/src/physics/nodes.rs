@@ -1,6 +1,4 @@
-//! Gauss–Legendre collocation on w ∈ [0, 1], from the contact (w = 0) to the base (w = 1).
-//!
-//! All tables are computed here in f64 and go from here to the CPU kernels and, as literals, into the WGSL.
+//! Gauss–Legendre collocation on w ∈ [0, 1], from the contact (w = 0) to the base (w = 1), in f64; kernels and shaders use these tables.
 
 use std::sync::OnceLock;
 
@@ -19,7 +17,6 @@ pub struct Nodes {
     pub legendre: Vec<Vec<f64>>,
 }
 
-/// P_0…P_n at x ∈ [−1, 1] by the three-term recurrence.
 fn legendre(n: usize, x: f64) -> Vec<f64> {
     let mut p = vec![1.0, x];
     for k in 1..n {
@@ -50,11 +47,10 @@ pub fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     (0..n).map(pair).unzip()
 }
 
-/// Points of the largest rule whose tables are kept.
 const MOST: usize = 64;
 
 impl Nodes {
-    /// As [`Self::new`], made once for all who ask: it takes as long as many taps.
+    /// [`Self::new`], computed once: it takes as long as many taps.
     pub fn of(n: usize) -> &'static Self {
         static KEPT: [OnceLock<Nodes>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
         KEPT[n].get_or_init(|| Self::new(n))
@@ -79,7 +75,6 @@ impl Nodes {
     }
 }
 
-/// Points of Gauss's rule on [−1, 1] and their weights: twelve, of which half are written.
 const GAUSS: [[f64; 2]; 6] = [
     [0.125_233_408_511_468_9, 0.249_147_045_813_402_8],
     [0.367_831_498_998_180_2, 0.233_492_536_538_354_8],
@@ -89,7 +84,7 @@ const GAUSS: [[f64; 2]; 6] = [
     [0.981_560_634_246_719_2, 0.047_175_336_386_511_83],
 ];
 
-/// Calls `f` with the places between `from` and `to`, and their weights.
+/// Calls `f` with the points between `from` and `to` and their weights.
 pub fn each<T: Real>(from: T, to: T, mut f: impl FnMut(T, T)) {
     let (middle, half) = ((from + to) * 0.5, (to - from) * 0.5);
     for [x, w] in GAUSS {

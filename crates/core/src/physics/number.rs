@@ -1,12 +1,12 @@
-//! What closed forms are written in: one number, or those of several taps that go through the same operations.
+//! The numbers of the closed forms: one number, or a lane of several taps.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// A number, or several. An operation does to each what IEEE 754 says of one, so that several are told to the bits of one after the other.
+/// A number or a lane of numbers. Lanes round as scalars do: each gives the same bits as a single number.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// `x`, for all.
+    /// `x` in each lane.
     fn of(x: f64) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
@@ -14,9 +14,9 @@ pub trait Number:
     fn hypot(self, o: Self) -> Self;
     /// Angle of the point (o, self), rad.
     fn atan2(self, o: Self) -> Self;
-    /// `yes` of those less than their like in `o`, else `no`.
+    /// `yes` in lanes where self < `o`, else `no`.
     fn if_less(self, o: Self, yes: Self, no: Self) -> Self;
-    /// Whether all are at most their like in `o`.
+    /// True if self ≤ `o` in all lanes.
     fn all_at_most(self, o: Self) -> bool;
 }
 

@@ -1,24 +1,20 @@
 //! The linear limit of the exact model: force, arc and strain to first order in the drive, in closed form.
 //!
-//! Unit of length is the contact distance, of force EI₀/a². With a contact on the surface, friction or shear the limit of
-//! K is not 1 (extension, or a pole, alone leaves it there); kernels carry the deviation from this solution, so that nothing cancels at small drives.
+//! Lengths in contact distances, forces in EI₀/a². With surface contact, friction or shear K does not tend to 1; kernels carry the deviation.
 //!
-//! W and H are the contact force across and along the whisker at the contact, X₀ and Y₀ the pole centre from the motor's
-//! axis, a₁, a₀ (b₁, b₀) what a unit of W and of H does to the closure across (along) that line, and f the
-//! stretch by a unit of H. The closure, to first order in θ, W, H and x = c − 1:
-//!
+//! W and H are the contact force across and along the whisker, (X₀, Y₀) the pole centre from the motor's axis, a₁, a₀ (b₁, b₀) the effects
+//! of a unit W and H on the closure across (along) that line, f the stretch by a unit H. To first order in θ, W, H and x = c − 1:
 //! - W a₁ + H a₀ + x (Y₀ + X₀ tan α) + Y₀ H f = θ (X₀² + Y₀²)
 //! - (X₀ − Y₀ tan α) x + X₀ H f + Y₀ (W b₁ + H b₀) = ζ
 //!
-//! A contact that sticks rolls on the pole: x = ρ cos α (ϑ − W ψ₁ − H ψ₀), ϑ what the base has turned, W ψ₁ + H ψ₀ the turn of the
-//! contact against it.
+//! A contact that sticks rolls on the pole: x = ρ cos α (ϑ − W ψ₁ − H ψ₀), ϑ the turn of the base, W ψ₁ + H ψ₀ that of the contact against it.
 
 use super::number::Number;
 
 /// Dimensionless numbers of a tap, or of several in lanes; lengths in units of the contact distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Groups<T = f64> {
-    /// τa.
+    /// τa, the taper over the contact distance.
     pub taper: T,
     /// 1 − τa.
     pub rest: T,
@@ -26,7 +22,7 @@ pub struct Groups<T = f64> {
     pub angle: T,
     /// r₀; 0 for a displaced object.
     pub hub: T,
-    /// ϑ: what the base turns, rad; 0 for a displaced object.
+    /// ϑ: turn of the base, rad; 0 for a displaced object.
     pub turn: T,
     /// ζ: half the growth of the squared distance to the pole; 0 for a tap angle.
     pub pull: T,
@@ -38,7 +34,7 @@ pub struct Groups<T = f64> {
     pub pole: T,
     /// EI₀/(k G A₀), with shear.
     pub shear: Option<T>,
-    /// EI₀/(E A₀), where the centreline stretches: also the gauge strain of a unit axial force, which without is not in the section law.
+    /// EI₀/(E A₀), if the centreline stretches: also the gauge strain of a unit axial force, which the section law has not otherwise.
     pub stretch: Option<T>,
     /// 1 − x1, 1 − x2, and x2 − x1.
     pub gauge: [T; 3],
@@ -46,7 +42,7 @@ pub struct Groups<T = f64> {
     pub side: f64,
 }
 
-/// What limits the contact force.
+/// The limit of the contact force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Grip {
     /// T = μP, sign included; 0 is frictionless.
@@ -55,7 +51,7 @@ pub enum Grip {
     Stick,
 }
 
-/// Where the contact is before the tap.
+/// The contact before the tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch<T = f64> {
     /// Radius of the whisker there, for contact on the surface, else 0.
@@ -71,9 +67,9 @@ pub struct Touch<T = f64> {
 /// The first-order solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Onset<T = f64> {
-    /// W.
+    /// W, the force across.
     pub across: T,
-    /// H.
+    /// H, the force along.
     pub along: T,
     /// x = c − 1.
     pub arc: T,
@@ -91,7 +87,7 @@ pub fn direction<T: Number>(slope: T) -> (T, T) {
 }
 
 impl<T: Number> Groups<T> {
-    /// Where the contact is before the tap.
+    /// The contact before the tap.
     #[inline(always)]
     pub fn touch(&self) -> Touch<T> {
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -103,7 +99,6 @@ impl<T: Number> Groups<T> {
         Touch { radius, slope, direction: (cos, sin), pole }
     }
 
-    /// H/W of a contact at `touch` that slides.
     #[inline(always)]
     fn force_ratio(&self, touch: &Touch<T>, friction: f64) -> T {
         let ((cos, sin), friction) = (touch.direction, T::of(friction));
@@ -170,7 +165,6 @@ impl<T: Number> Groups<T> {
         if zero.all_at_most(far) {
             return clear;
         }
-        // The contact is on the gauge.
         let beyond = zero.if_less(near, near, zero);
         let (bent, end) = (beyond / width, one / self.rest);
         let ends =

@@ -1,23 +1,21 @@
-//! A pole of any direction, and the plane in which the whisker bends against it (model §6).
-//!
-//! The base frame is that of the turned base: t₀ along the whisker at its clamp, y₁ towards the object in the plane of rotation, z the
-//! motor's axis. Its origin is what the base turns about: the motor's axis, or the clamp where the object moves. The bent rod lies in
-//! the plane of t₀ and m = cos φ y₁ + sin φ z. There it is a planar tap, with another distance and another tap angle.
+//! A pole of any direction, and the plane in which the whisker bends against it (model §6), where the tap is planar with another distance and angle.
+//! Base frame, after the turn: t₀ along the whisker at its clamp, y₁ towards the object in the plane of rotation, z the motor's axis; its origin is
+//! that axis, or the clamp where the object moves. The rod bends in the plane of t₀ and m = cos φ y₁ + sin φ z.
 
 use super::real::{Real, Vector};
 use super::taper::Taper;
 use crate::scene::model::{Drive, Model};
 
-/// What a pole of any direction is seen from.
+/// The whisker and drive that a pole is seen from.
 #[derive(Debug, Clone, Copy)]
 pub struct Rig<'a, T = f64> {
     /// The whisker.
     pub taper: Taper<T>,
     /// r₀, mm; [`Drive::Displacement`] ignores it.
     pub hub: T,
-    /// What moves.
+    /// Angle or displacement.
     pub drive: Drive,
-    /// Whether the contact is on the surface, and ρ.
+    /// Gives the contact on the surface, and ρ.
     pub model: &'a Model<T>,
 }
 
@@ -35,13 +33,10 @@ pub struct Pole<T = f64> {
     point: Space<T>,
     /// u, the direction of its axis.
     along: Space<T>,
-    /// |A|² less what it was at first touch, mm².
+    /// |A|² − |A|² at first touch, mm².
     farther: T,
-    /// a, mm.
     distance: T,
-    /// Its axis from the origin at first touch, along the whisker and towards the object, mm.
     touched: Vector<T>,
-    /// tan α of the contact.
     slope: T,
 }
 
@@ -52,7 +47,7 @@ pub struct Planar<T = f64> {
     pub distance: T,
     /// Tap angle, rad.
     pub angle: T,
-    /// λ: how far the plane's point of the pole is along its axis from that of first touch, mm.
+    /// λ: place of the contact on the pole's axis, from that of first touch, mm.
     pub slide: T,
 }
 
@@ -96,7 +91,7 @@ impl<T: Real> Pole<T> {
         -dot(self.point, normal) / dot(self.along, normal)
     }
 
-    /// The planar tap in the plane of azimuth `phi`, rad; `None` where the pole lies along that plane, or too near to be touched.
+    /// The planar tap in the plane of azimuth `phi`, rad; `None` if the pole lies along that plane, or is too near to be touched.
     pub fn planar(&self, phi: T) -> Option<Planar<T>> {
         let (sin, cos) = phi.sin_cos();
         let (m, slide) = ([T::of(0.0), cos, sin], self.slide(phi));
@@ -114,8 +109,7 @@ impl<T: Real> Pole<T> {
         (sound && slide.value().is_finite()).then_some(planar)
     }
 
-    /// The azimuth at which a contact whose normal stands at `psi`, rad, from y₁ pushes square to the pole:
-    /// (n_x t₀ + n_y m)·u = 0 with n = (sin ψ, cos ψ). `None` where there is none.
+    /// The azimuth where a contact with its normal at `psi`, rad, from y₁ pushes square to the pole, (sin ψ t₀ + cos ψ m)·u = 0, if any.
     pub fn azimuth(&self, psi: T) -> Option<T> {
         let [x, y, z] = self.along;
         let sine = -psi.tan() * x / y.hypot(z);

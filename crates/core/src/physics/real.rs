@@ -1,4 +1,4 @@
-//! Real numbers of the exact physics: f64, or f64 with derivatives carried along (forward mode).
+//! Real numbers of the exact physics: f64, or f64 with derivatives (forward mode).
 
 use std::array::from_fn;
 use std::fmt::Debug;
@@ -8,7 +8,6 @@ use glam::DVec2;
 
 use super::number::Number;
 
-/// Functions y of one number x, as f64 has them, and their derivatives.
 macro_rules! functions {
     ($($(#[$attribute:meta])+ $name:ident: |$x:ident, $y:ident| $slope:expr;)+) => {$(
         $(#[$attribute])+
@@ -20,7 +19,7 @@ macro_rules! functions {
     )+};
 }
 
-/// A real number; a function of it has the value that f64 gives.
+/// A real number, f64 or dual; functions of it have the value that f64 gives.
 pub trait Real:
     Number
     + Neg<Output = Self>
@@ -33,16 +32,16 @@ pub trait Real:
     + Send
     + Sync
 {
-    /// Whether it has no derivatives.
+    /// True for numbers without derivatives.
     const BARE: bool;
 
-    /// The number itself.
+    /// The number without derivatives.
     fn value(self) -> f64;
 
-    /// Its derivatives; none of a bare number.
+    /// The derivatives; empty for a bare number.
     fn slopes(&self) -> &[f64];
 
-    /// A function of this number that has the value `value` and the derivative that `slope` tells.
+    /// A function of this number with the value `value` and the derivative `slope()`.
     fn chain(self, value: f64, slope: impl FnOnce() -> f64) -> Self;
 
     /// sin and cos.
@@ -79,7 +78,7 @@ pub trait Real:
         cbrt: |_x, y| 1.0 / (3.0 * y * y);
     }
 
-    /// A whole power.
+    /// An integer power.
     #[inline(always)]
     fn powi(self, n: i32) -> Self {
         let x = self.value();
@@ -132,12 +131,12 @@ impl Real for f64 {
 pub struct Dual<const N: usize> {
     /// The number.
     pub value: f64,
-    /// Its derivatives.
+    /// The derivatives.
     pub slope: [f64; N],
 }
 
 impl<const N: usize> Dual<N> {
-    /// The number that derivative `k` is by: it changes by `unit` where that changes by 1.
+    /// The variable of derivative `k`; its value changes by `unit` where the variable changes by 1.
     pub fn seed(value: f64, k: usize, unit: f64) -> Self {
         Self { value, slope: from_fn(|i| if i == k { unit } else { 0.0 }) }
     }
@@ -256,12 +255,12 @@ impl<T: Real> Vector<T> {
         Self { x, y }
     }
 
-    /// (x, y), numbers without derivatives.
+    /// (x, y) without derivatives.
     pub fn of(x: f64, y: f64) -> Self {
         Self { x: T::of(x), y: T::of(y) }
     }
 
-    /// With each component as a `U`.
+    /// `f` of each component.
     #[inline(always)]
     pub fn map<U>(self, f: impl Fn(T) -> U) -> Vector<U> {
         Vector { x: f(self.x), y: f(self.y) }
@@ -298,7 +297,7 @@ impl<T: Real> Vector<T> {
         self.x * v.y - self.y * v.x
     }
 
-    /// Of length 1.
+    /// The vector scaled to length 1.
     pub fn normalize(self) -> Self {
         self * (T::of(1.0) / self.dot(self).sqrt())
     }

@@ -1,8 +1,6 @@
 //! The round section of an incompressible solid: axial force and moment against stretch and curvature (model §3).
-//!
-//! Scaled by the radius, n = N/R² and m = M/R³ (both MPa) against e₀ and k = κR, the law is the same for every
-//! section of a whisker. The integrals over the disc use Gauss–Chebyshev quadrature of the second kind, whose
-//! weight √(1 − y²) is the width of the disc: n = 2 ∫ s(e₀ + k y) √(1 − y²) dy over −1 … 1.
+//! n = N/R² and m = M/R³ over e₀ and k = κR is one law for every section. Integrals over the disc use Gauss–Chebyshev quadrature of the
+//! second kind, whose weight √(1 − y²) is the width of the disc: n = 2 ∫ s(e₀ + k y) √(1 − y²) dy over −1 … 1.
 
 use std::array::from_fn;
 use std::f64::consts::PI;
@@ -24,10 +22,9 @@ impl<const N: usize> Rule<N> {
     }
 }
 
-/// Rules that leave a relative error below 1e-15 where no fibre strain is larger than 0.1, 0.2, and in all of [`STRAIN_RANGE`].
+/// Relative error below 1e-15 for fibre strains up to 0.1, up to 0.2, and in all of [`STRAIN_RANGE`].
 static RULES: (Rule<8>, Rule<12>, Rule<20>) = (Rule::new(), Rule::new(), Rule::new());
 
-/// Points that are summed side by side.
 const LANES: usize = 4;
 
 /// Fibre strains within which a hyperelastic law is trusted.
@@ -49,7 +46,7 @@ pub struct SectionStrain<T = f64> {
 }
 
 impl SectionStrain {
-    /// Whether every fibre lies in [`STRAIN_RANGE`].
+    /// True if every fibre lies in [`STRAIN_RANGE`].
     pub fn is_in_range(&self) -> bool {
         let half = self.bending.abs();
         self.axial - half >= STRAIN_RANGE[0] && self.axial + half <= STRAIN_RANGE[1]
@@ -69,7 +66,6 @@ pub enum SectionLaw<T = f64> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hyperelastic<T = f64>([T; 4]);
 
-/// Scaled resultants, MPa, and their derivatives with respect to (e₀, k).
 struct Resultants {
     n: f64,
     m: f64,
@@ -98,7 +94,7 @@ impl<T: Real> SectionLaw<T> {
         Self::Hyperelastic(Hyperelastic(coefficients))
     }
 
-    /// With each modulus as a `U`.
+    /// `f` of each modulus.
     #[inline(always)]
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> SectionLaw<U> {
         match self {
@@ -116,13 +112,12 @@ impl<T: Real> SectionLaw<T> {
         }
     }
 
-    /// Whether the law is linear, hence without a range of validity.
+    /// True if the law is linear, hence without a range of validity.
     pub fn is_linear(&self) -> bool {
         matches!(self, Self::Linear(_))
     }
 
-    /// The deformation under n = N/R² and m = M/R³, MPa, on the branch that starts unloaded; `None` where that
-    /// branch has no such load, its tangent having vanished before. Strains outside [`STRAIN_RANGE`] are returned.
+    /// The deformation under n = N/R², m = M/R³, MPa, on the unloaded branch, also outside [`STRAIN_RANGE`]; `None` past a vanishing tangent.
     pub fn deform(&self, n: T, m: T) -> Option<SectionStrain<T>> {
         match self {
             Self::Linear(e) => Some(linear(*e, n, m)),
@@ -136,7 +131,7 @@ impl<T: Real> SectionLaw<T> {
         }
     }
 
-    /// The same to first order, from what is `near` to it.
+    /// [`Self::deform`] to first order from `near`.
     #[inline(always)]
     pub fn deform_near(&self, near: SectionStrain, n: T, m: T) -> Option<SectionStrain<T>> {
         match self {
@@ -165,8 +160,7 @@ impl<T: Real> Hyperelastic<T> {
         (g * 2.0 * w, ((inverse.powi(3) * 2.0 + 1.0) * w + g * slope) * 2.0)
     }
 
-    /// One step of Newton's method from `near` to the deformation under n and m, MPa, with its derivatives; `None` past where the tangent vanishes. Stress
-    /// is linear in the moduli, and so is what a change of one adds.
+    /// One Newton step from `near`, with derivatives; `None` past a vanishing tangent. Stress is linear in the moduli.
     #[inline(always)]
     fn step(&self, near: SectionStrain, n: T, m: T) -> Option<SectionStrain<T>> {
         let [c10, c01, c20, c30] = self.0;
@@ -227,7 +221,7 @@ impl Hyperelastic {
 
     fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
         let mut at = SectionStrain { axial: 0.0, bending: 0.0 };
-        // Unloaded, πE and πE/4 are its stiffnesses.
+        // Unloaded stiffnesses, πE and πE/4.
         let stiffness = 6.0 * PI * (self.0[0] + self.0[1]);
         let mut r =
             Resultants { n: 0.0, m: 0.0, n_axial: stiffness, n_bending: 0.0, m_bending: 0.25 * stiffness };

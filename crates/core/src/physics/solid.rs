@@ -1,8 +1,6 @@
-//! What a rubber rod of three dimensions has and a rod theory has not (model §8): a clamp that acts elsewhere than at its face, a skin that gives
-//! way under the contact, sections that distort next to the clamp, and a foil that is stiffer than the skin it is bonded to.
-//!
-//! The numbers are fits to finite elements; where each was tested stands beside it. x is measured from the face of the clamp along the
-//! whisker, t = tan α, D the base diameter, R(x) the radius, E the initial modulus, P the contact force.
+//! Effects of a three-dimensional rubber rod beyond rod theory (model §8): a clamp that acts elsewhere than at its face, a skin that gives way
+//! under the contact, sections that distort next to the clamp, and a stiff foil.
+//! Fits to finite elements; x from the face of the clamp, t = tan α, D base diameter, R(x) radius, E initial modulus, P contact force.
 
 use std::f64::consts::PI;
 
@@ -14,7 +12,7 @@ use crate::scene::{Clamp, Contact, Foil, Model};
 /// Shear coefficient k of ν = 0.5 that the rod has without a clamp: 6 (1 + ν)/(7 + 6 ν).
 const TIMOSHENKO: f64 = 0.9;
 
-/// A clamp in four numbers: where the rod begins, c₀ (in D); k; where its shear begins, b (in D); a compliance next to the contact, c (of 1/(E R)).
+/// Numbers of a clamp: start c₀ of the rod (in D); k; start b of its shear (in D); compliance c at the contact (of 1/(E R)).
 /// Bonded: θ per newton within 0.13 % for a ≥ 1.8 D, d/D 0.4 … 1, and 0.33 % for d/D 0.2 … 1.2.
 const BONDED: [f64; 4] = [0.0532, 1.1157, -0.7278, -0.6836];
 /// Glued into a socket of 1 D: 0.15 % for a ≥ 2.1 D, d/D 0.4 and 1 (one number: 0.6 %).
@@ -24,21 +22,20 @@ const GLUED: [f64; 4] = [-0.028, 1.1157, -0.18, -0.25];
 const ONE: f64 = 1.011;
 const ONES: [f64; 3] = [0.054, -0.021, -0.358];
 
-/// How far c₀ moves with n = 0.5 − ν, for each clamp: q₀ n + q₁ n². A rubber that gives way in volume is held less. θ within 0.4, 0.7 and 2 % for ν 0.3 … 0.5
-/// (benches/solid; without it up to 6, 8 and 7 %).
+/// Change of c₀ with n = 0.5 − ν, q₀ n + q₁ n²: θ within 0.4, 0.7 and 2 % for ν 0.3 … 0.5 (benches/solid; without it 6, 8 and 7 %).
 const VOLUME: [[f64; 2]; 3] = [[-0.285, 0.378], [-0.370, 0.47], [-0.39, 0.14]];
 
-/// What of the indentation the shape of the section takes away, in P/(E R(a)).
+/// Reduction of the indentation by the shape of the section, in P/(E R(a)).
 const STIFFER: f64 = 0.185;
 
-/// How a clamp holds the rod.
+/// Model of a clamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held<T = f64> {
-    /// The section that does not turn, from the face of the clamp, in D.
+    /// Start of the free rod from the face of the clamp, in D.
     pub c0: T,
     /// k over that of model §3.
     pub shear: f64,
-    /// b and c of four numbers.
+    /// b and c of clamps with four numbers.
     rest: Option<[f64; 2]>,
 }
 
@@ -64,12 +61,12 @@ impl<T: Real> Held<T> {
         }
     }
 
-    /// Where the rod begins, mm from the face of the clamp.
+    /// Start of the free rod, mm from the face of the clamp.
     pub fn start(&self, taper: &Taper<T>) -> T {
         self.c0 * taper.D
     }
 
-    /// 1/(kG) of `model`, 1/MPa; 0 without shear. k is that of model §3 in proportion.
+    /// 1/(kG) of `model`, 1/MPa; 0 without shear. k is in proportion to that of model §3.
     pub fn shear_compliance(&self, model: &Model<T>) -> T {
         if !model.shear {
             return T::of(0.0);
@@ -79,19 +76,18 @@ impl<T: Real> Held<T> {
         (nu + 1.0) * 2.0 / (k * model.material.e0())
     }
 
-    /// How far the contact at `a` gives way along its normal, mm/N, beside what the rod does.
+    /// Compliance of the contact at `a` along its normal, mm/N, in addition to that of the rod.
     fn compliance(&self, taper: &Taper<T>, model: &Model<T>, a: T) -> T {
         let Some([b, c]) = self.rest else { return T::of(0.0) };
         let e = model.material.e0();
         let [from, to] = [T::of(b), self.c0].map(|x| x * taper.D);
-        // ∫ ds/(π R²) of a cone.
         let slack = (to - from) / (taper.radius(from) * PI * taper.radius(to));
         let cos = taper.cos_alpha();
         cos * cos * slack * self.shear_compliance(model) + T::of(c) / (e * taper.radius(a))
     }
 }
 
-/// Whether taps of `model` are more than those of a rod: the contact gives way, or the strain of the skin is not the rod's.
+/// True if taps of `model` go beyond rod theory: the contact gives way, or the strain of the skin differs from the rod's.
 pub fn is_solid(model: &Model) -> bool {
     model.indentation || model.distorting || Held::new(model).rest.is_some()
 }
@@ -99,14 +95,12 @@ pub fn is_solid(model: &Model) -> bool {
 /// A contact that gives way along its normal: δ(P), mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Soft<T = f64> {
-    /// Of Hertz, mm/N^⅔.
     hertz: T,
-    /// mm/N.
     linear: T,
 }
 
 impl<T: Real> Soft<T> {
-    /// The contact at `a` of the whisker `taper`, measured from the face of its clamp; `None` where it does not give way.
+    /// The contact at `a` of the whisker `taper`, measured from the face of its clamp; `None` if it does not give way.
     pub fn new(model: &Model<T>, taper: &Taper<T>, a: T) -> Option<Self> {
         let mut linear = Held::new(model).compliance(taper, model, a);
         let mut hertz = T::of(0.0);
@@ -119,9 +113,9 @@ impl<T: Real> Soft<T> {
         (hertz.value() != 0.0 || linear.value() != 0.0).then_some(Self { hertz, linear })
     }
 
-    /// δ under a force P, N; that of a force that pulls is its mirror image.
+    /// δ under a force P, N; an odd function.
     pub fn depth(&self, force: T) -> T {
-        // Hertz's δ less a linear one would fall beyond this, far from what either stands for.
+        // Hertz's δ less a linear one would fall beyond this force, far outside the range of both.
         let most = match self.hertz.value() > 0.0 && self.linear.value() < 0.0 {
             true => (self.hertz * -2.0 / (self.linear * 3.0)).powi(3),
             false => T::of(f64::INFINITY),
@@ -134,7 +128,7 @@ impl<T: Real> Soft<T> {
 impl Soft {
     /// The force at which `stiffness`⁻¹ P + δ(P) = `way`; `stiffness` in N/mm, `way` > 0 in mm.
     pub fn force(&self, stiffness: f64, way: f64) -> f64 {
-        // In the cube root of the force, in which δ has no steep end.
+        // In the cube root of the force δ has no steep end.
         let lack = |root: f64| {
             let force = root * root * root;
             force / stiffness + self.depth(force) - way
@@ -150,8 +144,7 @@ impl Soft {
     }
 }
 
-/// δ/(P/E*)^⅔ of crossed cylinders of radii r and q, mm^(-⅓): Hertz's ellipse, by complete elliptic integrals (Johnson, *Contact Mechanics*,
-/// §4.2).
+/// δ/(P/E*)^⅔ of crossed cylinders of radii r and q, mm^(-⅓): Hertz's ellipse (Johnson, *Contact Mechanics*, §4.2).
 fn crossed<T: Real>(r: T, q: T) -> T {
     let ratio = Real::max(r / q, q / r);
     let mean = (r * q).sqrt();
@@ -162,7 +155,6 @@ fn crossed<T: Real>(r: T, q: T) -> T {
     let whole = ratio.value();
     let lowest = whole.powf(-0.75).min(0.999) * 0.5;
     let s = bracketed(|s| (ellipse(s).0 / whole).ln(), lowest, 1.0 - 1e-8);
-    // Its derivative is that of the inverse function.
     let Dual { slope: [slope], .. } = ellipse(Dual::<1>::seed(s, 0, 1.0)).0;
     let s = ratio.chain(s, || 1.0 / slope);
     let (_, k, e, e2) = ellipse(s);
@@ -170,7 +162,7 @@ fn crossed<T: Real>(r: T, q: T) -> T {
     unit * 2.0 / PI * s.sqrt() / f1 * k
 }
 
-/// B/A of Hertz's ellipse with b/a = `s` ≤ 1, a decreasing function that is 1 at s = 1; K, E and their parameter.
+/// B/A of Hertz's ellipse with b/a = `s` ≤ 1, which falls to 1 at s = 1; K, E and their parameter.
 fn ellipse<T: Real>(s: T) -> (T, T, T, T) {
     let e2 = Real::max(T::of(1.0) - s * s, T::of(0.0));
     let (k, e) = elliptic(e2);
@@ -193,21 +185,19 @@ fn elliptic<T: Real>(m: T) -> (T, T) {
 /// Strain of the skin next to the clamp against that of the rod: A, p, B, c₁, c₂ of model §8 b). Within 0.33 % for x ≥ 0.24 D, a − x ≥ 1.2 D.
 pub const SKIN: [f64; 5] = [0.576, FADES, -0.1616, 0.5508, -0.0084];
 
-/// p: how fast that fades away from the clamp.
+/// p: rate of its decay away from the clamp.
 pub const FADES: f64 = 7.137;
 
-/// What sections that distort take from both sides of a rod of a nonlinear law, in (κR)². Fitted with neo-hookean; Mooney's and Yeoh's laws need the same
-/// within 5 % (results/2026-11-23-solid/finite_laws.csv).
+/// Loss on both sides for a nonlinear law, in (κR)²: fitted with neo-hookean, others within 5 % (results/2026-11-23-solid/finite_laws.csv).
 pub const HALVED: f64 = 0.55 / 4.0;
 
-/// How the strain of the skin at x differs from the rod's: the factor of its bending strain, and what it shows of the shear force, per N. `e`: the
-/// modulus, MPa.
+/// Strain of the skin at x: the factor of the rod's bending strain, and the strain per N of shear force. `e`: the modulus, MPa.
 pub fn distorted<T: Real>(taper: &Taper<T>, e: T, x: T) -> [T; 2] {
     let [bending, lever] = distorted_linear(taper, x);
     [bending, lever * 4.0 / (e * PI * taper.radius(x).powi(3))]
 }
 
-/// The same at the linear limit: of a contact at a the strain of the skin at x is that of the rod times s₀ + s₁/(a − x); s₁ in the unit of length.
+/// [`distorted`] at the linear limit: for a contact at a the strain of the skin at x is the rod's times s₀ + s₁/(a − x), s₁ a length.
 pub fn distorted_linear<T: Real>(taper: &Taper<T>, x: T) -> [T; 2] {
     let [a, p, b, c1, c2] = SKIN;
     let t = taper.tan_alpha;
@@ -218,7 +208,7 @@ pub fn distorted_linear<T: Real>(taper: &Taper<T>, x: T) -> [T; 2] {
 /// A foil on a whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bonded<T = f64> {
-    /// From where to where it stiffens the rod, mm from the face of the clamp.
+    /// Range in which it stiffens the rod, mm from the face of the clamp.
     pub span: [T; 2],
     /// T: its reading over the strain of the bare skin at the same force.
     pub transfer: T,
@@ -230,14 +220,13 @@ pub struct Bonded<T = f64> {
 const TRANSFER: [f64; 12] =
     [-1.0578, 0.0075, 0.1299, 0.0304, -0.0008, 0.2012, -0.42, 0.0449, 0.0458, -0.3125, 0.2399, -0.4013];
 
-/// Width of that fit, in D; the power of the width with which 1/T − 1 grows; and that of χ: of itself, and with q and the logarithm of the width. Of foils
-/// of 0.15 to 0.5 D and up to 3 E D, L 0.6 … 1 D, T is right to 12 %, the angle to 0.7 % (benches/solid; stiffer and shorter foils need finer meshes
-/// than were tried).
+/// Width of that fit, in D, and its powers in 1/T − 1 and χ. For widths 0.15 … 0.5 D, L 0.6 … 1 D, up to 3 E D, T is right to 12 %, the angle
+/// to 0.7 % (benches/solid); stiffer and shorter foils need finer meshes than were tried.
 const WIDTH: f64 = 0.28;
 const WIDER: f64 = 0.6;
 const STIFFER_WIDER: [f64; 3] = [0.5, -0.29, 0.06];
 
-/// D and L of the whisker and the foil of that fit; another whisker is the same in units of D.
+/// D and L of that fit, mm.
 const FITTED: [f64; 2] = [10.0, 6.3];
 
 impl<T: Real> Bonded<T> {

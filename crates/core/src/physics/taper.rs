@@ -1,7 +1,4 @@
-//! The whisker's shape and where the gauge sits on it (model §1).
-//!
-//! Everything is written with τ = (D − d)/(D L_a), so that a cylinder (τ = 0) and a whisker that widens
-//! towards its tip (τ < 0) need no special case.
+//! The cone of a whisker (model §1) by τ = (D − d)/(D L_a), so that cylinders (τ = 0) and widening whiskers (τ < 0) need no special case.
 
 use super::number::Number;
 
@@ -25,7 +22,7 @@ impl<T: Number> Taper<T> {
         Self { D, tau: (D - d) / (D * L_a), tan_alpha: (D - d) / (T::of(2.0) * L_a) }
     }
 
-    /// With each number as a `U`.
+    /// `f` of each number.
     #[inline(always)]
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> Taper<U> {
         Taper { D: f(self.D), tau: f(self.tau), tan_alpha: f(self.tan_alpha) }
@@ -37,7 +34,7 @@ impl<T: Number> Taper<T> {
         T::of(0.5) * self.D * (T::of(1.0) - self.tau * s)
     }
 
-    /// The same whisker seen from `s`: a clamp there, the cone continued where that is behind it.
+    /// The whisker clamped at `s`; the cone continues if `s` is negative.
     #[inline]
     pub fn from(&self, s: T) -> Self {
         let rest = T::of(1.0) - self.tau * s;
@@ -50,7 +47,6 @@ impl<T: Number> Taper<T> {
         T::of(1.0) / self.secant()
     }
 
-    /// 1/cos α.
     #[inline(always)]
     fn secant(&self) -> T {
         (T::of(1.0) + self.tan_alpha * self.tan_alpha).sqrt()

@@ -43,7 +43,7 @@ pub struct Points {
     pub samples: u64,
     /// Their kind.
     pub sampler: Sampler,
-    /// Seed.
+    /// Seed of the points.
     pub seed: u64,
 }
 
@@ -60,15 +60,13 @@ impl From<Vec<f64>> for Axis {
 }
 
 impl Axis {
-    /// `steps` evenly spaced values, both ends included; the last is exactly `to`. The keys of errors are
-    /// relative to the axis (`steps`, `to`).
+    /// `steps` evenly spaced values from `from` to exactly `to`. The keys of errors are relative to the axis (`steps`, `to`).
     pub fn steps(from: f64, to: f64, steps: u64) -> Result<Self, InputError> {
         ends(from, to, steps)?;
         Ok(Self::Even(Even::steps(from, to, steps)))
     }
 
-    /// `from`, `from + step`, … up to `to`, which is included when the last step falls on it within 1e-9 of a
-    /// step. The keys of errors are relative to the axis.
+    /// `from`, `from + step`, … up to `to`, included if a step falls on it within 1e-9 of a step. The keys of errors are relative to the axis.
     pub fn step(from: f64, to: f64, step: f64) -> Result<Self, InputError> {
         if step <= 0.0 {
             return Err(InputError::new("the step must be larger than zero").key("step").allowed("> 0"));
@@ -125,7 +123,7 @@ impl Axis {
         }
     }
 
-    /// Whether there are no values: never for an axis from a spec.
+    /// True without values; never for an axis from a spec.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -145,14 +143,13 @@ impl Axis {
         }
     }
 
-    /// The value of a sampled axis at a coordinate.
     fn sampled(&self, coordinate: u32) -> f64 {
         let Self::Samples { min, max, log, .. } = self else { return f64::NAN };
         let x = (f64::from(coordinate) + 0.5) / 4_294_967_296.0;
         if *log { min * (max / min).powf(x) } else { min + (max - min) * x }
     }
 
-    /// Values `at`, each given to `put` with its place among them.
+    /// Calls `put` with each value of the indices `at` and its place among them.
     pub fn each(&self, at: &[u64], mut put: impl FnMut(usize, f64)) {
         match self {
             Self::Samples { points, dimension, .. } => {
@@ -224,11 +221,7 @@ fn positive(key: &str, value: f64) -> Result<(), InputError> {
     Err(InputError::new("a logarithmic scale has no zero and no negative values").key(key).allowed("> 0"))
 }
 
-/// Value i is `(start + i · stride) / unit`.
-///
-/// Where the numbers it is built from are decimal numbers of moderate length, `unit` is chosen so that `start`
-/// and `stride` are whole numbers; then the division is the only rounding, and each value is the f64 nearest to
-/// the exact one. Otherwise `unit` is 1.
+/// Value i is `(start + i · stride) / unit`; for short decimals these are whole numbers, so that each value is the nearest f64.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Even {
     start: f64,
@@ -242,7 +235,6 @@ pub struct Even {
 pub(super) const EXACT: f64 = 9_007_199_254_740_992.0;
 
 impl Even {
-    /// `steps` ≥ 1 values from `from` to exactly `to`.
     pub(super) fn steps(from: f64, to: f64, steps: u64) -> Self {
         let gaps = (steps - 1).max(1) as f64;
         let exact = |unit: &f64| (from.abs().max(to.abs()).max(1.0) * unit * gaps) < EXACT;
@@ -255,8 +247,7 @@ impl Even {
         }
     }
 
-    /// `from`, `from + step`, … and `to` itself if a step falls on it within 1e-9 of a step. `step` > 0,
-    /// `from` ≤ `to`, fewer than [`EXACT`] values.
+    /// `step` > 0, `from` ≤ `to`, fewer than [`EXACT`] values.
     pub(super) fn step(from: f64, to: f64, step: f64) -> Self {
         let gaps = (to - from) / step;
         let whole = (gaps + 1e-9).floor();
@@ -280,7 +271,6 @@ impl Even {
     }
 }
 
-/// The smallest power of ten that makes whole numbers of both; `None` if they have more than 15 digits.
 fn decimal_unit(a: f64, b: f64) -> Option<f64> {
     let whole = |x: f64, unit: f64| {
         let n = (x * unit).round();

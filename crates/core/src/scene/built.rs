@@ -1,17 +1,17 @@
-//! A whisker as it is built, beyond its diameters and its length (model §7). Everything here is off by default.
+//! A built whisker beyond its diameters and its length (model §7); everything is off by default.
 
 use crate::physics::real::Real;
 
-/// What a built whisker has that a cone clamped at its base has not.
+/// Properties of a built whisker that a cone clamped at its base has not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Built<T = f64> {
     /// D(s).
     pub profile: Profile<T>,
-    /// What is inside.
+    /// Core or bore.
     pub inner: Option<Inner<T>>,
     /// Rest curvature κ₀(s) = κ_base + κ_slope s: 1/mm, 1/mm²; positive where the resting whisker bends away from the object.
     pub curvature: [T; 2],
-    /// What holds the base.
+    /// Springs of the base.
     pub root: Root<T>,
 }
 
@@ -20,16 +20,16 @@ pub struct Built<T = f64> {
 pub enum Profile<T = f64> {
     /// D(s) = d + (D − d)(1 − s/L_a)ⁿ; n = 1 is the cone.
     Power(T),
-    /// (s, D) in mm, s rising from 0 to L_a; linear between.
+    /// (s, D) in mm, s ascending from 0 to L_a; linear between.
     Table(Vec<[T; 2]>),
 }
 
 /// A concentric bore or core.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inner<T = f64> {
-    /// Modulus, MPa; 0 of a bore.
+    /// Modulus, MPa; 0 for a bore.
     pub modulus: T,
-    /// (s, diameter) in mm, s rising; linear between, nothing outside.
+    /// (s, diameter) in mm, s ascending; linear between, nothing outside.
     pub diameter: Vec<[T; 2]>,
 }
 
@@ -45,12 +45,12 @@ pub struct Root<T = f64> {
 }
 
 impl Root {
-    /// No springs: the base does not give way.
+    /// A base without springs.
     pub const RIGID: Self = Self { k_theta: f64::INFINITY, k_y: f64::INFINITY, k_x: f64::INFINITY };
 }
 
 impl<T: Real> Root<T> {
-    /// The wrench [M₀, F_x, F_y] on the base, which the springs let move, with its moment about where the base rests: M₀ + u F_y − v F_x.
+    /// The wrench [M₀, F_x, F_y] on the base, moved by its springs, with its moment about where the base rests: M₀ + u F_y − v F_x.
     pub fn about_rest(&self, [moment, along, across]: [T; 3]) -> [T; 3] {
         let moved = [along / self.k_x, across / self.k_y];
         [moment + moved[0] * across - moved[1] * along, along, across]
@@ -62,17 +62,17 @@ impl Built {
     pub const CONE: Self =
         Self { profile: Profile::Power(1.0), inner: None, curvature: [0.0; 2], root: Root::RIGID };
 
-    /// Whether the whisker is straight at rest.
+    /// True if the whisker is straight at rest.
     pub fn is_straight(&self) -> bool {
         self.curvature == [0.0; 2]
     }
 
-    /// Whether something else than the skin is inside.
+    /// True with a core or a bore.
     pub fn is_hollow_or_cored(&self) -> bool {
         self.inner.as_ref().is_some_and(|inner| inner.diameter.iter().any(|knot| knot[1] > 0.0))
     }
 
-    /// Why there are no taps at poles that tilt, or lean; `None` where there are.
+    /// The reason why poles must not tilt or lean; `None` if they may.
     pub fn upright(&self, surface: bool) -> Option<&'static str> {
         match () {
             () if !self.is_straight() => Some("a curved whisker leaves the plane and twists at such edges"),
@@ -88,7 +88,7 @@ impl Built {
 }
 
 impl Built {
-    /// With each number as a `T`.
+    /// `f` of each number.
     pub fn map<T>(&self, f: impl Fn(f64) -> T) -> Built<T> {
         let pairs = |table: &Vec<[f64; 2]>| table.iter().map(|pair| pair.map(&f)).collect();
         let Root { k_theta, k_y, k_x } = self.root;

@@ -1,32 +1,30 @@
 //! Several channels of a sensor at the root: linear combinations of the wrench on the base and of the strain, each with its noise (model §7).
 
-/// Channels at most.
+/// Largest number of channels.
 pub const MOST_CHANNELS: usize = 6;
 
-/// A number of each channel; what is beyond the last means nothing.
+/// A number per channel; those beyond the last channel are unused.
 pub type PerChannel = [f64; MOST_CHANNELS];
 
-/// What is read of a tap: M₀ (N mm), F_x, F_y (N), and the strain under the gauge.
+/// Sources of channels: M₀ (N mm), F_x, F_y (N), and the strain under the gauge.
 pub const SOURCES: usize = 4;
 
 /// Channels of a sensor, and the covariance of their noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channels {
-    /// Columns of each in tuples.csv: its reading and its K.
+    /// Columns of each channel in tuples.csv: its reading and its K.
     pub names: Vec<[&'static str; 2]>,
-    /// Rows: one of each channel, of M₀, F_x, F_y and the strain.
+    /// A row per channel: factors of M₀, F_x, F_y and the strain.
     pub rows: Vec<[f64; SOURCES]>,
-    /// Covariance of the noise of one reading, row by row; none where no noise is known.
+    /// Covariance of the noise of one reading, row by row, if it is known.
     pub covariance: Option<Vec<f64>>,
-    /// The inverse of its Cholesky factor, row by row: what makes noise white.
+    /// Inverse of its Cholesky factor, row by row, which whitens noise.
     whitener: Vec<f64>,
 }
 
-/// Columns of the channels that show one signal, in the order of [`Signal::WORDS`].
 const OF_SIGNALS: [[&str; 2]; 3] =
     [["signal_strain", "K_strain"], ["signal_moment", "K_moment"], ["signal_force", "K_force"]];
 
-/// Columns of the channels of a matrix.
 const NUMBERED: [[&str; 2]; MOST_CHANNELS] = [
     ["channel_1", "K_1"],
     ["channel_2", "K_2"],
@@ -36,13 +34,13 @@ const NUMBERED: [[&str; 2]; MOST_CHANNELS] = [
     ["channel_6", "K_6"],
 ];
 
-/// The column `name` where it is that of a channel of a matrix.
+/// The column `name`, if it is that of a channel of a matrix.
 pub fn numbered(name: &str) -> Option<&'static str> {
     NUMBERED.iter().map(|[column, _]| *column).find(|column| *column == name)
 }
 
 impl Channels {
-    /// One channel of each of `signals`.
+    /// One channel for each of `signals`.
     pub fn of(signals: &[Signal], covariance: Option<Vec<f64>>) -> Option<Self> {
         let source = |signal: &Signal| match signal {
             Signal::Moment => 0,
@@ -54,12 +52,12 @@ impl Channels {
         Self::new(names, signals.iter().map(row).collect(), covariance)
     }
 
-    /// Those of a matrix.
+    /// The channels of a matrix.
     pub fn matrix(rows: Vec<[f64; SOURCES]>, covariance: Option<Vec<f64>>) -> Option<Self> {
         Self::new(NUMBERED[..rows.len()].to_vec(), rows, covariance)
     }
 
-    /// `None` where `covariance` is not positive definite.
+    /// `None` if `covariance` is not positive definite.
     fn new(
         names: Vec<[&'static str; 2]>,
         rows: Vec<[f64; SOURCES]>,
@@ -84,12 +82,12 @@ impl Channels {
         self.names.iter().map(name).collect()
     }
 
-    /// Whether they are those of a matrix: readings in units of their own.
+    /// True for channels of a matrix, whose units are the user's.
     pub fn is_matrix(&self) -> bool {
         self.names[0] == NUMBERED[0]
     }
 
-    /// Noise of one reading of each, of independent standard normal numbers.
+    /// Noise of one reading of each channel from independent standard normal numbers.
     pub fn noise(&self, normal: &PerChannel) -> PerChannel {
         let n = self.len();
         let mut all = [0.0; MOST_CHANNELS];
@@ -102,31 +100,31 @@ impl Channels {
         all
     }
 
-    /// How many.
+    /// Number of channels.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether there is none.
+    /// True without channels.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Whether any of them reads the strain.
+    /// True if a channel reads the strain.
     pub fn read_strain(&self) -> bool {
         self.rows.iter().any(|row| row[3] != 0.0)
     }
 
-    /// Whether any of them reads the moment.
+    /// True if a channel reads the moment.
     pub fn read_moment(&self) -> bool {
         self.rows.iter().any(|row| row[0] != 0.0)
     }
 
-    /// What they show of the wrench [M₀, F_x, F_y] and the strain; those beyond the last are 0.
+    /// Readings of the wrench [M₀, F_x, F_y] and the strain; 0 beyond the last channel.
     pub fn read(&self, [moment, along, across]: [f64; 3], strain: f64) -> PerChannel {
         let mut all = [0.0; MOST_CHANNELS];
         for (reading, row) in all.iter_mut().zip(&self.rows) {
-            // What a channel does not read may be unknown.
+            // A quantity that a channel does not read may be NaN.
             let of = |share: f64, value: f64| if share == 0.0 { 0.0 } else { share * value };
             *reading = of(row[0], moment) + of(row[1], along) + of(row[2], across) + of(row[3], strain);
         }
@@ -147,7 +145,6 @@ impl Channels {
     }
 }
 
-/// L⁻¹ of the matrix LLᵀ of `n` rows; `None` where it is not positive definite.
 fn inverse_cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
     let mut factor = vec![0.0; n * n];
     for i in 0..n {
@@ -155,7 +152,7 @@ fn inverse_cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
             let known: f64 = (0..j).map(|k| factor[i * n + k] * factor[j * n + k]).sum();
             let rest = matrix[i * n + j] - known;
             factor[i * n + j] = match i == j {
-                // What rounding leaves of a singular matrix is no variance.
+                // Rounding of a singular matrix stays below this.
                 true if rest > 1e-12 * matrix[i * n + i] => rest.sqrt(),
                 true => return None,
                 false => rest / factor[j * n + j],
@@ -173,7 +170,7 @@ fn inverse_cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
 }
 
 words! {
-    /// What the sensor of a whisker reads.
+    /// The quantity that a sensor reads.
     #[derive(Default)]
     Signal {
         /// Mean strain under a gauge.
@@ -187,12 +184,12 @@ words! {
 }
 
 impl Signal {
-    /// Its unit; none of a strain.
+    /// Its unit; empty for strain.
     pub fn unit(self) -> &'static str {
         ["", "N mm", "N"][self as usize]
     }
 
-    /// The quantity that `reads` stands for in [M₀, F_x, F_y].
+    /// The value of this signal in [M₀, F_x, F_y]; `None` for strain.
     pub fn of(self, [moment, _, across]: [f64; 3]) -> Option<f64> {
         match self {
             Self::Strain => None,

@@ -7,17 +7,17 @@ use crate::design::MOST;
 pub struct Interval {
     /// Smallest and largest number.
     pub ends: [f64; 2],
-    /// Whether the lower and the upper end are excluded.
+    /// True for each end, lower and upper, that is excluded.
     pub open: [bool; 2],
 }
 
 impl Interval {
-    /// Of these ends, each excluded where `open` says so; an infinite one is the largest number that a quantity of a whisker may be.
+    /// The interval with these ends, excluded where `open`; an infinite end becomes the largest number that a quantity may be.
     pub const fn new([low, high]: [f64; 2], [lower, upper]: [bool; 2]) -> Self {
         Self { ends: [low.max(-MOST), high.min(MOST)], open: [lower && low > -MOST, upper && high < MOST] }
     }
 
-    /// Whether it has this number. One whose square is below the smallest f64 is no quantity, but for 0.
+    /// True if `v` lies in the interval. A number whose square underflows is refused, unless it is 0.
     pub fn holds(&self, v: f64) -> bool {
         let ([low, high], [lower, upper]) = (self.ends, self.open);
         let above = if lower { v > low } else { v >= low };

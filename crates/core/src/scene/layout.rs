@@ -1,8 +1,6 @@
 //! Index ↔ tuple, without listing the tuples.
-//!
-//! A grid is designs × distances × strokes, last fastest: the tap (i, j) of design k has the index
-//! (k · distances + i) · strokes + j. A stroke is a direction of the pole and a drive: strokes are tilts × leans × drives. What of
-//! these is sampled together with a design's axes belongs to that design.
+//! A grid is designs × distances × strokes, last fastest: tap (i, j) of design k has the index (k · distances + i) · strokes + j. A stroke is a
+//! direction of the pole and a drive: tilts × leans × drives. Parts of it that are sampled with a design's axes belong to the design.
 
 use std::sync::OnceLock;
 
@@ -21,7 +19,7 @@ pub struct Layout {
     pub n_designs: u64,
     /// Distances of each design.
     pub n_distances: u64,
-    /// Strokes of each design; 1 where all of their parts are values, or sampled with the design.
+    /// Strokes of each design; 1 if all parts are single values, or sampled with the design.
     pub n_drives: u64,
     /// Directions of each design, each with all of its drives: strokes j with the same j / (strokes / directions).
     pub n_directions: u64,
@@ -30,7 +28,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// From the factors of a grid space, in row order.
+    /// The grid of the factors of a space, in row order.
     pub fn new(factors: &[Factor]) -> Self {
         let (mut designs, mut strokes) = (Vec::new(), Vec::new());
         let mut distance = Axis::Value(f64::NAN);
@@ -71,12 +69,12 @@ impl Layout {
         self.n_designs * self.block()
     }
 
-    /// Whether there is no tap.
+    /// True without taps.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Design `k` as a tuple without distance; its direction and drive are set only where they are sampled with the design.
+    /// Design `k` as a tuple without distance; direction and drive are set only if sampled with the design.
     pub fn design(&self, k: u64) -> Tuple {
         let mut values = [f64::NAN; COLUMNS];
         place(&self.designs, k, &mut values);
@@ -84,12 +82,12 @@ impl Layout {
         if self.n_rigs == 1 { tuple } else { self.of_rig(tuple, k) }
     }
 
-    /// Designs `ks`, as [`Self::design`] has each.
+    /// [`Self::design`] of each of `ks`.
     pub fn designs(&self, ks: &[u64]) -> Vec<Tuple> {
         let mut values = vec![[f64::NAN; COLUMNS]; ks.len()];
         let (mut rest, mut at, mut left) = (ks.to_vec(), vec![0; ks.len()], self.n_designs);
         for factor in self.designs.iter().rev() {
-            // Quotients take longest: those by 1, and of the last that is more than one, are known.
+            // Division is slow: it is left out for factors of length 1, and for the first factor that is longer.
             match factor.len {
                 1 => at.fill(0),
                 len if len == left => (rest, at) = (vec![0; ks.len()], rest),
@@ -107,7 +105,6 @@ impl Layout {
         tuples.zip(ks).map(|(tuple, k)| self.of_rig(tuple, *k)).collect()
     }
 
-    /// `tuple`, which is design `k`, with its rig; a profile that is scaled has other diameters.
     fn of_rig(&self, mut tuple: Tuple, mut k: u64) -> Tuple {
         let mut stride = 1;
         for factor in self.designs.iter().rev() {
@@ -131,8 +128,7 @@ impl Layout {
         self.distance.at(i)
     }
 
-    /// Smallest and largest distance, mm; of sampled ones the points count, not the bounds. The first call goes through all
-    /// points of a sampled axis.
+    /// Smallest and largest distance, mm; for a sampled axis those of its points, which the first call computes.
     pub fn reach(&self) -> [f64; 2] {
         *self.reach.get_or_init(|| match self.distance {
             Axis::Samples { .. } => {
@@ -155,7 +151,7 @@ impl Layout {
         self.strokes.last().and_then(alone)
     }
 
-    /// Whether every pole is upright.
+    /// True if every pole is upright.
     pub fn is_upright(&self) -> bool {
         [Column::Tilt, Column::Lean].into_iter().all(|column| self.bounds(column) == [0.0; 2])
     }
@@ -187,7 +183,7 @@ impl Layout {
         self.stroke(design, j).direction()
     }
 
-    /// Place of tap `t` of a design among its distances, each with every direction of the pole, and among its strokes.
+    /// Place of tap `t` of a design among its pairs of distance and direction, and among its strokes.
     pub fn place(&self, t: u64) -> (usize, usize) {
         let (i, j) = (t / self.n_drives, t % self.n_drives);
         ((i * self.n_directions + j / self.drives_each()) as usize, j as usize)
@@ -201,7 +197,6 @@ impl Layout {
     }
 }
 
-/// The axis of drives where `factor` is nothing else.
 fn alone(factor: &Factor) -> Option<&Axis> {
     match factor.axes.as_slice() {
         [(Column::Drive, axis)] => Some(axis),
@@ -209,7 +204,6 @@ fn alone(factor: &Factor) -> Option<&Axis> {
     }
 }
 
-/// Puts point `k` of crossed `factors`, last fastest, into `values`.
 fn place(factors: &[Factor], mut k: u64, values: &mut [f64; COLUMNS]) {
     for factor in factors.iter().rev() {
         let at = k % factor.len;

@@ -1,7 +1,5 @@
-//! Tuples listed one by one: as columns, and which of them belong together.
-//!
-//! A design is what rows with the same D, d, L_a, x_ss, l and rig share; a row of designs.csv is a design at one stroke (direction of the pole
-//! and drive), of distances.csv a design at one distance and direction. All are numbered in order of first appearance.
+//! Listed tuples, as columns, and their groups. Rows with the same D, d, L_a, x_ss, l and rig are one design; designs.csv has a row per design and
+//! stroke (direction of the pole and drive), distances.csv per design, distance and direction. Numbers follow first appearance.
 
 use std::sync::OnceLock;
 
@@ -9,24 +7,23 @@ use rayon::prelude::*;
 
 use super::space::{COLUMNS, Column, Tuple};
 
-/// A key of 96 bits and the row that has it.
 type Entry = (u64, u32, u32);
 
 /// Most rows of a list.
 pub const MOST_ROWS: u64 = u32::MAX as u64;
 
-/// Listed tuples, in their order: 56 bytes a row, 16 more where poles tilt and lean, 4 more where rigs differ.
+/// Listed tuples, in their order: 56 bytes a row, 16 more if poles tilt or lean, 4 more if rigs differ.
 #[derive(Debug, Clone, Default)]
 pub struct Listed {
-    /// In [`Column`] order; one that is 0 in every row holds nothing.
+    /// In [`Column`] order; a column that is 0 in every row is empty.
     columns: Box<[Vec<f64>; COLUMNS]>,
-    /// Rig of each row; nothing where all have the first.
+    /// Rig of each row; empty if all have the first.
     rigs: Vec<u32>,
     rows: usize,
     groups: OnceLock<Box<Groups>>,
 }
 
-/// What belongs together in a list.
+/// Groups of the rows of a list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Groups {
     /// Design of each row.
@@ -35,7 +32,7 @@ pub struct Groups {
     pub strokes: Vec<u32>,
     /// Design at one distance and direction of each row.
     pub distances: Vec<u32>,
-    /// How many of each there are.
+    /// Number of groups of each kind.
     pub counts: [u64; 3],
     /// Smallest and largest distance of each design, mm.
     pub reach: Vec<[f64; 2]>,
@@ -58,17 +55,17 @@ impl Listed {
         self.groups = OnceLock::new();
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.rows
     }
 
-    /// Whether there is none.
+    /// True without rows.
     pub fn is_empty(&self) -> bool {
         self.rows == 0
     }
 
-    /// Whether `column` is not 0 in some row.
+    /// True if `column` is not 0 in some row.
     pub fn has(&self, column: Column) -> bool {
         self.columns[column as usize].iter().any(|value| *value != 0.0)
     }
@@ -88,7 +85,7 @@ impl Listed {
         self.columns[column].get(row).copied().unwrap_or(0.0)
     }
 
-    /// What belongs together.
+    /// The groups of its rows, found on first use.
     pub fn groups(&self) -> &Groups {
         self.groups.get_or_init(|| Box::new(Groups::of(self)))
     }
@@ -137,7 +134,7 @@ impl Groups {
     }
 }
 
-/// 96 well-mixed bits (splitmix64): of 10⁷ designs two are taken for one once in 10¹⁵ files.
+/// 96 well-mixed bits (splitmix64): two of 10⁷ designs get the same once in 10¹⁵ files.
 fn digest(words: [u64; 6]) -> (u64, u32) {
     let mix = |seed: u64| {
         words.iter().fold(seed, |h, w| {
@@ -150,7 +147,6 @@ fn digest(words: [u64; 6]) -> (u64, u32) {
     (mix(0x243f_6a88_85a3_08d3), mix(0x1319_8a2e_0370_7344) as u32)
 }
 
-/// Numbers of the keys of all rows, in order of first appearance, and how many there are.
 fn numbers(mut entries: Vec<Entry>) -> (Vec<u32>, u64) {
     entries.par_sort_unstable();
     let mut numbers = vec![0; entries.len()];

@@ -41,7 +41,7 @@ impl<T: Real> Material<T> {
         }
     }
 
-    /// With each modulus as a `T`.
+    /// `f` of each modulus.
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> Material<U> {
         match *self {
             Self::Hooke(e) => Material::Hooke(f(e)),
@@ -68,8 +68,7 @@ pub struct MaterialFit {
 }
 
 impl MaterialFit {
-    /// Whether the data cover a whisker whose fibres are strained by ±`strain`. A curve without compression is judged
-    /// by its tension alone.
+    /// True if the data cover fibre strains of ±`strain`. A curve without compression is judged by its tension alone.
     pub fn covers(&self, strain: f64) -> bool {
         let [min, max] = self.range;
         strain <= max && (min >= 0.0 || -strain >= min)

@@ -1,8 +1,5 @@
-//! What was asked: whisker, gauge, tap, model, and what to report. Plain data, already validated.
-//!
-//! A [`Setup`] is what all taps share, a [`Study`] adds the [`Space`] of tuples and the tables wanted, a [`Spec`] is a study that came
-//! from a file, with what that file said beside it. Lengths in mm, angles in degrees, moduli in MPa, as written by the user; radians
-//! and dimensionless groups begin in `physics`.
+//! The question: whisker, gauge, tap, model and outputs, as validated data in the user's mm, degrees and MPa. A [`Setup`] is shared by all
+//! taps, a [`Study`] adds the [`Space`] of tuples and the tables wanted, a [`Spec`] is a study from a file.
 
 use std::sync::Arc;
 
@@ -61,38 +58,37 @@ pub use search::Search;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
 pub use term::{Amount, Term};
 
-/// What all taps share: the rig without its whiskers. Every default is that of a spec: a gauge on the contact side, the exact
-/// frictionless Hooke rod with every effect off, the paper's estimate.
+/// The rig that all taps share. Defaults: a gauge on the contact side, the exact frictionless Hooke rod, the paper's estimate.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Setup {
     /// Distance of the motor's axis behind the clamp, r₀ ≥ 0, mm.
     pub hub: f64,
-    /// Whether the base turns or the object moves.
+    /// Turning base or moving object.
     pub drive: Drive,
     /// The strain gauge, apart from its place (which is part of the tuple).
     pub gauge: Gauge,
-    /// Which effects are computed.
+    /// Effects of the rod.
     pub model: Model,
-    /// How distance is estimated from strain.
+    /// Estimate of the distance.
     pub estimate: Estimate,
     /// Columns of the pole's direction that tables have.
     pub directions: DirectionColumns,
-    /// What the whisker is beyond its diameters and its length; none of a cone clamped at its base.
+    /// The built whisker; `None` for a cone clamped at its base.
     pub built: Option<Arc<Built>>,
-    /// What the sensor reads; of several channels the strain, where one of them shows it, else the moment.
+    /// Signal of the sensor; of several channels the strain, if one reads it, else the moment.
     pub signal: Signal,
-    /// Several channels of it.
+    /// Several channels of the sensor.
     pub channels: Option<Arc<Channels>>,
-    /// Whether moments are read about where the base rests, in place of about the base, which springs of its root let move.
+    /// True if moments are read about the place where the base rests, not about the base, which springs of its root let move.
     pub fixed: bool,
-    /// Whether tables have the wrench on the base.
+    /// True if tables have the wrench on the base.
     pub wrench: bool,
-    /// Properties that differ from tuple to tuple; none where all taps have the same rig.
+    /// Properties that differ between tuples; `None` if all taps have the same rig.
     pub rigs: Option<Arc<Rigs>>,
 }
 
 impl Setup {
-    /// Why there are no taps at poles that tilt, or lean; `None` where there are (model §6, §8).
+    /// The reason why poles must not tilt or lean (model §6, §8); `None` if they may.
     pub fn forbids(&self, leaning: [bool; 2]) -> Option<&'static str> {
         if leaning.contains(&true) {
             if self.gauge.foil.is_some() {
@@ -105,17 +101,17 @@ impl Setup {
         self.model.forbids(leaning)
     }
 
-    /// Whether taps are those of a cone clamped at its base, of which only the strain is asked.
+    /// True for a cone clamped at its base of which only the strain is asked.
     pub fn is_plain(&self) -> bool {
         self.built.is_none() && !self.asks_wrench()
     }
 
-    /// Whether a property differs from tuple to tuple.
+    /// True if `property` differs between tuples.
     pub fn varies(&self, property: Property) -> bool {
         self.rigs.as_ref().is_some_and(|rigs| rigs.properties.contains(&property))
     }
 
-    /// Whether whiskers are curved at rest.
+    /// True if whiskers are curved at rest.
     pub fn is_curved(&self) -> bool {
         let varies = [Property::Curvature, Property::CurvatureSlope].iter().any(|p| self.varies(*p));
         varies || self.built.as_ref().is_some_and(|built| !built.is_straight())
@@ -126,12 +122,12 @@ impl Setup {
         self.carried().map_or(wrench, |root| root.about_rest(wrench))
     }
 
-    /// The springs under the base, where moments are read about the place at which it rests.
+    /// The springs under the base, if moments are read about the place where it rests.
     pub fn carried(&self) -> Option<&built::Root> {
         self.built.as_ref().filter(|_| self.fixed).map(|built| &built.root)
     }
 
-    /// Whether readings have noise; `None` where nobody said.
+    /// True if readings have noise; `None` if it was not given.
     pub fn is_noisy(&self) -> Option<bool> {
         match &self.channels {
             Some(channels) => channels.covariance.is_some().then_some(true),
@@ -139,13 +135,12 @@ impl Setup {
         }
     }
 
-    /// Whether the wrench on the base is asked for.
+    /// True if the wrench on the base is needed.
     pub fn asks_wrench(&self) -> bool {
         self.wrench || self.signal != Signal::Strain || self.channels.is_some()
     }
 }
 
-/// What a setup is made with: it is given back with a value set.
 macro_rules! with {
     ($($(#[$doc:meta])+ $name:ident($($value:ident: $of:ty)?) sets $($field:ident).+ = $to:expr;)+) => {
         impl Setup {$(
@@ -181,20 +176,19 @@ with! {
     linear() sets model.geometry = Geometry::Linear;
 }
 
-/// What is to be evaluated and reported.
+/// The taps to evaluate and the tables to write.
 #[derive(Debug, Clone, Default)]
 pub struct Study {
-    /// What all taps share.
+    /// The common rig.
     pub setup: Setup,
     /// The tuples to evaluate.
     pub space: Space,
-    /// Which tables are written, and which of their rows.
+    /// The tables to write and their rows.
     pub output: Output,
 }
 
 impl Study {
-    /// Column by which the best rows are listed for people. Where the gauge is noisy, no rows are left out and nothing else was asked for, that
-    /// is bias and noise together.
+    /// Column by which the best rows are listed: bias and noise together if the gauge is noisy, no rows are left out and none was asked for.
     pub fn listed_by(&self) -> RankBy {
         let noisy = self.setup.is_noisy() == Some(true);
         let free = self.output.top.is_none() && !self.output.by_said;
@@ -202,16 +196,16 @@ impl Study {
     }
 }
 
-/// What a file said.
+/// A study and the file it came from.
 #[derive(Debug, Clone, Default)]
 pub struct Spec {
-    /// Name of the spec (its file stem), from which the default output folder is named.
+    /// Name of the spec (its file stem); it names the default output folder.
     pub name: String,
     /// Spec text as read, copied into `run.json`.
     pub text: String,
-    /// What it asks for.
+    /// The study that it asks for.
     pub study: Study,
-    /// How the material was fitted, where the spec names a stress–strain curve.
+    /// Fit of the material, if the spec names a stress–strain curve.
     pub material_fit: Option<MaterialFit>,
     /// `[run]`: options that the command line may override.
     pub run: RunOptions,
@@ -219,9 +213,9 @@ pub struct Spec {
     pub in_force: Vec<(String, String, bool)>,
     /// Files that it was read from: the spec, its tuple file, its curve.
     pub inputs: Vec<std::path::PathBuf>,
-    /// Things worth telling that are no errors (ignored columns of a tuple or curve file).
+    /// Remarks that are not errors (ignored columns of a tuple or curve file).
     pub warnings: Vec<String>,
-    /// Errors without a message where properties of the rig have several values.
+    /// Errors without a message, with the places where properties of the rig have several values.
     pub several: Vec<InputError>,
 }
 
@@ -233,7 +227,7 @@ impl Spec {
         Err(InputError { message, ..place.clone() }.allowed("one number"))
     }
 
-    /// A study that no file asked for.
+    /// A spec without a file.
     pub fn of(name: &str, study: Study) -> Self {
         Self { name: name.to_owned(), study, ..Self::default() }
     }

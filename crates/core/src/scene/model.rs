@@ -1,5 +1,5 @@
-//! Model switches. An effect that is off costs nothing: kernels are specialised on these. [`TERMS`] describes those that a key of `[model]`
-//! switches by itself; keys, defaults, checks, files, explanations and censuses follow from it.
+//! Model switches. Kernels are specialised on them: an effect that is off costs nothing. [`TERMS`] describes those of a key of `[model]`; keys,
+//! defaults, checks, files, explanations and censuses follow from it.
 
 pub use super::material::Material;
 use super::term::{Amount, Term, flag};
@@ -29,7 +29,7 @@ words! {
 }
 
 words! {
-    /// What moves: the base (active whisker) or the object (passive whisker).
+    /// The moving part: the base (active whisker) or the object (passive whisker).
     #[derive(Default)]
     Drive {
         #[default]
@@ -62,24 +62,24 @@ pub enum Contact<T = f64> {
     Coulomb(T),
 }
 
-/// How the base of the whisker is held (model §8).
+/// Clamp of the base (model §8).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Clamp<T = f64> {
-    /// At its face, as a rod theory has it.
+    /// At its face, as in rod theory.
     #[default]
     Rigid,
-    /// Its face is bonded to what is rigid.
+    /// Its face is bonded to a rigid body.
     Bonded,
     /// Glued into a socket.
     Glued,
     /// In a smooth socket, not glued.
     Socket,
-    /// So many base diameters outside of its face, or where that is negative behind it.
+    /// This many base diameters outside of its face, or behind it if negative.
     At(T),
 }
 
 impl Clamp {
-    /// All that have a name.
+    /// The named clamps.
     pub const WORDS: [(&'static str, Self); 4] =
         [("rigid", Self::Rigid), ("bonded", Self::Bonded), ("glued", Self::Glued), ("socket", Self::Socket)];
 
@@ -92,7 +92,7 @@ impl Clamp {
     }
 }
 
-/// Which effects are computed.
+/// Effects of the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model<T = f64> {
     /// Linear theory or exact rod.
@@ -105,17 +105,17 @@ pub struct Model<T = f64> {
     pub surface: bool,
     /// Radius ρ ≥ 0 of the object, mm.
     pub pole_radius: T,
-    /// Poisson's ratio ν, 0…0.5; enters shear, and how a solid gives way.
+    /// Poisson's ratio ν, 0…0.5; enters shear, clamps and indentation.
     pub nu: T,
-    /// Friction.
+    /// Friction of the contact.
     pub contact: Contact<T>,
     /// Constitutive law.
     pub material: Material<T>,
-    /// How the base is held.
+    /// Clamp of the base.
     pub clamp: Clamp<T>,
     /// The skin gives way under the contact (Hertz); needs a pole radius.
     pub indentation: bool,
-    /// Sections distort: the strain of the skin next to the clamp, and of both sides.
+    /// Sections distort, which changes the strain of the skin, most of all next to the clamp.
     pub distorting: bool,
 }
 
@@ -136,7 +136,7 @@ impl Model {
     };
 }
 
-/// Every such effect, in the order of the spec's keys.
+/// The effects that a key of `[model]` switches, in the order of the keys.
 pub const TERMS: [Term; 7] = [
     Term {
         linear: true,
@@ -190,7 +190,7 @@ pub const TERMS: [Term; 7] = [
 ];
 
 impl Model {
-    /// With each number as a `T`.
+    /// `f` of each number.
     pub fn map<T>(&self, f: impl Fn(f64) -> T) -> Model<T> {
         let Self { geometry, shear, extension, surface, indentation, distorting, .. } = *self;
         Model {
@@ -218,7 +218,7 @@ impl Model {
         }
     }
 
-    /// With the effect of `key` at its trial value, and what it needs.
+    /// The model with the effect of `key` at its trial value, and with the effect that it needs.
     pub fn with(mut self, key: &str) -> Self {
         for term in TERMS.iter().filter(|term| term.key == key) {
             if let Some((other, _)) = term.needs {
@@ -229,7 +229,7 @@ impl Model {
         self
     }
 
-    /// Why there is no model of taps at poles that tilt, or lean; `None` where there is one (model §6).
+    /// The reason why poles must not tilt or lean (model §6); `None` if they may.
     pub fn forbids(&self, [tilt, lean]: [bool; 2]) -> Option<&'static str> {
         if tilt || lean {
             let on = |term: &&Term| (term.get)(self).is_on();
@@ -273,7 +273,7 @@ pub struct Gauge {
     pub factor: f64,
     /// A second, equal gauge 90° round the whisker.
     pub second: bool,
-    /// The foil that carries the grid, where it is stiff.
+    /// A stiff foil that carries the grid.
     pub foil: Option<Foil>,
 }
 
@@ -286,12 +286,11 @@ pub struct Foil<T = f64> {
     pub length: T,
     /// Width of the base, mm.
     pub width: T,
-    /// Largest |strain| that it bears itself: of its reading.
+    /// Largest |strain| of its reading that it bears.
     pub strain_limit: Option<f64>,
 }
 
 impl Default for Gauge {
-    /// On the contact side, up to 5 %, gauge factor 2.21, its noise not said.
     fn default() -> Self {
         Self {
             side: Side::Contact,
@@ -305,7 +304,7 @@ impl Default for Gauge {
 }
 
 words! {
-    /// What turns a strain into a distance.
+    /// The theory that turns a strain into a distance.
     #[derive(Default)]
     Theory {
         #[default]
@@ -319,7 +318,7 @@ words! {
 }
 
 impl Theory {
-    /// The estimator of `locate` that turns strains into distances this way.
+    /// The estimator of `locate` with this theory.
     pub fn estimator(self) -> &'static str {
         match self {
             Self::EulerBernoulli => "paper",
@@ -328,14 +327,14 @@ impl Theory {
         }
     }
 
-    /// What it is compared with: a formula with the model itself, the model with the paper's formula.
+    /// The theory to compare with: the model for a formula, the paper's formula for the model.
     pub fn compared(self) -> Self {
         if self == Self::Exact { Self::EulerBernoulli } else { Self::Exact }
     }
 }
 
 words! {
-    /// What f is per radian.
+    /// The quantity that f gives per radian.
     #[derive(Default)]
     Convention {
         #[default]
@@ -346,7 +345,7 @@ words! {
     }
 }
 
-/// How distance is estimated from strain.
+/// Estimate of the distance from strain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Estimate {
     /// f, f_T, or the model itself.

@@ -1,4 +1,4 @@
-//! What beside D, d, L_a, x_ss, l, the contact and the drive may differ from design to design: properties of whisker, rig and object.
+//! Properties of whisker, rig and object that may differ between designs, in addition to the columns of a tuple.
 
 use std::collections::HashMap;
 use std::fmt::{Debug, Formatter};
@@ -12,10 +12,10 @@ use super::{Interval, Material, Setup};
 use crate::design::MOST;
 use crate::physics::real::Real;
 
-/// How many properties there are.
+/// Number of properties.
 pub const PROPERTIES: usize = 17;
 
-/// The properties in row order: name, column, section, key, unit, what it is, and the values that it may have, in words and as an interval.
+/// The properties in row order: name, column, section, key, unit, meaning, and allowed values in words and as an interval.
 macro_rules! properties {
     ($($(#[$doc:meta])* $name:ident: $about:expr, $allowed:expr, $ends:expr, $open:expr;)+) => {
         /// A property, in row order: after l, before a.
@@ -34,7 +34,7 @@ macro_rules! properties {
     };
 }
 
-/// What is known of a property.
+/// Description of a property.
 #[derive(Debug)]
 pub struct Description {
     /// Column of tables and tuple files.
@@ -43,13 +43,13 @@ pub struct Description {
     pub section: &'static str,
     /// Its key there, `core.diameter` for one in an inline table.
     pub key: &'static str,
-    /// Unit; empty where it has none.
+    /// Unit; empty if it has none.
     pub unit: &'static str,
-    /// What it is, in a few words.
+    /// Meaning, in a few words.
     pub what: &'static str,
-    /// Values that it may have, in words.
+    /// Allowed values, in words.
     pub allowed: &'static str,
-    /// Values that it may have.
+    /// Allowed values.
     pub range: Interval,
 }
 
@@ -76,10 +76,10 @@ properties! {
     /// Modulus of a core.
     CoreModulus: ["E_core_MPa", "whisker", "core.modulus", "MPa", "modulus of the core"],
         "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", [0.0, 1e7], [true; 2];
-    /// κ_base.
+    /// Curvature at rest κ_base.
     Curvature: ["kappa_base_per_mm", "whisker", "curvature", "1/mm", "curvature at rest κ_base"],
         "-1 … 1 per mm", [-1.0, 1.0], [false; 2];
-    /// κ_slope.
+    /// Its growth along the whisker κ_slope.
     CurvatureSlope: ["kappa_slope_per_mm2", "whisker", "curvature_slope", "1/mm²",
         "its growth along the whisker κ_slope"],
         "-1 … 1 per mm²", [-1.0, 1.0], [false; 2];
@@ -93,19 +93,19 @@ properties! {
     /// Stiffness of the root along the whisker.
     Along: ["k_x_N_per_mm", "whisker", "root.k_x", "N/mm", "stiffness of the root along the whisker"],
         "> 0 N/mm", [0.0, MOST], [true, false];
-    /// r₀.
+    /// Hub r₀.
     Hub: ["hub_mm", "whisker", "hub", "mm", "distance of the motor's axis behind the clamp r₀"],
         "≥ 0 mm", [0.0, MOST], [false; 2];
     /// E, of a hooke or neo-hookean material.
     Modulus: ["E_MPa", "model", "material", "MPa", "E of a hooke material, E₀ of a neo-hookean one"],
         "> 0 MPa", [0.0, MOST], [true, false];
-    /// ν.
+    /// Poisson's ratio ν.
     Nu: ["nu", "model", "nu", "", "Poisson's ratio ν"],
         "0 … 0.5", [0.0, 0.5], [false; 2];
-    /// ρ.
+    /// Radius of the object ρ.
     PoleRadius: ["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"],
         "≥ 0 mm", [0.0, MOST], [false; 2];
-    /// μ.
+    /// Coefficient of friction μ.
     Friction: ["mu", "model", "contact.coulomb", "", "coefficient of friction μ"],
         "≥ 0", [0.0, MOST], [false; 2];
     /// Modulus times thickness of a foil.
@@ -121,7 +121,7 @@ properties! {
 }
 
 impl Property {
-    /// What is known of it.
+    /// Its description.
     pub const fn about(self) -> &'static Description {
         &DESCRIPTIONS[self as usize]
     }
@@ -135,7 +135,7 @@ impl Property {
         }
     }
 
-    /// Its value in `setup`: of a bore or a core that at the base.
+    /// Its value in `setup`; for a bore or a core that at the base.
     pub fn get(self, setup: &Setup) -> f64 {
         let built = setup.built.as_deref().unwrap_or(&Built::CONE);
         let inner = |hollow: bool| built.inner.as_ref().filter(|inner| (inner.modulus == 0.0) == hollow);
@@ -176,7 +176,7 @@ impl Property {
             Self::Friction => setup.model.contact = Contact::Coulomb(value),
             Self::Exponent => built.profile = Profile::Power(value),
             Self::Bore | Self::Core if value > 0.0 => {
-                // A bore has no modulus; that of a new core comes next.
+                // A bore has no modulus; that of a new core is set next.
                 let of_core = modulus.filter(|modulus| *modulus != 0.0).unwrap_or(f64::NAN);
                 let modulus = if self == Self::Bore { 0.0 } else { of_core };
                 built.inner = Some(Inner { modulus, diameter: vec![[0.0, value], [MOST, value]] });
@@ -195,7 +195,7 @@ impl Property {
         setup.built = Some(built).filter(|built| *built != Built::CONE).map(Into::into);
     }
 
-    /// Does `f` with every number of a setup that is this property.
+    /// Calls `f` with every number of a setup that is this property.
     pub fn each<T: Real>(
         self,
         (hub, model, foil): (&mut T, &mut Model<T>, Option<&mut Foil<T>>),
@@ -237,15 +237,13 @@ impl Property {
 
 /// The combinations of properties that tuples have: rig `i` of a grid is the i-th of their crossed axes, last fastest; other rigs are listed.
 pub struct Rigs {
-    /// What varies, in row order.
+    /// The properties that vary, in row order.
     pub properties: Vec<Property>,
     values: Values,
 }
 
 enum Values {
-    /// The factors that hold properties.
     Crossed(Vec<Factor>),
-    /// The values of one rig after those of another.
     Listed(Mutex<List>),
 }
 
@@ -268,7 +266,7 @@ impl Debug for Rigs {
 }
 
 impl Rigs {
-    /// The rigs of a grid; `None` where no property varies.
+    /// The rigs of a grid; `None` if no property varies.
     pub fn crossed(factors: &[Factor]) -> Option<Self> {
         let factors: Vec<Factor> = factors.iter().filter(|f| !f.properties.is_empty()).cloned().collect();
         let mut properties: Vec<Property> =
@@ -277,7 +275,7 @@ impl Rigs {
         (!properties.is_empty()).then_some(Self { properties, values: Values::Crossed(factors) })
     }
 
-    /// Rigs that are numbered as they come; none yet.
+    /// Rigs that [`Self::number`] adds one by one.
     pub fn listed(properties: Vec<Property>) -> Self {
         Self { properties, values: Values::Listed(Mutex::default()) }
     }
@@ -308,7 +306,7 @@ impl Rigs {
         }
     }
 
-    /// Value of `property` in rig `i`; NaN of one that does not vary.
+    /// Value of `property` in rig `i`; NaN if it does not vary.
     pub fn value(&self, rig: u64, property: Property) -> f64 {
         match &self.values {
             Values::Crossed(factors) => {
@@ -329,11 +327,11 @@ impl Rigs {
         }
     }
 
-    /// Rig `i` of `base`; `None` where a value is none that the property may have.
+    /// Rig `i` of `base`; `None` if a value is not allowed or values exclude each other.
     pub fn setup(&self, base: &Setup, rig: u64) -> Option<Setup> {
         let mut setup = Setup { rigs: None, ..base.clone() };
         for (property, value) in self.properties.iter().zip(self.values(rig)) {
-            // The noise of a moment or a force has no upper end.
+            // The noise of a moment or a force has no upper limit.
             let other = *property == Property::Noise && setup.signal != Signal::Strain && value >= 0.0;
             if !(other || property.about().range.holds(value)) {
                 return None;
@@ -347,7 +345,6 @@ impl Rigs {
         Some(setup).filter(|_| !doubled && !sinks && solid)
     }
 
-    /// The factors that hold properties; none of listed rigs.
     fn factors(&self) -> &[Factor] {
         match &self.values {
             Values::Crossed(factors) => factors,
@@ -355,7 +352,7 @@ impl Rigs {
         }
     }
 
-    /// How many there are.
+    /// Number of rigs.
     pub fn len(&self) -> u64 {
         match &self.values {
             Values::Crossed(factors) => factors.iter().map(|f| f.len).product(),
@@ -363,7 +360,7 @@ impl Rigs {
         }
     }
 
-    /// Whether there is none.
+    /// True without rigs.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -16,7 +16,7 @@ pub enum BackendChoice {
 }
 
 impl BackendChoice {
-    /// All, by their words and what to say of them.
+    /// All, with their words and descriptions.
     pub const WORDS: [(&'static str, Self, &'static str); 4] = [
         ("auto", Self::Auto, "Best there is"),
         ("gpu", Self::Gpu, "WGSL kernels through wgpu"),
@@ -28,26 +28,26 @@ impl BackendChoice {
 /// Floating-point type of the fast kernels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Precision {
-    /// Single.
+    /// 32 bits.
     F32,
-    /// Double.
+    /// 64 bits.
     F64,
 }
 
 impl Precision {
-    /// All, by their words and what to say of them.
+    /// All, with their words and descriptions.
     pub const WORDS: [(&'static str, Self, &'static str); 2] =
         [("f32", Self::F32, "Single"), ("f64", Self::F64, "Double")];
 }
 
-/// `[run]` and the command line; `None` where nothing was said.
+/// `[run]` and the command line; `None` if not given.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunOptions {
     /// Output folder.
     pub out: Option<PathBuf>,
     /// Replace a folder that belongs to another spec.
     pub force: Option<bool>,
-    /// Backend.
+    /// Backend asked for.
     pub backend: Option<BackendChoice>,
     /// Substring of the adapter's name.
     pub adapter: Option<String>,
@@ -59,7 +59,7 @@ pub struct RunOptions {
     pub model_error: Option<f64>,
     /// CPU threads.
     pub threads: Option<usize>,
-    /// Only say what would run.
+    /// Print the plan only.
     pub plan: Option<bool>,
     /// No progress, no summary.
     pub quiet: Option<bool>,
@@ -88,12 +88,12 @@ words! {
 }
 
 impl RankBy {
-    /// Another name of [`Self::ErrorRms`], as `tap` has called it; it is read wherever that is.
+    /// Name of [`Self::ErrorRms`] in former tables of `tap`; it is read in its place.
     pub const BIAS: &str = "bias_rms_mm";
 }
 
 words! {
-    /// Whether `top` keeps rows or one row of each design.
+    /// Unit of `top`: rows, or the best row of each design.
     Per {
         /// Every (design, θ) competes.
         Row = "row",
@@ -115,14 +115,13 @@ pub struct Output {
     pub top: Option<usize>,
     /// Ranking column.
     pub by: RankBy,
-    /// Whether the user named it.
+    /// True if the user named it.
     pub by_said: bool,
     /// Rows or designs.
     pub per: Per,
 }
 
 impl Default for Output {
-    /// All three tables, all rows.
     fn default() -> Self {
         Self {
             tuples: None,

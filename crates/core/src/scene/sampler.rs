@@ -1,17 +1,12 @@
-//! Sampled points: coordinate `dimension` of point `index` of seed `seed`, a pure function.
+//! Coordinate `dimension` of point `index` of a seed, a pure function in `u32` arithmetic that any backend or shard can evaluate.
 //!
-//! All arithmetic is on `u32`, so the same code runs on every backend, and every shard computes any point
-//! without the ones before it. A point set holds up to 2³² points; coordinates carry 32 bits.
-//!
-//! - `sobol`: Sobol points with the direction numbers *new-joe-kuo-6* (S. Joe and F. Y. Kuo, SIAM J. Sci.
-//!   Comput. 30, 2008), in natural (not Gray-code) order: the first dimension is the van der Corput sequence.
-//!   Seed 0 leaves them as they are. Any other seed applies a nested uniform (Owen) scramble of its own to each
-//!   dimension, by the Laine–Karras hash with N. Vegdahl's constants; it keeps every stratification.
-//! - `random`: independent uniform numbers from the counter-based generator Philox4x32-10 (J. K. Salmon et
-//!   al., SC11), key = seed, counter = (index, dimension / 4), lane = dimension mod 4.
+//! - `sobol`: direction numbers *new-joe-kuo-6* (S. Joe and F. Y. Kuo, SIAM J. Sci. Comput. 30, 2008), in natural (not Gray-code) order. Seeds
+//!   other than 0 apply an Owen scramble per dimension, by the Laine–Karras hash with N. Vegdahl's constants, which keeps the stratification.
+//! - `random`: the counter-based generator Philox4x32-10 (J. K. Salmon et al., SC11), key = seed, counter = (index, dimension / 4), lane =
+//!   dimension mod 4.
 
 words! {
-    /// How sampled axes are filled.
+    /// Kind of the points of sampled axes.
     Sampler {
         /// Low-discrepancy points: fill evenly.
         Sobol = "sobol",
@@ -35,7 +30,7 @@ impl Sampler {
         }
     }
 
-    /// [`Self::coordinate`] of many points, each given to `put` with its place among them.
+    /// Calls `put` with [`Self::coordinate`] of each of `points` and its place among them.
     pub fn each(self, seed: u64, dimension: u32, points: &[u64], mut put: impl FnMut(usize, u32)) {
         let all = points.iter().map(|index| *index as u32).enumerate();
         match (self, Self::scramble(seed, dimension)) {
@@ -52,13 +47,11 @@ impl Sampler {
     }
 }
 
-/// Low and high word of a seed.
 fn words(seed: u64) -> [u32; 2] {
     [seed as u32, (seed >> 32) as u32]
 }
 
-/// Primitive polynomial and initial direction integers of each dimension, *new-joe-kuo-6*. The polynomial is
-/// written with all its coefficients (x² + x + 1 is 7); zeros fill up the integers.
+/// Primitive polynomial with all its coefficients (x² + x + 1 is 7) and initial direction integers of each dimension, *new-joe-kuo-6*.
 const JOE_KUO: [(u32, [u32; 7]); 24] = [
     (1, [1, 0, 0, 0, 0, 0, 0]),
     (3, [1, 0, 0, 0, 0, 0, 0]),
@@ -120,7 +113,6 @@ const fn directions() -> [[u32; 32]; JOE_KUO.len()] {
     all
 }
 
-/// What each byte of an index flips: the direction numbers of its bits together.
 static FLIPS: [[[u32; 256]; 4]; JOE_KUO.len()] = flips();
 
 const fn flips() -> [[[u32; 256]; 4]; JOE_KUO.len()] {
@@ -129,7 +121,6 @@ const fn flips() -> [[[u32; 256]; 4]; JOE_KUO.len()] {
     while at < JOE_KUO.len() * 4 * 256 {
         let (dimension, byte, bits) = (at / 1024, at / 256 % 4, at % 256);
         if bits > 0 {
-            // One bit less, which is there already.
             let rest = all[dimension][byte][bits & (bits - 1)];
             all[dimension][byte][bits] =
                 rest ^ DIRECTIONS[dimension][8 * byte + bits.trailing_zeros() as usize];
@@ -139,7 +130,6 @@ const fn flips() -> [[[u32; 256]; 4]; JOE_KUO.len()] {
     all
 }
 
-/// Coordinate of the unscrambled Sobol point `index`.
 fn sobol(dimension: u32, index: u32) -> u32 {
     let flips = &FLIPS[dimension as usize];
     let [a, b, c, d] = index.to_le_bytes().map(usize::from);
@@ -157,7 +147,7 @@ fn owen(x: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// A well-mixed one-to-one function of 32 bits (C. Wellons' *lowbias32*).
+/// C. Wellons' *lowbias32*, one to one.
 fn hash(x: u32) -> u32 {
     let mut x = x ^ 0x9e37_79b9;
     x ^= x >> 16;
@@ -167,7 +157,6 @@ fn hash(x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// Philox4x32 with ten rounds.
 fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     let (mut c, mut k) = (counter, key);
     for _ in 0..10 {

@@ -1,15 +1,15 @@
-//! What is searched for: `[optimise]`.
+//! The search of `[optimise]`.
 
 use super::model::Drive;
 use super::property::Property;
 use super::space::{COLUMNS, Column};
 
 words! {
-    /// What is made small.
+    /// The quantity that is minimised.
     Objective {
-        /// K_sd.
+        /// Spread K_sd.
         Sd = "sd",
-        /// total_rms_mm.
+        /// Distance error total_rms_mm.
         Distance = "distance",
         /// w_sd·K_sd/K_mean + w_distance·total_rms_mm/L_a.
         Weighted = "weighted",
@@ -19,18 +19,18 @@ words! {
 }
 
 impl Objective {
-    /// Whether K_sd enters.
+    /// True if K_sd enters.
     pub fn needs_sd(self) -> bool {
         self != Self::Distance
     }
 
-    /// Whether the distance error, and with it the noise, enters.
+    /// True if the distance error enters, and with it the noise.
     pub fn needs_distance(self) -> bool {
         self != Self::Sd
     }
 }
 
-/// What a search can vary.
+/// A quantity that a search can vary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// D, d, L_a, x_ss, l or the drive.
@@ -48,7 +48,7 @@ impl Quantity {
         }
     }
 
-    /// Its unit, for people.
+    /// Its unit, as printed.
     pub fn unit(self, drive: Drive) -> &'static str {
         match self {
             Self::Column(column) if column.name(drive).ends_with("_deg") => "°",
@@ -58,45 +58,45 @@ impl Quantity {
     }
 }
 
-/// A quantity that is searched over.
+/// A variable of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// Which.
+    /// The quantity.
     pub quantity: Quantity,
     /// Lower bound, in its unit.
     pub min: f64,
     /// Upper bound.
     pub max: f64,
-    /// First start, where its own section has a number.
+    /// First start, if the section of the quantity has a number.
     pub start: Option<f64>,
 }
 
-/// What a search may spend; whichever ends first.
+/// Limits of the cost of a search; the first one reached ends it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {
-    /// Evaluations: a (design, drive) over all distances and robust samples each.
+    /// Evaluations, each of a (design, drive) over all distances and robust samples.
     pub evaluations: Option<u64>,
     /// Wall time, s.
     pub seconds: Option<f64>,
 }
 
-/// What a design must keep. Complete rows, no slip-off and a gauge on the whisker are asked for always.
+/// Limits of a design, in addition to complete rows, no slip-off and a gauge on the whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Largest |gauge strain|.
     pub strain: f64,
-    /// The key that says it.
+    /// The key of the strain limit.
     pub strain_key: &'static str,
     /// Largest contact force, N.
     pub force: Option<f64>,
-    /// The peak of the theory's curve lies below the range of distances.
+    /// The peak of the theory's curve must lie below the range of distances.
     pub unambiguous: bool,
-    /// d ≤ D.
+    /// d ≤ D is required.
     pub tip_not_wider: bool,
 }
 
 words! {
-    /// How the objective of many whiskers becomes one number.
+    /// Reduction of the objective of many whiskers to one number.
     Measure {
         /// Their mean.
         Mean = "mean",
@@ -106,7 +106,7 @@ words! {
 }
 
 words! {
-    /// On which whisker K̄ and f are calibrated.
+    /// The whisker on which K̄ and f are calibrated.
     Calibrated {
         /// On each.
         Each = "each",
@@ -120,9 +120,9 @@ words! {
 pub struct Robust {
     /// Standard deviations of D, d, L_a, x_ss, l, a (0), tilt, lean and the drive, by [`Column`].
     pub sd: [f64; COLUMNS],
-    /// Those of properties of the rig, where they are not 0.
+    /// Those of properties of the rig that are not 0.
     pub properties: Vec<(Property, f64)>,
-    /// Whiskers sampled for each candidate; the same deviations for all.
+    /// Whiskers sampled for each candidate, with the same deviations for all.
     pub samples: u32,
     /// Mean or worst tenth.
     pub measure: Measure,
@@ -131,7 +131,7 @@ pub struct Robust {
 }
 
 impl Robust {
-    /// Whether poles are not upright, which no calibration knows.
+    /// True if poles are not upright, which no calibration includes.
     pub fn tilts(&self) -> bool {
         [Column::Tilt, Column::Lean].into_iter().any(|column| self.sd[column as usize] != 0.0)
     }
@@ -140,17 +140,17 @@ impl Robust {
 /// `[optimise]`.
 #[derive(Debug, Clone)]
 pub struct Search {
-    /// What is made small.
+    /// The quantity that is minimised.
     pub objective: Objective,
     /// w_sd, w_distance.
     pub weights: [f64; 2],
     /// Seed of swarms and samples.
     pub seed: u64,
-    /// What may be spent.
+    /// Limits of its cost.
     pub budget: Budget,
-    /// What is searched over, in row order.
+    /// The variables, in row order.
     pub variables: Vec<Variable>,
-    /// What must be kept.
+    /// Limits of its designs.
     pub limits: Limits,
     /// Tolerances, if any.
     pub robust: Option<Robust>,

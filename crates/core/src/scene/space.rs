@@ -1,7 +1,5 @@
-//! The tuples of a sweep and their order: index ↔ tuple.
-//!
-//! Row order is D, d, L_a, x_ss, l, properties of the rig, a, tilt, lean, drive nested, last fastest. A set of sampled axes is one factor that
-//! stands in the place of its first axis. The index of a tuple is its identity on every backend.
+//! The tuples of a sweep and their order. Row order is D, d, L_a, x_ss, l, properties of the rig, a, tilt, lean, drive nested, last fastest;
+//! sampled axes are one factor in the place of the first. The index of a tuple is its identity on every backend.
 
 use super::axis::Axis;
 use super::layout::Layout;
@@ -9,13 +7,13 @@ use super::listed::Listed;
 use super::model::Drive;
 use super::property::Property;
 
-/// Quantities that vary from tuple to tuple.
+/// Number of quantities that vary between tuples.
 pub const COLUMNS: usize = 9;
 
-/// Taps that one design of a grid may have: what is solved of it is held in memory until all of it is, some 160 bytes a tap.
+/// Most taps of one design of a grid, which are held in memory together: some 160 bytes a tap.
 pub const MOST_TAPS: u64 = 1 << 24;
 
-/// A quantity that varies from tuple to tuple, in row order.
+/// A quantity that varies between tuples, in row order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Column {
     /// Base diameter, mm.
@@ -52,7 +50,7 @@ impl Column {
         Self::Drive,
     ];
 
-    /// Column name in tuple files; tables of results call `d_mm` `d_tip_mm`, which no database takes for `D_mm`.
+    /// Column name in tuple files; tables of results call `d_mm` `d_tip_mm`, which databases do not confuse with `D_mm`.
     pub fn name(self, drive: Drive) -> &'static str {
         match self {
             Self::BaseDiameter => "D_mm",
@@ -68,7 +66,7 @@ impl Column {
     }
 }
 
-/// The direction of the pole (model §6). Both zero: it stands upright on the plane of rotation.
+/// Direction of the pole (model §6); if both are zero the pole is upright, square to the plane of rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Direction {
     /// β: turns pole and contact round the whisker's axis, |β| < 90 degrees.
@@ -81,23 +79,23 @@ impl Direction {
     /// Square to the plane of rotation.
     pub const UPRIGHT: Self = Self { tilt: 0.0, lean: 0.0 };
 
-    /// Whether the pole is square to the plane of rotation.
+    /// True if the pole is square to the plane of rotation.
     pub fn is_upright(self) -> bool {
         self == Self::UPRIGHT
     }
 
-    /// Whether it points out of the plane of rotation, or lies in it at no more than 90°.
+    /// True if |tilt| and |lean| are below 90°.
     pub fn is_valid(self) -> bool {
         self.tilt.abs() < 90.0 && self.lean.abs() < 90.0
     }
 }
 
-/// Which columns of the pole's direction are told: those that were asked for by name.
+/// Columns of the pole's direction in tables: those that were asked for by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DirectionColumns {
-    /// `tilt_deg`.
+    /// True for `tilt_deg`.
     pub tilt: bool,
-    /// `lean_deg`.
+    /// True for `lean_deg`.
     pub lean: bool,
 }
 
@@ -123,7 +121,7 @@ pub struct Tuple {
     pub lean: f64,
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
-    /// Which of the rigs of its setup it has; 0 where there is one.
+    /// Number of its rig in the setup; 0 if there is one rig.
     pub rig: u64,
 }
 
@@ -140,7 +138,7 @@ impl Tuple {
         Self { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
     }
 
-    /// The same with this rig.
+    /// The tuple with this rig.
     pub fn of_rig(self, rig: u64) -> Self {
         Self { rig, ..self }
     }
@@ -161,7 +159,7 @@ impl Tuple {
 pub struct Factor {
     /// The quantities and their axes; all axes have `len` points.
     pub axes: Vec<(Column, Axis)>,
-    /// Properties of the rig and their axes, which have as many.
+    /// Properties of the rig and their axes, also of `len` points.
     pub properties: Vec<(Property, Axis)>,
     /// Number of points.
     pub len: u64,
@@ -170,15 +168,13 @@ pub struct Factor {
 /// The tuples to evaluate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Space {
-    /// Crossed factors, ordered by their first column. The distance is a factor of its own; so are tilt, lean and drive,
-    /// unless they are sampled together with another column.
+    /// Crossed factors, ordered by their first column; distance, tilt, lean and drive are separate unless sampled with another column.
     Grid(Vec<Factor>),
     /// Tuples as listed by the user, in their order.
     List(Listed),
 }
 
 impl Default for Space {
-    /// No tuple.
     fn default() -> Self {
         Self::List(Listed::default())
     }
@@ -186,18 +182,17 @@ impl Default for Space {
 
 #[allow(non_snake_case)]
 impl Space {
-    /// Every combination of these axes, D, d, L_a, x_ss, l, a and the drive, at poles that are upright; as [`Self::tilted`].
+    /// Every combination of these axes, D, d, L_a, x_ss, l, a and the drive, with upright poles, as [`Self::tilted`].
     pub fn grid([D, d, L_a, x_ss, l, a, drive]: [Axis; 7]) -> Option<Self> {
         Self::tilted([D, d, L_a, x_ss, l, a, 0.0.into(), 0.0.into(), drive])
     }
 
-    /// Every combination of these axes, in [`Column`] order: one factor each; all sampled axes, which share their points, are one factor in
-    /// the place of the first. `None` where they have more than 2^64 tuples.
+    /// Every combination of these axes, in [`Column`] order; sampled axes share one factor in the place of the first. `None` beyond 2^64 tuples.
     pub fn tilted(axes: [Axis; COLUMNS]) -> Option<Self> {
         Self::with(axes, Vec::new())
     }
 
-    /// As [`Self::tilted`], with `properties` of the rig that vary between the design's axes and a.
+    /// [`Self::tilted`], with `properties` of the rig that vary between the design's axes and a.
     pub fn with(axes: [Axis; COLUMNS], properties: Vec<(Property, Axis)>) -> Option<Self> {
         let mut columns = Column::ALL.into_iter().zip(axes).map(|(column, axis)| (Ok(column), axis));
         let design: Vec<_> = columns.by_ref().take(Column::Distance as usize).collect();
@@ -222,7 +217,7 @@ impl Space {
         Some(Self::Grid(factors))
     }
 
-    /// Indices and tuples of a grid; `None` where the tuples are listed.
+    /// Indices and tuples of a grid; `None` if the tuples are listed.
     pub fn layout(&self) -> Option<Layout> {
         match self {
             Self::Grid(factors) => Some(Layout::new(factors)),
@@ -230,7 +225,7 @@ impl Space {
         }
     }
 
-    /// The axis of `column`; `None` where the tuples are listed.
+    /// The axis of `column`; `None` if the tuples are listed.
     pub fn axis(&self, column: Column) -> Option<&Axis> {
         let Self::Grid(factors) = self else { return None };
         factors.iter().flat_map(|f| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
@@ -239,7 +234,7 @@ impl Space {
     /// The one whisker of the space, with its first distance, direction and drive.
     ///
     /// # Errors
-    /// The column that has several values, and how many; or `None` where the tuples are listed.
+    /// The column with several values, and their number; `None` if the tuples are listed.
     pub fn whisker(&self) -> Result<Tuple, Option<(Column, u64)>> {
         let Self::Grid(factors) = self else { return Err(None) };
         let mut values = [1.0; COLUMNS];

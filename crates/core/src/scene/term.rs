@@ -1,4 +1,4 @@
-//! What an effect of the rod is to a spec, a comparison and a file: see [`TERMS`](super::TERMS).
+//! An effect of the rod for specs, comparisons and files; see [`TERMS`](super::TERMS).
 
 use super::Model;
 
@@ -13,11 +13,10 @@ pub enum Amount {
     Word(&'static str),
 }
 
-/// The word that is off.
 const OFF: &str = "rigid";
 
 impl Amount {
-    /// Whether the effect is there.
+    /// True if the effect is on.
     pub fn is_on(self) -> bool {
         match self {
             Self::Flag(on) => on,
@@ -26,7 +25,7 @@ impl Amount {
         }
     }
 
-    /// Without the effect.
+    /// The value without the effect.
     pub const fn off(self) -> Self {
         match self {
             Self::Flag(_) => Self::Flag(false),
@@ -43,19 +42,19 @@ pub struct Term {
     pub key: &'static str,
     /// Its name for people.
     pub name: &'static str,
-    /// The value with which it is compared where the spec has none.
+    /// The value to compare with if the spec has none.
     pub trial: Amount,
-    /// Whether the linear theory has it.
+    /// True if linear theory has it.
     pub linear: bool,
-    /// Why it asks for a frictionless contact, if it does.
+    /// The reason why it needs a frictionless contact, if it does.
     pub frictionless: Option<&'static str>,
-    /// Why it asks for an upright edge and one gauge, if it does.
+    /// The reason why it needs an upright edge and one gauge, if it does.
     pub upright: Option<&'static str>,
-    /// Another that must be on beside it, and why.
+    /// The key of another effect that must be on, and the reason.
     pub needs: Option<(&'static str, &'static str)>,
     /// Its value in a model.
     pub get: fn(&Model) -> Amount,
-    /// Gives it a value.
+    /// Sets its value in a model.
     pub set: fn(&mut Model, Amount),
 }
 
@@ -70,7 +69,6 @@ impl Term {
     }
 }
 
-/// One that is on or off.
 pub(super) const fn flag(
     [key, name]: [&'static str; 2],
     get: fn(&Model) -> Amount,

@@ -1,4 +1,4 @@
-//! Whether a whisker can be built, and touched.
+//! Checks that a whisker can be built and touched.
 
 use std::f64::consts::PI;
 
@@ -6,10 +6,10 @@ use super::Body;
 use crate::physics::real::Vector;
 
 impl Body {
-    /// Where what is inside is as thick as the whisker: place, and both diameters, mm.
+    /// The first place where the inside is as thick as the whisker: s and both diameters, mm.
     pub fn burst(&self) -> Option<(f64, f64, f64)> {
         let ends = [0.0, self.length];
-        // Where a line meets a curve that is no line no knot need tell.
+        // A power-law profile may meet the inner diameter between knots.
         let between = (1..64).map(|k| self.length * f64::from(k) / 64.0);
         let mut places = ends.into_iter().chain(self.knots.iter().copied()).chain(between);
         let seen = |s: f64| {
@@ -19,8 +19,7 @@ impl Body {
         places.find_map(|s| Some(seen(s)).filter(|(_, inner, outer)| inner >= outer))
     }
 
-    /// Why a pole of this radius, mm, cannot touch the resting whisker at the arc `a`, from outside its bend, with a lever about a motor's axis `hub`
-    /// behind the base (a displaced object: none).
+    /// Reason why a pole (radius, mm) cannot press the resting whisker at arc `a`; `hub`: motor's axis behind the base, `None` if displaced.
     pub fn refuses(&self, a: f64, pole: f64, hub: Option<f64>) -> Option<&'static str> {
         if self.is_straight() {
             return None;

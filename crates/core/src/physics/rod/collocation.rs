@@ -1,8 +1,7 @@
-//! The bent rod with derivatives by collocation, of a whisker without edges: Newton's method for the shape in f64, one look at the equations in
-//! [`Traced`] numbers at each node, and a linear equation for how the shape follows.
-//!
-//! Nodes are Gauss's in w, from the contact to the clamp, with (1 − τs)^(−½) linear in w: there the curvature of a cone is almost a polynomial. The offset
-//! changes the moment by one number alone, u = x − ρ y with ρ = F_x/F_y, so that the linear equation has two unknowns at a node: ψ and u.
+//! The bent rod with derivatives by collocation, for whiskers without edges: Newton's method for the shape in f64, one evaluation of the equations
+//! in [`Traced`] numbers per node, and a linear equation for the change of the shape.
+//! Gauss's nodes in w, from the contact to the clamp, with (1 − τs)^(−½) linear in w: there the curvature of a cone is almost a polynomial. The
+//! moment depends on the offset by u = x − ρ y alone, ρ = F_x/F_y, so that a node has two unknowns, ψ and u.
 
 mod rule;
 mod shape;
@@ -16,28 +15,23 @@ use crate::physics::real::Real;
 use crate::physics::section::SectionStrain;
 use rule::{FEW, MANY, OF_FEW, OF_MANY, Row, Table, add_each, dot, follow, less};
 
-/// ψ, the offsets x and y, mm, and e₀ and k of the section.
 type Shape<const N: usize> = [Row<N>; 5];
 
-/// Shapes from where the next look begins: of few nodes, and of more where those do not do.
 pub(super) type Shapes = (Option<Shape<FEW>>, Option<Shape<MANY>>);
 
-/// Derivatives of a [`Traced`].
 const LANES: usize = UNKNOWNS + INPUTS;
 
 /// Derivatives of the rates of ψ, x, y and the gauge's elongation, per w, by ψ and by u.
 type Stiffness<const N: usize> = [[Row<N>; 2]; 4];
 
-/// The last coefficients of a series, relative to its largest value, above which the nodes are too few: of what the gauge shows; of rates, of which only the
-/// whole integral counts, right to twice as many terms; and of rates of which a part does.
+/// Largest last coefficients, relative to the largest value: of the gauge's rates; of rates integrated over the whole rod; or over a part.
 const TAIL: f64 = 3e-10;
 const WHOLE: f64 = 1e-7;
 const PART: f64 = 3e-10;
 
-/// Share of the rod by which the contact must be beyond where the gauge begins: what it shows goes as the square of that.
+/// The contact must be beyond the start of the gauge by this share of the rod: elongation goes as the square of that distance.
 const BARELY: f64 = 1e-2;
 
-/// ∫ of rate `c` from 0 to `w`.
 #[inline(always)]
 fn until<const FMA: bool, const N: usize>(
     table: &Table<N>,
@@ -54,15 +48,13 @@ fn until<const FMA: bool, const N: usize>(
     sum
 }
 
-/// The derivatives of the rates of ψ and u.
 #[inline(always)]
 fn pair<const N: usize>(by: &Stiffness<N>, ratio: f64) -> [[Row<N>; 2]; 2] {
     [by[0], [less(&by[1][0], ratio, &by[2][0]), less(&by[1][1], ratio, &by[2][1])]]
 }
 
 impl EndLoad<Traced> {
-    /// The clamped end of `rod`, as [`Self::bend`]; `None` where the nodes are too few, or edges lie between them. `shapes` become those of the rod; the
-    /// search begins from those that are given. By the widest instructions that the CPU has.
+    /// [`Self::bend`] by collocation, starting from `shapes`; `None` if the nodes are too few or edges lie between them.
     pub fn collocated(
         &self,
         rod: &Whisker<'_, Traced>,
@@ -118,7 +110,6 @@ impl EndLoad<Traced> {
         }
         let g = rest.sqrt();
         let m = self.arc / (g + 1.0);
-        // σ and dσ/dw.
         let mut places = [[one; 2]; N];
         for (place, w) in places.iter_mut().zip(&table.points) {
             let y = (g - 1.0) * *w + 1.0;
@@ -152,7 +143,6 @@ impl EndLoad<Traced> {
         let moving = |k: &usize| slopes[*k].iter().any(|rate| *rate != still);
         let count = (0..LANES).filter(moving).zip(&mut moved).map(|(k, place)| *place = k).count();
         for lanes in moved[..count].chunks(2) {
-            // A last one that is alone goes beside itself.
             let two = [lanes[0], lanes[lanes.len() - 1]];
             let rates = two.map(|k| pushed(&slopes[k]));
             let apart = follow::<FMA, N, 2>(table, &both, &rates, [&still; 2], 0.0)?;
@@ -174,7 +164,6 @@ impl EndLoad<Traced> {
             return None;
         }
 
-        // Both ends of the gauge, the far one first.
         let mut ends = [one; 2];
         for (end, s) in ends.iter_mut().zip([gauge[1], gauge[0]]) {
             let s = if s.value < 0.0 { Traced::of(0.0) } else { s };
@@ -193,7 +182,7 @@ impl EndLoad<Traced> {
             elongation = until::<FMA, N>(table, near, (&values, &slopes), 3)
                 - until::<FMA, N>(table, far, (&values, &slopes), 3);
         } else {
-            // The skin changes faster along the rod than its shape.
+            // The strain of the skin varies faster along the rod than its shape.
             let (length, mut strains) = (ends[1] - ends[0], [[0.0; N]; 1 + LANES]);
             for j in 0..N {
                 let sigma = length * table.points[j] + ends[0];

@@ -1,5 +1,4 @@
-//! Derivatives of a tap by everything that it depends on, by the implicit function theorem: at the equilibrium the unknowns move so that the closure
-//! stays met. The closure, and all that a tap shows, are those of the reference, run once in [`Dual`] numbers.
+//! Derivatives of a tap by its inputs, by the implicit function theorem; the reference's closure is run once in [`Dual`] numbers.
 
 use std::array::from_fn;
 
@@ -18,46 +17,44 @@ pub const UNKNOWNS: usize = 3;
 /// Inputs of one run.
 pub const INPUTS: usize = 5;
 
-/// A number with its derivatives by the unknowns, and after them by inputs.
+/// A number with its derivatives by the unknowns, then by inputs.
 pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
 
-/// Largest step from the equilibrium that was told to the one of the reference at which derivatives of strain and forces are believed, relative, of drives up
-/// to [`GENTLE`]: of 24 000 random taps of all models they are off by 4e-9 of their column's largest at most, and by 40° by ten to forty times the step.
+/// Largest Newton step, relative, up to [`GENTLE`]: of 24 000 random taps derivatives then err by at most 4e-9 of their column's largest.
 const NEAR: f64 = 1e-10;
 
-/// Drive, rad or δ/a, above which it is smaller with the square of the drive, down to [`NEAREST`].
+/// Drive, rad or δ/a, above which [`NEAR`] shrinks with the square of the drive, down to [`NEAREST`].
 const GENTLE: f64 = 0.2;
 
-/// The smallest that is asked of large drives, and of K: its derivative by the drive is what two numbers leave that are larger by the drive squared.
+/// Smallest tolerance, for large drives and for K: its derivative by the drive is a difference of numbers larger by drive⁻².
 const NEAREST: f64 = 1e-11;
 
-/// The same where rounding lets no step get smaller: next to the clamp of a thick whisker, whose radius is many distances.
+/// Tolerance where rounding stops the steps: next to the clamp of a thick whisker, whose radius is many distances.
 const NEARLY: f64 = 1e-7;
 
-/// Drive, rad or δ/a, below which that is too far.
+/// Drive, rad or δ/a, below which the tolerance shrinks with the drive.
 const SMALL: f64 = 0.01;
 
-/// Steps at most. Kernels tell an equilibrium to some 1e-8, from where one is enough.
 const MOST_STEPS: usize = 6;
 
-/// An equilibrium that is known from elsewhere.
+/// A known equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Equilibrium {
     /// P and T, N.
     pub force: [f64; 2],
     /// c, mm from the face of the clamp.
     pub arc: f64,
-    /// Whether the contact sticks.
+    /// True if the contact sticks.
     pub sticking: bool,
-    /// φ, rad, where the pole is not upright or derivatives by its direction are asked.
+    /// φ, rad, for a tilted pole or derivatives by its direction.
     pub azimuth: Option<f64>,
-    /// Whether a second gauge is read.
+    /// True if a second gauge is read.
     pub second: bool,
-    /// Whether the derivatives of K are asked.
+    /// True if derivatives of K are wanted.
     pub deviation: bool,
 }
 
-/// What a tap shows.
+/// Outputs of a tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown<T> {
     /// Mean strain of the gauge.
@@ -70,7 +67,7 @@ pub struct Shown<T> {
     pub arc: T,
     /// M₀, N mm, F_x and F_y, N.
     pub wrench: [T; 3],
-    /// Mean strain of the second gauge; that of the first where it is not read.
+    /// Mean strain of the second gauge; that of the first if there is one gauge.
     pub strain_2: T,
     /// φ, rad.
     pub azimuth: T,
@@ -94,10 +91,10 @@ impl<T: Copy> Shown<T> {
 }
 
 impl RodProblem<'_, Traced> {
-    /// What the tap shows, with derivatives by the inputs in place of those by the unknowns: value and derivatives of the equilibrium next to `at`.
+    /// Outputs of the tap and their derivatives by the inputs, at the equilibrium next to `at`.
     ///
     /// # Errors
-    /// There is none, or the path folds there.
+    /// No equilibrium is found, or the path folds there.
     pub fn trace(
         &self,
         direction: [Traced; 2],
@@ -115,11 +112,10 @@ impl RodProblem<'_, Traced> {
         let turns = at.azimuth.filter(|_| !at.sticking);
         let count = if turns.is_some() { 3 } else { 2 };
         let mut z = [at.force[0] / force, second, turns.unwrap_or(0.0)];
-        // Next to an end of the gauge strain goes as the square of the contact's distance from there; a contact that sticks on an edge does
-        // not move.
+        // Near an end of the gauge strain goes as the square of the distance from it; a contact that sticks on an edge does not move.
         let beside = |x: &Traced| ((at.arc - start.value - x.value) / at.arc).abs();
         let room = held.gauge.iter().map(beside).fold(1.0, f64::min);
-        // By a small drive K is the difference of two numbers over the drive.
+        // At small drives K is the difference of two numbers over the drive.
         let unit = if self.drive == Drive::Angle { 1.0 } else { self.distance.value };
         let drive = self.amount.value / unit;
         let driven = (drive / SMALL).min(1.0);
@@ -127,7 +123,6 @@ impl RodProblem<'_, Traced> {
         let stays = at.sticking && self.model.pole_radius.value == 0.0;
         let near = gentle.max(NEAREST) * if stays { driven } else { driven.min(room) };
         let mut last = f64::INFINITY;
-        // The smallest step so far, where rounding lets none get smaller.
         let mut nearest: Option<(f64, Shown<[f64; 1 + INPUTS]>)> = None;
         let mut shape = Shapes::default();
         for _ in 0..MOST_STEPS {
@@ -158,7 +153,6 @@ impl RodProblem<'_, Traced> {
         nearest.filter(|(step, _)| *step <= NEARLY).map(|(_, shown)| shown).ok_or(RodError::NotConverged)
     }
 
-    /// How far the closure is from being met under `unknowns`, and what the tap then shows.
     fn look(
         &self,
         unknowns: Unknowns<Traced>,
@@ -176,8 +170,8 @@ impl RodProblem<'_, Traced> {
         });
         if let Some(pole) = &pole {
             slide = pole.slide(phi);
-            // Distance and angle in the plane are even in azimuth and direction: of an upright pole they are those of the tap. One that
-            // moves next to the clamp may come where no straight whisker reaches, and has none.
+            // Distance and angle are even in azimuth and direction, so that an upright pole keeps those of the tap. One that moves
+            // next to the clamp may lie where no straight whisker reaches, and has none.
             if direction.iter().any(|angle| angle.value != 0.0) {
                 plane = self.in_plane(&pole.planar(phi).ok_or(RodError::NotConverged)?);
             }
@@ -213,7 +207,7 @@ impl RodProblem<'_, Traced> {
             slide,
         };
         if turns || gauges {
-            // What the gauge in the plane of bending shows is axial + bending; on the far side both gauges are half a turn further.
+            // The gauge in the plane of bending reads axial + bending; on the far side both gauges are turned by 180°.
             let side = if plane.side == Side::Contact { Side::Far } else { Side::Contact };
             let mirrored = Self { side, ..plane };
             let mirrored = Shooter::with(&mirrored, unknowns, force);
@@ -227,7 +221,7 @@ impl RodProblem<'_, Traced> {
     }
 }
 
-/// For each of `count` unknowns the step that meets the closure, and after it its derivatives by the inputs.
+/// The step of each of `count` unknowns that meets the closure, followed by its derivatives by the inputs.
 fn close(lack: [Traced; 3], count: usize) -> Option<[[f64; 1 + INPUTS]; 3]> {
     let mut rows: [[f64; UNKNOWNS + 1 + INPUTS]; 3] = from_fn(|r| {
         from_fn(|c| match c {
@@ -254,8 +248,7 @@ fn close(lack: [Traced; 3], count: usize) -> Option<[[f64; 1 + INPUTS]; 3]> {
     Some(from_fn(|r| from_fn(|k| if r < count { rows[r][UNKNOWNS + k] } else { 0.0 })))
 }
 
-/// Value of `x`, and its derivatives by the inputs, by which the unknowns move as `steps` say. The value is not taken the last step farther: K next to an
-/// end of the gauge is a ratio of what belongs together.
+/// The value stays at the last iterate: next to an end of the gauge K is a ratio of numbers of the same iterate.
 fn follow(x: &Traced, steps: &[[f64; 1 + INPUTS]; 3]) -> [f64; 1 + INPUTS] {
     from_fn(|k| match k {
         0 => x.value,

@@ -1,9 +1,5 @@
-//! The reference solver: a geometrically exact planar rod pressed against a fixed or moving object (model §3).
-//!
-//! It is the yardstick of the fast kernels and shares no method with them. The rod's equations are integrated as an
-//! initial-value problem from the contact to the clamp by Gragg–Bulirsch–Stoer extrapolation, to a local error of
-//! 1e-13; Newton's method shoots for the two unknowns of the contact until the object is where it must be. Errors
-//! of the answers are of the order of 1e-12 to 1e-11, relative.
+//! The reference solver of the exact planar rod (model §3), which judges the kernels and shares no method with them: Gragg–Bulirsch–Stoer
+//! extrapolation and shooting. Answers are accurate to 1e-12 … 1e-11, relative.
 
 mod collocation;
 mod gradient;
@@ -26,44 +22,40 @@ use shoot::{Shooter, Shot, Stopped, Unknowns};
 use statics::{Bending, EndLoad};
 pub use tilted::TiltedTap;
 
-/// Intervals at whose ends the fibres of a hyperelastic whisker are compared with the range of its law.
 const RANGE_PARTS: u32 = 64;
 
-/// What the gauge and the contact show at one tap.
+/// Outputs of gauge and contact of one tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RodTap {
     /// Mean strain over the gauge, tension positive.
     pub strain: f64,
-    /// Force P pressing on the object, N. Negative where a contact that sticks would have to pull.
+    /// Force P on the object, N. Negative if a contact that sticks would have to pull.
     pub normal_force: f64,
     /// Friction T on the whisker along its surface, N; positive towards the tip.
     pub tangential_force: f64,
     /// Arc length c of the contact from the clamp, mm. It exceeds L_a when the whisker has slipped off.
     pub contact_arc: f64,
-    /// Whether the contact has not slipped: it is where it was, or where it rolled on a pole.
+    /// True if the contact has not slipped: it stayed in place, or rolled on a pole.
     pub sticking: bool,
     /// Angle ψ(0) between the whisker at its clamp and at the contact, rad.
     pub base_angle: f64,
-    /// What the whisker exerts on its root: M₀, N mm, counterclockwise, and F_x and F_y, N, in the motor's frame.
+    /// Wrench on the root in the motor's frame: M₀, N mm, counterclockwise, and F_x and F_y, N.
     pub wrench: [f64; 3],
 }
 
-/// Why a tap has no answer.
+/// Reasons why a tap has no answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum RodError {
-    /// No equilibrium was found by continuation from the unloaded whisker although the material bears it: the
-    /// contact runs away along the whisker (towards its virtual apex at the latest), or the path folds back. Or the
-    /// integration misses its accuracy.
+    /// No equilibrium on the path from the unloaded whisker: the contact slides away, the path folds back, or the integration is inaccurate.
     #[error("no equilibrium was found along the loading path")]
     NotConverged,
-    /// The equilibrium has a fibre outside [`STRAIN_RANGE`](crate::physics::section::STRAIN_RANGE), or the
-    /// loading path ends before it because a section's tangent vanishes. Never of [`Hooke`](crate::scene::Material::Hooke).
+    /// A fibre is outside [`STRAIN_RANGE`](crate::physics::section::STRAIN_RANGE), or a section's tangent vanishes on the path.
     #[error("a fibre leaves the range of the material law")]
     MaterialLimit,
-    /// The contact leaves the piece of a tabled profile that it began on: what happens at the corner is not described.
+    /// The contact leaves the piece of a tabled profile on which it began; corners are not modelled.
     #[error("the contact reaches a corner of the profile")]
     AtKnot,
-    /// The contact runs past the tip of a whisker that does not go on there.
+    /// The contact runs past the tip of a whisker that ends there.
     #[error("the contact runs past the tip")]
     SlippedOff,
 }
@@ -71,7 +63,7 @@ pub enum RodError {
 /// One tap, or one displacement of the object. Lengths in mm.
 #[derive(Debug, Clone, Copy)]
 pub struct RodProblem<'a, T = f64> {
-    /// The whisker; it goes on beyond its tip.
+    /// The whisker; it continues beyond its tip.
     pub taper: Taper<T>,
     /// Span [x1, x2] of the gauge, 0 ≤ x1 < x2.
     pub gauge: [T; 2],
@@ -81,21 +73,19 @@ pub struct RodProblem<'a, T = f64> {
     pub distance: T,
     /// Distance r₀ of the motor's axis behind the clamp; [`Drive::Displacement`] ignores it.
     pub hub: T,
-    /// What moves.
+    /// Angle or displacement.
     pub drive: Drive,
-    /// How far it moves, ≥ 0: θ in radians, or δ in mm.
+    /// Its size, ≥ 0: θ in radians, or δ in mm.
     pub amount: T,
     /// A foil that stiffens the rod under the gauge.
     pub foil: Option<Bonded<T>>,
-    /// What is no cone clamped at its base; `taper` then has its D, d and L_a only.
+    /// A built whisker; `taper` then has its D, d and L_a only.
     pub body: Option<&'a Body<T>>,
-    /// Effects and material. [`Model::geometry`] is ignored: the rod is always exact. [`Contact::Stick`] and
-    /// [`Contact::Coulomb`] need `extension`.
+    /// Effects and material; [`Model::geometry`] is ignored. [`Contact::Stick`] and [`Contact::Coulomb`] need `extension`.
     pub model: &'a Model<T>,
 }
 
 impl<T: Real> RodProblem<'_, T> {
-    /// The rod from where its clamp holds it, and that place, mm from the face of the clamp.
     fn held(&self) -> (Self, T) {
         let start = Held::new(self.model).start(&self.taper);
         if start == T::of(0.0) {
@@ -118,13 +108,12 @@ impl RodProblem<'_> {
     /// The tap at equilibrium, on the path that starts unloaded.
     ///
     /// # Errors
-    /// [`RodError`] says when there is none.
+    /// A [`RodError`] if the path has no equilibrium.
     pub fn solve(&self) -> Result<RodTap, RodError> {
         let (held, start) = self.held();
         held.tap().map(|tap| RodTap { contact_arc: tap.contact_arc + start, ..tap })
     }
 
-    /// The same of a rod that begins at its clamp.
     fn tap(&self) -> Result<RodTap, RodError> {
         if self.amount == 0.0 {
             return Ok(RodTap {
@@ -143,7 +132,7 @@ impl RodProblem<'_> {
             Contact::Coulomb(mu) => {
                 let shooter = Shooter::new(self, Unknowns::Stick);
                 let sticks = |shot: &Shot| shot.tangential.abs() <= mu * shot.normal;
-                // T of the sticking contact, or where it cannot stick so far, of the farthest it can.
+                // T of the sticking contact, or at the farthest drive at which it sticks.
                 let tangential = match shooter.continuation(self.amount) {
                     Ok(shot) if sticks(&shot) => return self.read(&shooter, shot),
                     Ok(shot) => shot.tangential,
@@ -164,7 +153,6 @@ impl RodProblem<'_> {
         self.read(&shooter, shot)
     }
 
-    /// What gauge and contact show of a shot that hits, if the material bears it.
     fn read(&self, shooter: &Shooter<'_>, shot: Shot) -> Result<RodTap, RodError> {
         match shooter.is_in_range(&shot) {
             Ok(true) => {}
@@ -190,7 +178,7 @@ impl RodProblem<'_> {
     }
 }
 
-/// A rod that was integrated from its loaded end to its clamp.
+/// A rod integrated from its loaded end to its clamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BentRod {
     /// ψ(0): direction of the rod at its clamp in the frame of its end, rad.
@@ -199,10 +187,7 @@ pub struct BentRod {
     pub clamp: DVec2,
 }
 
-/// Bends an inextensible, unshearable rod of length `length`, mm, whose bending stiffness is `stiffness`(s), N mm²,
-/// s from its clamp, by `force`, N, on its end. The frame is the end's: origin there, x along the rod.
-///
-/// `None` when the integration fails.
+/// Bends an inextensible, unshearable rod by `force`, N, on its end, in the end's frame; `stiffness`(s) in N mm², s from the clamp.
 pub fn bend(length: f64, stiffness: impl Fn(f64) -> f64, force: DVec2) -> Option<BentRod> {
     let (force, point) = (Vector::new(force.x, force.y), Vector::of(0.0, 0.0));
     let bent = EndLoad { arc: length, force, point }.bend(&Bending(stiffness), [0.0; 2]).ok()?;

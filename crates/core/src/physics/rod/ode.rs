@@ -1,6 +1,4 @@
-//! Gragg–Bulirsch–Stoer extrapolation with adaptive order and step.
-//!
-//! Bulirsch and Stoer, Numer. Math. 8 (1966) 1; Hairer, Nørsett and Wanner, *Solving ODEs I*, II.9.
+//! Gragg–Bulirsch–Stoer extrapolation (Numer. Math. 8 (1966) 1; Hairer, Nørsett and Wanner, *Solving ODEs I*, II.9).
 
 use std::array::from_fn;
 
@@ -12,38 +10,30 @@ const COLUMNS: usize = 9;
 /// Local error of a step, relative to the scale of each component.
 const TOLERANCE: f64 = 1e-13;
 
-/// The same of derivatives, relative to the largest of a component by one number. They may converge a column or two after the values.
+/// Error of derivatives, relative to the largest of a component; they may converge a column or two after the values.
 const OF_SLOPES: f64 = 1e-11;
 
-/// Smallest step, as a fraction of the interval.
 const SMALLEST: f64 = 1e-4;
 
-/// Smallest step that is shortened for the sake of derivatives, as a fraction of the interval: where they are nothing but rounding none lets them settle.
+/// Steps below this fraction of the interval are not shortened for derivatives, which may consist of rounding only.
 const SHORTENED: f64 = 0.1;
 
-/// Error of an increment per step and [`Slope::size`] that no smaller step mends: the roundings of a sum of some twenty terms, and what the
-/// extrapolation makes of them. It adds up to 7e-15 of ∫ size dx, however the interval is cut.
+/// Rounding error of an increment per step and [`Slope::size`], which smaller steps do not reduce; 7e-15 of ∫ size dx in all.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
-/// y′ at one place.
 pub(super) struct Slope<T, const N: usize> {
     pub rate: [T; N],
-    /// Sizes of the numbers whose sum or difference each rate is: they bear its rounding, however small the rate is itself.
+    /// Size of the terms of each rate; it sets the rounding error, however small the rate is.
     pub size: [f64; N],
 }
 
-/// Why an integration ended before its length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ended {
-    /// y′ has no value on the way.
     NoValue,
-    /// The smallest step does not meet the error.
     Inaccurate,
 }
 
-/// Carries `y` from `start` over `length` ≥ 0 along y′ = `rhs`(x, y). Errors are relative to `scale` of y or of its
-/// increment over the step, whichever is larger, but need not be less than rounding leaves. Derivatives are those of the steps that are taken, of as many
-/// columns as they need.
+/// Carries `y` from `start` over `length` ≥ 0. Errors are relative to `scale` of y or its increment, whichever is larger.
 pub(super) fn integrate<T: Real, const N: usize>(
     rhs: impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
     scale: impl Fn(&[T; N]) -> [f64; N],
@@ -52,7 +42,7 @@ pub(super) fn integrate<T: Real, const N: usize>(
     length: T,
 ) -> Result<[T; N], Ended> {
     if !T::BARE && length.value() == 0.0 {
-        // Its end may move all the same.
+        // The end may have derivatives although the length is 0.
         let slope = rhs(start, &y).ok_or(Ended::NoValue)?;
         return Ok(from_fn(|i| y[i] + length * slope.rate[i]));
     }
@@ -76,7 +66,6 @@ pub(super) fn integrate<T: Real, const N: usize>(
     Ok(y)
 }
 
-/// Increment of y over the step `h`, or why it is refused, and the factor for the next step.
 fn extrapolate<T: Real, const N: usize>(
     rhs: &impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
     scale: &impl Fn(&[T; N]) -> [f64; N],
@@ -86,7 +75,7 @@ fn extrapolate<T: Real, const N: usize>(
     may_shorten: bool,
 ) -> (Result<[T; N], Ended>, f64) {
     let mut row = [[T::of(0.0); N]; COLUMNS];
-    // The largest on the way: where the rod is loaded at its end, all are 0 there.
+    // The largest within the step: at the loaded end of a rod all are 0.
     let mut size = slope.size;
     let mut factor = 0.25;
     for k in 0..COLUMNS {
@@ -117,14 +106,12 @@ fn extrapolate<T: Real, const N: usize>(
     (Err(Ended::Inaccurate), factor.clamp(0.1, 0.6))
 }
 
-/// Whether every derivative of a `change` is small beside the largest of `y` or its `increment`.
 fn is_small<T: Real>(change: &T, y: &T, increment: &T) -> bool {
     let sizes = y.slopes().iter().zip(increment.slopes()).map(|(y, by)| y.abs().max(by.abs()));
     change.slopes().iter().zip(sizes).all(|(change, size)| change.abs() <= OF_SLOPES * size)
 }
 
-/// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h. `size` becomes the largest
-/// that is met.
+/// Increment over `h` by `n` (even) substeps of the explicit midpoint rule, whose error has even powers of h only. Raises `size`.
 fn midpoint<T: Real, const N: usize>(
     rhs: &impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
     (x, y): (T, &[T; N]),

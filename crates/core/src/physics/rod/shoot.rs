@@ -16,55 +16,49 @@ use crate::physics::real::{Real, Vector};
 use crate::physics::solid::Soft;
 use crate::scene::channels::Signal;
 
-/// Size of the Newton step, relative to the unknowns, at which a shot hits.
 const HIT: f64 = 1e-12;
 
-/// The same where rounding lets no step get smaller: next to the clamp of a thick whisker, whose radius is many distances.
+/// Accepted where rounding stops the steps: next to the clamp of a thick whisker, whose radius is many distances.
 const NEARLY: f64 = 1e-9;
 
-/// Difference of an unknown, relative to its scale, for the Jacobian.
 const PROBE: f64 = 1e-6;
 
-/// Largest amount, rad or δ/a, that is shot at from the linear solution, and largest step of the continuation.
+/// Longest step of the continuation, rad or δ/a; up to it linear theory is the first guess.
 const STRIDE: f64 = 0.3;
 
-/// Smallest step of the continuation, as a fraction of the amount.
 const SMALLEST_STRIDE: f64 = 1e-3;
 
-/// Strides that are tried before one that fails ends the path: close to where it folds back they creep.
+/// Number of strides after which a failing one ends the path; near a fold they creep.
 const MOST_STRIDES: u32 = 120;
 
-/// Largest difference between the force that a stride foresees and the one it ends with, relative to the greatest of both and of linear
-/// theory's. Past it a stride may have landed on another branch: a displaced tip of 0.5 mm against a pole of 5 mm did.
+/// Largest relative error of a foreseen force; past it a stride may land on another branch, as a tip of 0.5 mm against a pole of 5 mm did.
 const FORESEEN: f64 = 0.5;
 
-/// Determinant of the Jacobian, over that of a whisker that is hardly touched, below which it is computed again to tell its sign.
+/// Determinant of the Jacobian, over that at zero load, below which it is computed again to get its sign.
 const UPRIGHT: f64 = 0.5;
 
-/// Distance over D up to which the path is not asked whether it folds back.
+/// Distance over D up to which folds are not checked.
 const NEXT_TO_CLAMP: f64 = 1e-2;
 
-/// Amount, rad or δ/a, at which a whisker is hardly touched.
+/// Amount, rad or δ/a, that counts as zero load.
 const BEGUN: f64 = 1e-4;
 
-/// Contact arcs over L_a from which on a whisker that ends there has slipped off.
+/// Contact arc over L_a beyond which a built whisker has slipped off.
 const BEYOND: f64 = 1.0 + 1e-12;
 
-/// Newton steps of a stride, and halvings of a step. Where they do not do, a shorter stride is cheaper: with 40 and 9 the hardest
-/// taps took six times as long, to the same ends.
+/// Newton steps of a stride, and halvings of a step: 40 and 9 took six times as long on the hardest taps, with the same results.
 const MOST_STEPS: u32 = 15;
 const MOST_HALVINGS: i32 = 2;
 
-/// What the contact leaves open, beside the force P.
+/// The second unknown, after the force P.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unknowns<T = f64> {
     /// The arc length c; T is this multiple of P.
     Slide(T),
-    /// The friction T; c is the distance a, or where the contact has rolled on a pole.
+    /// The friction T; c is a, or where the contact has rolled on a pole.
     Stick,
 }
 
-/// A rod under the load that was tried, and by how much it misses the object.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shot<T = f64> {
     pub normal: T,
@@ -74,19 +68,14 @@ pub(super) struct Shot<T = f64> {
     pub miss: Vector<T>,
 }
 
-/// Where a path ended before its amount.
 pub(super) struct Stopped {
     pub why: RodError,
-    /// The last equilibrium on it.
     pub farthest: Option<Shot>,
 }
 
-/// Why a Newton iteration ended without a hit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Missed {
-    /// The law has no state under a load on the way.
     NoState,
-    /// The iteration does not contract, leaves the whisker, or asks for a rod whose integration misses its accuracy.
     Stalled,
 }
 
@@ -104,27 +93,24 @@ pub(super) struct Shooter<'a, T = f64> {
     problem: &'a RodProblem<'a, T>,
     pub unknowns: Unknowns<T>,
     pub whisker: Whisker<'a, T>,
-    /// The contact before the tap.
     touched: Touched<T>,
     hub: T,
-    /// The amount that counts as one: a radian, or a.
+    /// Unit of amounts: a radian, or a.
     unit: f64,
-    /// What forces are measured by, N.
+    /// Unit of forces, N.
     force: f64,
-    /// A contact that gives way.
     soft: Option<Soft<T>>,
-    /// From what the base turns about, or the clamp where the object moves, to the object, mm.
+    /// From the motor's axis, or the clamp for a displacement, to the object, mm.
     lever: f64,
 }
 
-/// The contact of `problem`, whose rod begins where its clamp holds it.
 fn soft<T: Real>(problem: &RodProblem<'_, T>) -> Option<Soft<T>> {
     let whole = Skin::whisker(problem);
     Soft::new(problem.model, &whole.0, problem.distance + whole.1)
 }
 
 impl<'a> Shooter<'a> {
-    /// Of forces over that of linear theory at an amount of one.
+    /// The unit of forces is that of linear theory at an amount of one.
     pub fn new(problem: &'a RodProblem<'a>, unknowns: Unknowns) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
         let shooter = Self::with(problem, unknowns, 1.0);
@@ -139,15 +125,13 @@ impl<'a> Shooter<'a> {
         Self { force: linear.map_or(cone, |linear| linear.force(a) * shooter.unit), ..shooter }
     }
 
-    /// Follows the equilibrium from the unloaded whisker to `amount`, in one stride if that is short.
     pub fn continuation(&self, amount: f64) -> Result<Shot, Stopped> {
         let longest = STRIDE * self.unit;
         let (mut at, mut before) = ((0.0, DVec2::ZERO), (0.0, DVec2::ZERO));
         let mut stride = longest;
         let (mut tried, mut growth, mut farthest, mut unseen) = (0, 2.0, None, None);
-        // The end of a first stride that linear theory does not foresee: it counts where a shorter one ends in proportion.
+        // End of a first stride that linear theory did not foresee; accepted if a shorter one ends in proportion.
         let mut doubtful: Option<(f64, DVec2)> = None;
-        // Determinant of the Jacobian where the path begins, once it is asked for.
         let mut first: Option<f64> = None;
         loop {
             tried += 1;
@@ -161,14 +145,13 @@ impl<'a> Shooter<'a> {
             let hit = self.newton(next, guess).and_then(|(z, shot, jacobian)| {
                 let linear = self.first(next / self.unit);
                 let near = |x: f64| (z.x - x).abs() <= FORESEEN * z.x.abs().max(x.abs()).max(linear);
-                // Under a contact that gives way no end is in proportion to another.
+                // With a contact that gives way ends are not in proportion.
                 let last = doubtful.replace((next, z)).filter(|_| begins && self.soft.is_none());
                 let foreseen = near(guess.x) || last.is_some_and(|(amount, z)| near(z.x * (next / amount)));
                 if !foreseen {
                     return Err(Missed::Stalled);
                 }
-                // Where the path folds back its other half has a Jacobian of the other sign. An updated one may be off by much where it is small.
-                // Next to the clamp of a thick whisker lengths cancel, and nothing folds.
+                // Behind a fold the Jacobian has the other sign; next to the clamp of a thick whisker lengths cancel, and nothing folds.
                 if self.problem.distance < NEXT_TO_CLAMP * self.whisker.taper.D {
                     return Ok((z, shot));
                 }
@@ -199,7 +182,7 @@ impl<'a> Shooter<'a> {
                 Err(missed) => {
                     stride = 0.5 * (next - at.0);
                     growth = 1.0;
-                    // Where a fibre has left the range of the law on the way, that is how the path ends, and it is not followed further.
+                    // The path ends where a fibre has left the range of the law.
                     let left = unseen.take().is_some_and(|shot| self.is_in_range(&shot) == Ok(false));
                     if left || stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
                         let law = left || missed == Missed::NoState;
@@ -211,7 +194,6 @@ impl<'a> Shooter<'a> {
         }
     }
 
-    /// Determinant of the Jacobian of a whisker that is hardly touched.
     fn begun(&self) -> Result<f64, Missed> {
         let amount = BEGUN * self.unit;
         let z = DVec2::new(self.first(BEGUN), 0.0);
@@ -224,8 +206,7 @@ impl<'a> Shooter<'a> {
         self.soft.map_or(amount, |soft| soft.force(stiffness, amount * self.lever) / self.force)
     }
 
-    /// Newton's method with Broyden's updates, damped by the natural monotonicity test (Deuflhard 1974).
-    /// The unknowns, their rod, and the Jacobian, perhaps updated, there.
+    /// Newton's method with Broyden's updates and the natural monotonicity test (Deuflhard 1974). The Jacobian may be an updated one.
     fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Missed> {
         let mut z = guess;
         let mut shot = self.shoot(amount, z.to_array())?;
@@ -245,7 +226,7 @@ impl<'a> Shooter<'a> {
                     (self.size(z, next) < self.size(z, step)).then_some((fraction, trial, next))
                 })
             else {
-                // Steps that do not shrink any more are what rounding leaves of lengths that cancel.
+                // Steps that no longer shrink are rounding of lengths that cancel.
                 return if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(missed) };
             };
             let contracts = fraction == 1.0 && self.size(z, next) < 0.1 * self.size(z, step);
@@ -262,7 +243,6 @@ impl<'a> Shooter<'a> {
         if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(Missed::Stalled) }
     }
 
-    /// What changes of the unknowns are measured by: P itself, a, and for T the contact force.
     fn scale(&self, z: DVec2) -> DVec2 {
         match self.unknowns {
             Unknowns::Slide(_) => DVec2::new(z.x, 1.0),
@@ -283,7 +263,6 @@ impl<'a> Shooter<'a> {
         Ok(DMat2::from_cols(column(DVec2::X)?, column(DVec2::Y)?))
     }
 
-    /// Whether the material bears `shot`: no fibre is outside the range of the law.
     pub fn is_in_range(&self, shot: &Shot) -> Result<bool, Ended> {
         if self.whisker.law.is_linear() {
             return Ok(true);

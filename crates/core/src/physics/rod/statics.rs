@@ -15,83 +15,65 @@ use crate::scene::model::{Material, Side};
 /// A force on the end s = c of a rod, in the contact frame: origin at that end, d1 along it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EndLoad<T = f64> {
-    /// c, mm.
     pub arc: T,
-    /// N.
     pub force: Vector<T>,
-    /// Where the force acts, mm.
+    /// Point where the force acts, mm.
     pub point: Vector<T>,
 }
 
-/// Deformation of the rod at one section.
 pub(super) struct Deformation<T> {
-    /// Strain of the centreline.
     pub stretch: T,
-    /// κ, 1/mm.
     pub curvature: T,
-    /// γ.
     pub shear: T,
-    /// Strain of the gauge's fibre.
     pub fibre: T,
-    /// |e₀| + |κR|: a nonlinear law tells each of them from sums over the section of numbers of this size.
+    /// |e₀| + |κR|, scale of the rounding: e₀ and κR each come from section sums of this size.
     pub size: f64,
-    /// R, mm.
     pub radius: f64,
 }
 
-/// What a section does under axial force N, shear force Q (N) and moment M (N mm); `None` if it cannot bear them.
+/// Response of sections to axial force N, shear force Q (N) and moment M (N mm).
 pub(super) trait Response<T: Real> {
-    /// Of a section at `s`; `within` is a place between the same [edges](Self::edges).
+    /// The section at `s` on the piece, between [edges](Self::edges), that holds `within`; `None` if it cannot bear the load.
     fn deform(&self, at: (T, f64), axial: T, shear: T, moment: T) -> Option<Deformation<T>>;
 
-    /// Places at which they change suddenly, rising.
+    /// Places where sections change suddenly, ascending.
     fn edges(&self) -> Vec<T> {
         Vec::new()
     }
 
-    /// How much a section between two of these places bends, where it is not as it deforms.
+    /// Factor of the curvature on the piece that holds `within`.
     fn bends(&self, _within: f64) -> T {
         T::of(1.0)
     }
 
-    /// κ₀ of the resting rod.
     fn rest(&self, _s: T) -> T {
         T::of(0.0)
     }
 }
 
-/// A whisker's sections.
 pub(super) struct Whisker<'a, T = f64> {
     pub taper: Taper<T>,
-    /// What is no cone.
     pub body: Option<&'a Body<T>>,
     pub law: SectionLaw<T>,
     pub extension: bool,
     /// 1/(kG), 1/MPa; 0 without shear.
     pub shear_compliance: T,
     pub side: Side,
-    /// A foil under the gauge.
     pub foil: Option<Bonded<T>>,
-    /// Where sections distort.
     pub skin: Option<Skin<T>>,
-    /// What is near to the strain of the section that is asked for next, where that is known; it becomes nearer.
+    /// Approximate strain of the next section, where it is known; replaced by the strain found.
     pub near: Cell<Option<SectionStrain>>,
 }
 
-/// The skin of a whisker whose sections distort.
 pub(super) struct Skin<T = f64> {
-    /// The whisker from the face of its clamp.
     pub taper: Taper<T>,
-    /// Where its rod begins, mm.
     pub start: T,
-    /// E, MPa.
     pub modulus: T,
-    /// What both sides lose, in (κR)².
+    /// Loss on both sides, in (κR)².
     pub halved: f64,
 }
 
 impl<T: Real> Skin<T> {
-    /// Of the rod `problem`, which begins where its clamp holds it.
     pub fn new(problem: &RodProblem<'_, T>) -> Option<Self> {
         let model = problem.model;
         let (taper, start) = Self::whisker(problem);
@@ -103,7 +85,6 @@ impl<T: Real> Skin<T> {
         })
     }
 
-    /// The whisker from the face of its clamp, and where its rod, that of `problem`, begins, mm from there.
     pub fn whisker(problem: &RodProblem<'_, T>) -> (Taper<T>, T) {
         let (c0, taper) = (Held::new(problem.model).c0, problem.taper);
         // D' = D − 2 tan α c₀ D.
@@ -111,7 +92,7 @@ impl<T: Real> Skin<T> {
         (taper.from(-start), start)
     }
 
-    /// Strain of the skin on the side `sign` (1: of the contact) at `s` of the rod, under its axial and bending strain and its shear force, N.
+    /// Strain of the skin on the contact side (`sign` 1) or the far side (−1) at `s`, under the rod's strain and shear force, N.
     #[inline(always)]
     fn strain(&self, s: T, strain: SectionStrain<T>, shear: T, sign: f64) -> T {
         let [bending, by_shear] = distorted(&self.taper, self.modulus, s + self.start);
@@ -122,7 +103,6 @@ impl<T: Real> Skin<T> {
 }
 
 impl<T: Real> Whisker<'_, T> {
-    /// With each number as a `U`; none of what is no cone, or bears a foil.
     #[inline(always)]
     pub fn map<U: Real>(&self, f: impl Fn(T) -> U + Copy) -> Option<Whisker<'static, U>> {
         let plain = self.body.is_none() && self.foil.is_none();
@@ -144,7 +124,6 @@ impl<T: Real> Whisker<'_, T> {
         })
     }
 
-    /// R, mm, and what a section does under an axial force and a moment.
     #[inline(always)]
     fn strain(&self, (s, within): (T, f64), axial: T, moment: T) -> Option<(T, SectionStrain<T>)> {
         if let Some(body) = self.body {
@@ -201,7 +180,6 @@ impl<T: Real> Response<T> for Whisker<'_, T> {
     }
 }
 
-/// Sections that only bend; the function gives EI(s), N mm².
 pub(super) struct Bending<F>(pub F);
 
 impl<F: Fn(f64) -> f64> Response<f64> for Bending<F> {
@@ -221,7 +199,6 @@ impl<F: Fn(f64) -> f64> Response<f64> for Bending<F> {
 /// The rod between its end and a section at the distance σ = c − s from it, in the contact frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bent<T = f64> {
-    /// ψ.
     pub angle: T,
     /// r(s) + (σ, 0), mm: the position without its straight part, so that a small deflection keeps its digits.
     pub offset: Vector<T>,
@@ -230,8 +207,7 @@ pub(super) struct Bent<T = f64> {
 }
 
 impl<T: Real> Bent<T> {
-    /// What errors are measured by on a rod of length `arc`. The shortening, of second order, may be so small that its digits
-    /// are noise: of the deflection, and next to the contact of the bending strain, from which a nonlinear law has the stretch.
+    /// Scales of errors. The shortening is of second order and may be noise: it is measured by deflection and bending strain.
     fn scale(arc: f64, y: &[T; 4]) -> [f64; 4] {
         let [angle, along, across, elongation] = y.map(|y| y.value().abs());
         [angle, along.max(1e-3 * across).max(1e-4 * arc * angle), across, elongation]
@@ -239,7 +215,6 @@ impl<T: Real> Bent<T> {
 }
 
 impl<T: Real> EndLoad<T> {
-    /// N, Q and M at the distance `sigma` from the end.
     #[inline(always)]
     fn resultants(&self, sigma: T, bent: &Bent<T>) -> [T; 3] {
         let d1 = Vector::from_angle(bent.angle);
@@ -247,7 +222,7 @@ impl<T: Real> EndLoad<T> {
         [self.force.dot(d1), self.force.dot(d1.perp()), arm.perp_dot(self.force)]
     }
 
-    /// Derivatives with respect to σ, within `length` of where the segment begins: −dψ/ds, −dr/ds + (1, 0) and, over the gauge, the fibre's strain.
+    /// Derivatives by σ within `length` of the segment's start: −dψ/ds, −dr/ds + (1, 0) and, over the gauge, the fibre's strain.
     #[inline(always)]
     pub fn slope(
         &self,
@@ -265,7 +240,7 @@ impl<T: Real> EndLoad<T> {
         // 1 − cos ψ without loss of digits.
         let versine = if cos.value() > 0.0 { sin * sin / (cos + 1.0) } else { T::of(1.0) - cos };
         let (stretched, over) = (f64::from(section.stretch.value() != 0.0), f64::from(over_gauge));
-        // The angle is no better known than the curvature that it is summed of.
+        // The angle is as uncertain as the curvature that it sums.
         let turn = sin.value().abs() + length * section.size / section.radius;
         let bend = section.size / section.radius + rest.value().abs();
         let slide = section.shear.value().abs();
@@ -301,7 +276,7 @@ impl<T: Real> EndLoad<T> {
         let whole = places.len() == 1;
         for place in places {
             let within = self.arc.value() - 0.5 * (at.value() + place.value());
-            // As a difference a short length would lose its digits.
+            // A difference would lose the digits of a short length.
             let part = if whole { length } else { place - at };
             let over = (over_gauge, length.value(), within, rod.bends(within));
             let slope = |sigma, y: &[T; 4]| self.slope(rod, over, sigma, y);
@@ -312,9 +287,8 @@ impl<T: Real> EndLoad<T> {
         Ok(Bent::from(y))
     }
 
-    /// The clamped end of the rod, with the gauge over [x1, x2].
     pub fn bend(&self, rod: &impl Response<T>, gauge: [T; 2]) -> Result<Bent<T>, Ended> {
-        // A gauge that begins at the clamp has a beginning that may move.
+        // A gauge that begins at the clamp keeps the derivatives of its beginning.
         let from_clamp = |x: T| if x.value() < 0.0 { T::of(0.0) } else { x };
         let [x1, x2] = gauge.map(|x| Real::min(from_clamp(x), self.arc));
         let beyond = self.carry(rod, false, Bent::unbent(), T::of(0.0), self.arc - x2)?;
@@ -322,7 +296,6 @@ impl<T: Real> EndLoad<T> {
         self.carry(rod, false, under, self.arc - x1, x1)
     }
 
-    /// Whether every fibre of `whisker`, looked at in `parts` + 1 equally spaced sections, is in range.
     pub fn is_in_range(&self, whisker: &Whisker<'_, T>, parts: u32) -> Result<bool, Ended> {
         let length = self.arc / f64::from(parts);
         let mut bent = Bent::unbent();
@@ -344,7 +317,6 @@ impl<T: Real> EndLoad<T> {
 }
 
 impl<T: Real> Bent<T> {
-    /// At the contact.
     fn unbent() -> Self {
         Self::from([T::of(0.0); 4])
     }

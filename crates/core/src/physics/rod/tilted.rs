@@ -6,41 +6,37 @@ use crate::physics::pole::{Planar, Pole, Rig};
 use crate::physics::real::Real;
 use crate::scene::model::{Contact, Drive, Side};
 
-/// Change of the azimuth, rad, at which its equation is solved.
 const SOLVED: f64 = 1e-12;
 
-/// The same where rounding of the planar taps allows no less.
+/// Accepted where rounding of the planar taps stops the steps.
 const NEARLY: f64 = 1e-9;
 
-/// Planes that are tried at most.
 const MOST_PLANES: u32 = 40;
 
 /// A tap with a gauge in the plane of rotation, and one 90° further round the whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltedTap {
-    /// Of the first gauge.
+    /// The tap with the first gauge.
     pub tap: RodTap,
     /// Mean strain over the second gauge, tension positive.
     pub strain_2: f64,
     /// Azimuth φ of the plane of bending from the plane of rotation, rad.
     pub azimuth: f64,
-    /// λ: how far the contact's point of the pole has moved along it, mm.
+    /// λ: distance that the contact has moved along the pole, mm.
     pub slide: f64,
 }
 
 impl RodProblem<'_> {
-    /// The tap against a pole of `tilt` β and `lean` γ, rad, both below a right angle. A contact that sticks to an edge, on the centreline, stays
-    /// in the plane of rotation whatever the direction; one with Coulomb friction, or that rolls, is asked of an upright pole only.
+    /// The tap against a pole of `tilt` β and `lean` γ, rad, below 90°; with friction other than sticking to an edge for upright poles only.
     ///
     /// # Errors
-    /// As [`Self::solve`]; [`RodError::NotConverged`] too where no plane is found.
+    /// Those of [`Self::solve`], and [`RodError::NotConverged`] if no plane is found.
     pub fn solve_tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
         let (held, start) = self.held();
         let one = held.tilted(direction)?;
         Ok(TiltedTap { tap: RodTap { contact_arc: one.tap.contact_arc + start, ..one.tap }, ..one })
     }
 
-    /// The same of a rod that begins at its clamp.
     fn tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
         let upright = direction == [0.0; 2];
         let sticks = self.model.contact == Contact::Stick && self.model.pole_radius == 0.0;
@@ -65,7 +61,6 @@ impl RodProblem<'_> {
         let mut last = f64::INFINITY;
         for _ in 0..MOST_PLANES {
             let (lack, planar, problem, tap) = at(phi)?;
-            // Steps that do not shrink any more are what rounding leaves.
             if lack.abs() <= SOLVED || lack.abs() <= NEARLY && lack.abs() >= 0.5 * last {
                 return Ok(problem.beside(tap, phi, planar.slide));
             }
@@ -79,11 +74,10 @@ impl RodProblem<'_> {
         Err(RodError::NotConverged)
     }
 
-    /// Both gauges of the planar tap `tap` of this problem, whose plane stands at the azimuth `phi`.
     fn beside(&self, tap: RodTap, phi: f64, slide: f64) -> TiltedTap {
         let axial = self.axial(&tap);
         let (sin, cos) = phi.sin_cos();
-        // What the gauge in the plane of bending shows is axial + bending; on the far side both gauges are half a turn further.
+        // The gauge in the plane of bending reads axial + bending; on the far side both gauges are turned by 180°.
         let bending = tap.strain - axial;
         let strain = if phi == 0.0 { tap.strain } else { axial + bending * cos };
         // In the plane of rotation the second gauge is on the neutral fibre.
@@ -91,7 +85,6 @@ impl RodProblem<'_> {
         TiltedTap { tap: RodTap { strain, ..tap }, strain_2, azimuth: phi, slide }
     }
 
-    /// Mean strain of the centreline over the gauge in the equilibrium `tap`.
     fn axial(&self, tap: &RodTap) -> f64 {
         let other = match self.side {
             Side::Contact => Side::Far,
@@ -107,7 +100,6 @@ impl RodProblem<'_> {
 }
 
 impl<T: Real> RodProblem<'_, T> {
-    /// The tap in a plane of bending: the base turns about where the pole was seen from.
     pub(super) fn in_plane(&self, planar: &Planar<T>) -> Self {
         let hub = if self.drive == Drive::Angle { self.hub } else { T::of(0.0) };
         Self { distance: planar.distance, hub, drive: Drive::Angle, amount: planar.angle, ..*self }

@@ -1,30 +1,25 @@
-//! Functions by their values at Gauss's nodes: integrals, series, and a linear equation of two of them.
+//! Functions by their values at Gauss's nodes: integrals, series, and a linear equation for two of them.
 
 use std::array::from_fn;
 use std::sync::LazyLock;
 
 use crate::physics::nodes::Nodes;
 
-/// A number at each node.
 pub type Row<const N: usize> = [f64; N];
 
-/// Change of the solution of a linear equation, relative to its largest, at which it is solved.
 const FOLLOWED: f64 = 1e-14;
 
-/// Sweeps at most.
 const MOST_SWEEPS: usize = 40;
 
-/// Gauss's rule of N nodes on w ∈ [0, 1], as [`Nodes`].
 pub struct Table<const N: usize> {
     pub points: Row<N>,
     pub weights: Row<N>,
-    /// What node j gives to the integrals from 0 to each node.
+    /// Transposed against [`Nodes`]: row j is the part of node j in the integral to each node.
     integral: [Row<N>; N],
-    /// Row k: the coefficient of P_k.
     legendre: [Row<N>; N],
 }
 
-/// Nodes where they do, and where they do not; multiples of four.
+/// Numbers of nodes, tried in turn; multiples of four.
 pub const FEW: usize = 16;
 pub const MANY: usize = 24;
 
@@ -43,7 +38,7 @@ impl<const N: usize> Table<N> {
         }
     }
 
-    /// ∫ of each of `rates` from 0 to each node, less `from`: side by side, for a sum waits for its last term.
+    /// ∫ of each of `rates` from 0 to each node, less `from`; interleaved, because a sum waits for its last term.
     #[inline(always)]
     pub fn integrate<const FMA: bool, const M: usize>(
         &self,
@@ -60,7 +55,6 @@ impl<const N: usize> Table<N> {
         sums
     }
 
-    /// Weights of the interpolant at `w`, and of its integral from 0 to there.
     #[inline(always)]
     pub fn interpolate<const FMA: bool>(&self, w: f64) -> [Row<N>; 2] {
         let x = 2.0 * w - 1.0;
@@ -77,7 +71,6 @@ impl<const N: usize> Table<N> {
         weights
     }
 
-    /// The last coefficients of the series of `rate`, relative to its largest.
     #[inline(always)]
     pub fn tail(&self, rate: &Row<N>) -> f64 {
         let last = dot(&self.legendre[N - 1], rate).abs() + dot(&self.legendre[N - 2], rate).abs();
@@ -86,7 +79,6 @@ impl<const N: usize> Table<N> {
     }
 }
 
-/// Adds `factor` x, in one rounding where the CPU has it.
 #[inline(always)]
 pub fn add<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: f64, x: &Row<N>) {
     for (to, x) in to.iter_mut().zip(x) {
@@ -94,7 +86,6 @@ pub fn add<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: f64, x: &Ro
     }
 }
 
-/// The same of a factor at each node.
 #[inline(always)]
 pub fn add_each<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: &Row<N>, x: &Row<N>) {
     for ((to, x), factor) in to.iter_mut().zip(x).zip(factor) {
@@ -102,7 +93,6 @@ pub fn add_each<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: &Row<N
     }
 }
 
-/// Σ x y.
 #[inline(always)]
 pub fn dot<const N: usize>(x: &Row<N>, y: &Row<N>) -> f64 {
     let mut sums = [0.0; 4];
@@ -114,7 +104,6 @@ pub fn dot<const N: usize>(x: &Row<N>, y: &Row<N>) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// The largest size.
 #[inline(always)]
 pub fn largest<const N: usize>(x: &Row<N>) -> f64 {
     let mut most = [0.0_f64; 4];
@@ -127,8 +116,7 @@ pub fn largest<const N: usize>(x: &Row<N>) -> f64 {
     most[0].max(most[1]).max(most[2]).max(most[3])
 }
 
-/// How pairs of functions follow: their distances from `from`, where their rates are `rates` at `from` and change as `by` says; to `share` of the first
-/// change.
+/// Distances of pairs of functions from `from`, with rates `rates` there and derivatives `by`; accurate to `share` of the first change.
 #[inline(always)]
 pub fn follow<const FMA: bool, const N: usize, const M: usize>(
     table: &Table<N>,
@@ -169,7 +157,6 @@ pub fn follow<const FMA: bool, const N: usize, const M: usize>(
     None
 }
 
-/// x less `ratio` y.
 #[inline(always)]
 pub fn less<const N: usize>(x: &Row<N>, ratio: f64, y: &Row<N>) -> Row<N> {
     let mut u = *x;

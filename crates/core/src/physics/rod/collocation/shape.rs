@@ -11,20 +11,16 @@ use crate::physics::rod::gradient::Traced;
 use crate::physics::rod::statics::{EndLoad, Whisker};
 use crate::physics::section::SectionStrain;
 
-/// A number with derivatives by ψ and x of its place.
 type Local = Dual<2>;
 
-/// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square.
+/// Newton stops after a relative change of the shape below this: the next would be its square.
 const SETTLED: f64 = 1e-7;
 
-/// What the linear equation leaves of its first change while the shape is sought.
 const BEGUN: f64 = 1e-4;
 
-/// Iterations at most.
 const MOST_STEPS: usize = 8;
 
 impl EndLoad<Traced> {
-    /// The shape to first order: what the moment on the straight rod bends, and how that shortens it.
     #[inline(always)]
     fn straight<const FMA: bool, const N: usize>(
         &self,
@@ -51,7 +47,6 @@ impl EndLoad<Traced> {
         at
     }
 
-    /// The shape of the rod under this load, from `begun` on, and how its rates change with it.
     #[inline(always)]
     pub(super) fn settled<const FMA: bool, const N: usize>(
         &self,
@@ -87,7 +82,7 @@ impl EndLoad<Traced> {
                 }
             }
             if last <= SETTLED {
-                // Derivatives end later than values.
+                // Series of derivatives converge later than those of values.
                 let doubtful = rod.skin.is_none() && N < MANY && table.tail(&rates[3]) > 0.2 * TAIL;
                 return (!doubtful).then_some((at, by));
             }

@@ -1,4 +1,4 @@
-//! The closure of a tap: how far the object is from where it must be, under forces that are tried (model §3).
+//! The closure of a tap: the miss of the object under trial forces (model §3).
 
 use std::cell::Cell;
 
@@ -12,26 +12,21 @@ use crate::physics::section::SectionLaw;
 use crate::physics::solid::Held;
 use crate::scene::model::Drive;
 
-/// Places that are tried for a rolling contact at most.
 const MOST_ROLLS: u32 = 30;
 
-/// Roundings of the two lengths that a contact rolls by which they may differ.
+/// Allowed difference of the two rolled lengths, in roundings.
 const ROLLED: f64 = 8.0;
 
-/// The same where rounding lets them come no nearer: the integration is good to 1e-13.
+/// The same where rounding stops convergence: the integration is accurate to 1e-13.
 const NEARLY_ROLLED: f64 = 4e3;
 
-/// Places that are tried after the right one, for its derivatives.
 const MORE_ROLLS: u32 = 3;
 
-/// Distance of two places, over a, that tells how the gap changes between them.
 const FLAT: f64 = 1e-9;
 
-/// A load, and what it makes of the rod.
 type Rod<T> = (EndLoad<T>, Bent<T>);
 
 impl<'a, T: Real> Shooter<'a, T> {
-    /// Of forces over `force`, N.
     pub fn with(problem: &'a RodProblem<'a, T>, unknowns: Unknowns<T>, force: f64) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
         let zero = T::of(0.0);
@@ -74,12 +69,10 @@ impl<'a, T: Real> Shooter<'a, T> {
         }
     }
 
-    /// Bends the whisker under the forces `z` says and compares the object's place with where it must be.
     pub fn shoot(&self, amount: T, z: [T; 2]) -> Result<Shot<T>, Missed> {
         self.shot(amount, z, |load| load.bend(&self.whisker, self.problem.gauge))
     }
 
-    /// The same of a whisker that bends as `bend` says.
     pub fn shot(
         &self,
         amount: T,
@@ -109,8 +102,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         if finite { Ok(shot) } else { Err(Missed::Stalled) }
     }
 
-    /// How far the contact rolls on a pole that does not turn, mm, and the rod there, which is the one `under` it: as much of the pole's
-    /// circumference as of the whisker's skin has been touched.
+    /// Distance that the contact rolls on a pole that does not turn, mm, and the rod there. Equal lengths of circumference and skin have touched.
     fn roll(
         &self,
         amount: T,
@@ -126,7 +118,6 @@ impl<'a, T: Real> Shooter<'a, T> {
             None => slid / self.touched.tilt.y,
         };
         let mut slid = T::of(0.0);
-        // Gap per mm of arc, and the last gap.
         let (mut slope, mut last) = (1.0, None::<(f64, f64)>);
         let mut close = 0;
         for _ in 0..MOST_ROLLS {
@@ -137,11 +128,11 @@ impl<'a, T: Real> Shooter<'a, T> {
                 * (slid.value().abs()
                     + model.pole_radius.value()
                         * (turned.value().abs() + angle.value().abs() + begun.value().abs()));
-            // Where rounding of the rod lets the gap not shrink any more it is as small as it can be.
+            // A gap that no longer shrinks is rounding of the rod.
             let stays = last.is_some_and(|(_, before)| gap.value().abs() >= 0.5 * before.abs());
             let most = if stays { NEARLY_ROLLED } else { ROLLED };
             close += u32::from(gap.value().abs() <= most * rounding);
-            // Derivatives settle when the place has.
+            // Derivatives settle after the place.
             if close > if T::BARE { 0 } else { MORE_ROLLS } {
                 return Ok((slid, rod));
             }
@@ -155,7 +146,6 @@ impl<'a, T: Real> Shooter<'a, T> {
         Err(Missed::Stalled)
     }
 
-    /// R of the whisker at the arc `arc`, by the piece that holds the contact before the tap.
     fn radius(&self, arc: T) -> T {
         let RodProblem { taper, body, distance, .. } = *self.problem;
         match body {
@@ -165,13 +155,11 @@ impl<'a, T: Real> Shooter<'a, T> {
         }
     }
 
-    /// sin α and cos α of a contact at the arc `arc`.
     fn tilt(&self, arc: T) -> Vector<T> {
         let RodProblem { body, distance, model, .. } = *self.problem;
         body.map_or(self.touched.tilt, |body| body.tilt(arc, distance.value(), model.surface))
     }
 
-    /// P and T, N, on the whisker at the arc `arc`.
     pub fn load(&self, arc: T, [normal, tangential]: [T; 2]) -> EndLoad<T> {
         let (tilt, zero) = (self.tilt(arc), T::of(0.0));
         let force = tilt * -normal + Vector::new(tilt.y, -tilt.x) * tangential;
@@ -179,18 +167,15 @@ impl<'a, T: Real> Shooter<'a, T> {
         EndLoad { arc, force, point: Vector::new(zero, height) }
     }
 
-    /// ∫ of the gauge fibre's strain over the gauge, mm, in an equilibrium with P and T, N, at the arc `arc`.
     pub fn elongation(&self, arc: T, force: [T; 2]) -> Option<T> {
         let load = self.load(arc, force);
         load.bend(&self.whisker, self.problem.gauge).ok().map(|bent| bent.elongation)
     }
 
-    /// M₀, N mm, about the base section, of a rod bent by `load`.
     fn moment(load: &EndLoad<T>, bent: &Bent<T>) -> T {
         (load.point + Vector::new(load.arc, T::of(0.0)) - bent.offset).perp_dot(load.force)
     }
 
-    /// How far the base section has moved, mm, and the angle from the contact's frame to the motor's.
     fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
         let Some(root) = self.problem.body.map(|body| body.root) else {
             return (Vector::of(0.0, 0.0), -bent.angle);
@@ -200,14 +185,13 @@ impl<'a, T: Real> Shooter<'a, T> {
         (Vector::new(force.x / root.k_x, force.y / root.k_y), turned)
     }
 
-    /// What the whisker exerts on its root: M₀, F_x and F_y in the motor's frame, N mm and N.
+    /// Wrench on the root in the motor's frame: M₀, N mm, F_x and F_y, N.
     pub fn wrench(&self, load: &EndLoad<T>, bent: &Bent<T>) -> [T; 3] {
         let force = Vector::from_angle(self.base(load, bent).1).rotate(load.force);
         [Self::moment(load, bent), force.x, force.y]
     }
 
-    /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame. The
-    /// lengths that cancel are left out, so that a small tap keeps its digits.
+    /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame, without lengths that cancel.
     fn miss(&self, amount: T, slid: T, load: &EndLoad<T>, bent: &Bent<T>) -> Vector<T> {
         let RodProblem { taper, body, distance, model, drive, .. } = *self.problem;
         let zero = T::of(0.0);
@@ -225,7 +209,7 @@ impl<'a, T: Real> Shooter<'a, T> {
             return Vector::from_angle(angle).rotate(hub) + centre + moved
                 - Vector::from_angle(angle - turn).rotate(begun);
         }
-        // What the radius grows from a to c. As a difference of radii it would lose its digits where a is small.
+        // Growth of the radius from a to c; a difference of radii would lose its digits at small a.
         let widening = match (model.surface, body) {
             (false, _) => zero,
             (true, None) => -taper.tan_alpha * slid,
@@ -245,7 +229,6 @@ impl<'a, T: Real> Shooter<'a, T> {
     }
 }
 
-/// 1 − cos x.
 fn versine<T: Real>(x: T) -> T {
     let half = (x * 0.5).sin();
     half * 2.0 * half
