@@ -1,8 +1,6 @@
-//! The mean over what the learned numbers may be: importance sampling about the peaks of their likelihood.
-//!
-//! Their likelihood is no bell: of a standard deviation too small to be seen it is flat to one side and steep to the other. Drawn from a
-//! normal distribution of the curvature at the peak, 20 000 points of 12 numbers count as 200; drawn from one whose width differs to
-//! either side of every axis (Geweke 1989, Econometrica 57, 1317), as a third to two thirds of them.
+//! Average over the learned numbers: importance sampling about the peaks of their likelihood.
+//! For a standard deviation too small to be seen, the likelihood is flat on one side and steep on the other. Of points from a normal proposal in 12
+//! dimensions, 1 % count; of points from a split normal (Geweke 1989, Econometrica 57, 1317) a third to two thirds.
 
 use nalgebra::{DMatrix, DVector};
 use vibrissa_core::normal::quantile;
@@ -14,20 +12,16 @@ use crate::hyper::Hyper;
 use crate::newton::Peak;
 use crate::tails::{PARTS, Tails};
 
-/// Points over which the learned numbers are averaged: of few cells, of more, of many; powers of two, of which Sobol's points are even.
+/// Number of points for few, more and many cells; powers of two keep Sobol's points balanced.
 const POINTS: [usize; 3] = [128, 64, 16];
-/// Of so many cells the learned numbers are uncertain, and points cost little.
+/// Up to this many cells, the learned numbers are uncertain and points are cheap.
 const FEW: usize = 60;
-/// Where on an axis its width is looked for, in standard deviations of the curvature.
+/// Distance at which the width of an axis is measured, in standard deviations of the curvature.
 const REACH: f64 = 2.0;
-/// Points are drawn from somewhat farther.
 const WIDER: f64 = 1.1;
-/// Least and largest width, in standard deviations of the curvature.
 const WIDTHS: [f64; 2] = [0.3, 4.0];
-/// Scramble of the points.
 const SEED: u64 = 1;
 
-/// Points for so many cells.
 pub fn points(cells: usize) -> usize {
     POINTS[usize::from(cells > FEW) + usize::from(cells > crate::fit::MANY)]
 }
@@ -35,18 +29,15 @@ pub fn points(cells: usize) -> usize {
 /// Widths below and above a peak along each axis, in standard deviations of its curvature.
 pub type Widths = Vec<[f64; 2]>;
 
-/// What points are drawn from: about a peak, along the axes of the root of its curvature's inverse.
+/// Split normal distribution about a peak, along the axes of the inverse root of its Hessian.
 struct Proposal<'a> {
     peak: &'a Peak,
-    /// Axes, and their inverse.
     axes: [DMatrix<f64>; 2],
     widths: Widths,
-    /// ln of the density at the peak, but for a constant.
     top: f64,
 }
 
 impl<'a> Proposal<'a> {
-    /// About `peak`, with the widths of a like one where there are any.
     fn new(problem: &Problem, peak: &'a Peak, widths: Option<&Widths>) -> Self {
         let eigen = peak.hessian.clone().symmetric_eigen();
         let power = |p: f64| {
@@ -95,7 +86,6 @@ impl<'a> Proposal<'a> {
     }
 }
 
-/// The learned numbers that [`Spread`] holds, and of what power of them the mean is taken.
 const OF_SPREAD: [(Hyper, i32); 7] = [
     (Hyper::Floor, 2),
     (Hyper::Relative, 2),
@@ -106,27 +96,19 @@ const OF_SPREAD: [(Hyper, i32); 7] = [
     (Hyper::RunGain, 1),
 ];
 
-/// Those whose variances [`Tails`] is of.
 const OF_TAILS: [Hyper; PARTS] =
     [Hyper::Floor, Hyper::Relative, Hyper::Position, Hyper::Visit, Hyper::RunZero, Hyper::RunGain];
 
-/// Means over the learned numbers.
 pub struct Mixed {
-    /// Of the coefficients.
     pub mean: Vec<f64>,
-    /// Covariance of the coefficients, that of the learned numbers included.
     pub covariance: DMatrix<f64>,
-    /// Mean variances beside the curve; of the zero and the gain of runs the squares of mean standard deviations: of six runs these hold 68 % of
-    /// the readings of another one, and mean variances some more.
+    /// Mean variances; of zero and gain of runs squared mean deviations, which hold 68 % of the readings of a seventh run (mean variances hold more).
     pub spread: Spread,
-    /// How well these are known.
     pub tails: Tails,
-    /// How wide the first peak is.
     pub widths: Widths,
 }
 
-/// The mean over points about the peaks, weighted by what likelihood and prior make of them; of the peak alone where there are none.
-/// `widths` are those of a fit of nearly the same rows.
+/// Weighted average over points about the peaks, or over the first peak alone for `points` = 0. `widths` are from a fit of nearly the same rows.
 pub fn mean(
     problem: &Problem,
     peaks: &[Peak],
@@ -139,7 +121,6 @@ pub fn mean(
         peaks.iter().filter(|p| points > 0 && p.solved.value < first.solved.value + crate::fit::HEARD);
     let proposals: Vec<Proposal<'_>> = heard.map(|p| Proposal::new(problem, p, widths)).collect();
     let mut all: Vec<(f64, Vec<f64>, Option<Solved>)> = Vec::new();
-    // Peaks may overlap: what a point is drawn from is all of them.
     for proposal in &proposals {
         for k in 0..(points / proposals.len()).max(1) {
             let at = proposal.point(k);
@@ -162,7 +143,7 @@ pub fn mean(
     let (mut variances, mut products) = ([0.0; PARTS], [[0.0; PARTS]; PARTS]);
     for ((_, at, solved), weight) in all.iter().zip(&weights) {
         let (w, solved) = (weight / sum, solved.as_ref().unwrap_or(&first.solved));
-        // About the first peak: differences of large numbers cost digits.
+        // Relative to the first peak: differences of large numbers lose digits.
         let here = DVector::from_iterator(n, kept.iter().map(|k| solved.mean[*k] - first.solved.mean[*k]));
         square += (solved.covariance(kept) + &here * here.transpose()) * w;
         mean += here * w;

@@ -1,4 +1,4 @@
-//! The curve that the model corrects: the whisker's own, or a power of distance and drive.
+//! Curve that the model corrects: the whisker's own, or a power law of distance and drive.
 
 use std::sync::Arc;
 
@@ -6,20 +6,20 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::rows::range;
 
-/// The |signal| of a whisker at a (mm) by a drive.
+/// |signal| of a whisker as a function of a (mm) and the drive.
 pub type Whisker = Arc<dyn Fn(f64, f64) -> f64 + Send + Sync>;
 
-/// Signal of a tap without any correction, before the gain.
+/// Signal of a tap before correction and gain.
 #[derive(Clone)]
 pub enum Base {
-    /// Of a whisker that is known, and what is added to the drive.
+    /// Curve of a known whisker, and the offset added to its drive.
     Known(Whisker, f64),
     /// (u + u₀)^p (1/a − κ)^q.
     Power(Power),
 }
 
 impl Base {
-    /// The signal at a (mm) by the drive u.
+    /// Signal at a (mm) and drive u.
     pub fn value(&self, a: f64, u: f64) -> f64 {
         match self {
             Self::Known(curve, offset) => curve(a, u + offset),
@@ -27,7 +27,7 @@ impl Base {
         }
     }
 
-    /// What is added to the drive: without any correction contact begins at minus this.
+    /// Offset added to the drive: without correction, contact begins at minus this.
     pub fn offset(&self) -> f64 {
         match self {
             Self::Known(_, offset) => *offset,
@@ -35,7 +35,7 @@ impl Base {
         }
     }
 
-    /// At and about a (mm) and u, over `unit`.
+    /// Value and derivatives at a (mm) and u, divided by `unit`.
     pub fn about(&self, unit: f64, a: f64, u: f64) -> About {
         let [value, nearer, farther, less, more] = [
             (a, u),
@@ -57,21 +57,21 @@ impl Base {
 /// Step of central differences, in ln.
 pub const STEP: f64 = 1e-3;
 
-/// The base at a tap.
+/// Value and derivatives of the base at a tap.
 #[derive(Debug, Clone, Copy)]
 pub struct About {
-    /// Its value m.
+    /// Value m.
     pub value: f64,
     /// ∂m/∂a · a.
     pub by_distance: f64,
-    /// What that changes over ln a.
+    /// Derivative of `by_distance` by ln a.
     pub turns: f64,
     /// ∂m/∂u · u.
     pub by_drive: f64,
 }
 
 impl About {
-    /// At a (1 + `share`): what matters to a slope, to first order.
+    /// Values at a (1 + `share`), accurate enough for a slope to first order.
     pub fn beside(&self, share: f64) -> Self {
         let value = self.value + share * self.by_distance + 0.5 * share * share * self.turns;
         Self {
@@ -83,7 +83,7 @@ impl About {
     }
 }
 
-/// (u + u₀)^p (1/a − κ)^q, with κ = 0 or q = 1: of a cone of length 1/κ the moment at the base is u (1/a − κ) times a constant.
+/// (u + u₀)^p (1/a − κ)^q with κ = 0 or q = 1. The base moment of a cone of length 1/κ is u (1/a − κ) times a constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Power {
     /// Offset u₀ of the drive: contact begins at −u₀.
@@ -92,17 +92,17 @@ pub struct Power {
     pub p: f64,
     /// Exponent of 1/a − κ.
     pub q: f64,
-    /// κ, 1/mm: at 1/κ the signal ends.
+    /// κ in 1/mm: the signal is 0 at a = 1/κ.
     pub end: f64,
 }
 
-/// ln (1/a − κ); beyond 1/κ of a small number, so that the signal is small there and falls.
+/// ln (1/a − κ), limited from below so that beyond 1/κ the signal is small and falls.
 fn ln_near(a: f64, end: f64) -> f64 {
     (1.0 / a - end).max(1e-3 / a).ln()
 }
 
 impl Power {
-    /// At a (mm) by the drive u.
+    /// Value at a (mm) and drive u.
     pub fn value(&self, a: f64, u: f64) -> f64 {
         (self.p * (u + self.offset).ln() + self.q * ln_near(a, self.end)).exp()
     }
@@ -111,28 +111,25 @@ impl Power {
 /// A fitted power law: signal = zero + factor (u + u₀)^p (1/a − κ)^q.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fitted {
-    /// The curve.
+    /// Power law without factor and zero.
     pub power: Power,
-    /// Its factor.
+    /// Factor of the power law.
     pub factor: f64,
-    /// The constant.
+    /// Constant zero.
     pub zero: f64,
     /// Weighted sum of squares.
     pub squares: f64,
-    /// Which parameters were fitted.
     free: [bool; 6],
 }
 
-/// Where a constant, an offset or an end is worth so much in ln of the likelihood, twice, it is there.
+/// Gain in 2 ln likelihood above which a constant, an offset or an end is accepted.
 pub(crate) const WORTH: f64 = 10.0;
-/// Of fewer positions the end is not looked for: the correction of the curve takes it up.
 const POSITIONS: usize = 4;
 /// Largest κ, in 1/(largest a).
 const NEAREST: f64 = 0.99;
 
-/// Fits a power law to taps (a, u, y) with the constant `zero`, or a free one: of a free exponent of the drive, or of the exponent 1 and a free
-/// offset, whichever is nearer; of a free exponent of 1/a, or where `ends` of a cone, if that is worth it. Both free at once, rods of one diameter would be
-/// told to end just beyond their farthest tap.
+/// Fits a power law to taps (a, u, y) above `zero` or a free zero, with a free exponent or offset of the drive, and a free exponent of 1/a or
+/// (`ends`) end of the cone. With both of these free, the end would lie just beyond the farthest tap of a rod.
 pub fn power(taps: &[[f64; 3]], zero: Option<f64>, ends: bool) -> Option<Fitted> {
     let different = |k: usize, apart: f64| {
         let mut values: Vec<f64> = taps.iter().map(|t| t[k].ln()).collect();
@@ -153,7 +150,6 @@ pub fn power(taps: &[[f64; 3]], zero: Option<f64>, ends: bool) -> Option<Fitted>
     Some(ending.unwrap_or(endless))
 }
 
-/// The same form as `near`, of nearly the same taps.
 pub(crate) fn again(taps: &[[f64; 3]], zero: Option<f64>, near: &Fitted) -> Option<Fitted> {
     let Power { offset, p, q, end } = near.power;
     let constant = if near.free[3] { near.zero } else { zero.unwrap_or(near.zero) };
@@ -163,7 +159,6 @@ pub(crate) fn again(taps: &[[f64; 3]], zero: Option<f64>, near: &Fitted) -> Opti
 /// ln factor, exponents of drive and of 1/a − κ, constant, offset of the drive, κ.
 type Parameters = [f64; 6];
 
-/// The best that some starts lead to, where the parameters are fitted that `free` says.
 fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 6]) -> Option<Fitted> {
     let [lo, hi] = range(taps.iter().map(|t| t[2]));
     let zeros =
@@ -179,13 +174,12 @@ fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 6]) -> Option<Fitted>
     fits.min_by(|f, g| f.squares.total_cmp(&g.squares))
 }
 
-/// A straight line through the logarithms of the taps above the constant.
 fn straight(taps: &[[f64; 3]], [zero, offset, end]: [f64; 3], exponents: [bool; 2]) -> Option<Parameters> {
     let (mut n, mut b) = (Matrix3::zeros(), Vector3::zeros());
     let above = || taps.iter().filter(|t| t[2] > zero);
     let mut sizes: Vec<f64> = above().map(|t| t[2] - zero).collect();
     sizes.sort_by(f64::total_cmp);
-    // A tap in another unit counts no more than one in the middle.
+    // Limit the weight, so that a tap in a wrong unit counts no more than the median one.
     let middle = *sizes.get(sizes.len() / 2)?;
     for t in above() {
         let (l, w) = ((t[2] - zero).ln(), (t[2] - zero).min(middle).powi(2));
@@ -202,8 +196,7 @@ fn straight(taps: &[[f64; 3]], [zero, offset, end]: [f64; 3], exponents: [bool; 
     x.iter().all(|x| x.is_finite()).then_some([x[0], p, q, zero, offset, end])
 }
 
-/// Least squares from `start` (Levenberg, Marquardt), with Huber's weights so that single wrong rows do not turn it; `None` where the exponents
-/// are no whisker's.
+/// Levenberg-Marquardt from `start` with Huber's weights against wrong rows; `None` if the exponents are implausible for a whisker.
 fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitted> {
     let least = taps.iter().map(|t| t[1]).fold(f64::INFINITY, f64::min);
     let longest = taps.iter().map(|t| t[0]).fold(0.0, f64::max);

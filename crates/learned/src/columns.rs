@@ -1,4 +1,4 @@
-//! The linear model: signal = Σ column · coefficient + noise, coefficients normal with variances that are learned.
+//! Linear model: signal = Σ column · coefficient + noise, with normal coefficients whose variances are learned.
 
 use std::collections::BTreeMap;
 
@@ -9,55 +9,52 @@ use crate::hyper::Hyper;
 use crate::labels::TOGETHER;
 use crate::rows::{Cell, range};
 
-/// Largest degree in ln a and in ln u.
 const DEGREE: usize = 2;
-/// Size of a term of a quadratic to that of one degree below.
 const LESS: f64 = 0.3;
-/// Waves in ln a and in ln u, the constant one included, and the most of a product.
+/// Count of waves in ln a and in ln u, the constant included, and largest sum of both orders in a product.
 pub const WAVES: [usize; 3] = [9, 4, 9];
-/// Half of the interval on which waves repeat, in half ranges of the data.
+/// Half of the period of the waves, in half ranges of the data.
 const PERIOD: f64 = 1.8;
-/// Knots of a drift.
 const KNOTS: usize = 16;
-/// Standard deviation of a coefficient of which nothing is known beforehand.
+/// Prior standard deviation of a coefficient of unknown size.
 pub(crate) const FLAT: f64 = 1e2;
-/// Offsets of distance and drive that a rig has: shares of a middle distance, and of the largest drive.
+/// Prior offsets of distance and drive: shares of the middle distance and of the largest drive.
 pub(crate) const OFFSETS: [f64; 2] = [0.005, 0.03];
 
-/// What a column says.
+/// Meaning of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Term {
-    /// Degrees in ln a and ln u of the factor of the base.
+    /// Legendre degrees in ln a and ln u, times the base.
     Curve(u8, u8),
-    /// Waves in ln a and ln u of the same.
+    /// Orders of waves in ln a and ln u, times the base.
     Wave(u8, u8),
     /// Offset of the distance.
     OffsetA,
     /// Offset of the drive.
     OffsetU,
-    /// The zero that all rows share.
+    /// Zero that all rows share.
     Zero,
-    /// Anything that is not asked for of new readings.
+    /// Effect that new readings do not have.
     Local,
 }
 
-/// A column's prior: ln of its variance is `fixed` + 2 Σ ln hyper, and of a wave its spectrum.
+/// Prior of a column: ln variance = `fixed` + 2 Σ ln hyper, for a wave plus its spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// What it says.
+    /// Meaning of the column.
     pub term: Term,
     /// Part that is not learned.
     pub fixed: f64,
-    /// Learned parts: places among the hyperparameters.
+    /// Learned parts, as indices into the hyperparameters.
     pub learned: Vec<usize>,
 }
 
-/// Angular frequency of wave n, in half ranges.
+/// Angular frequency of wave n, in 1/half range.
 pub fn frequency(n: usize) -> f64 {
     n as f64 * std::f64::consts::PI / (2.0 * PERIOD)
 }
 
-/// Waves 0 … n − 1 at x: cosines, so that a curve of great length is constant (Solin and Särkkä 2020, with free ends).
+/// Waves 0 … n − 1 at x: cosines, so that long lengths give a constant (Solin and Särkkä 2020, with free ends).
 fn waves(n: usize, x: f64) -> Vec<f64> {
     let first = (frequency(1) * (x.clamp(-PERIOD, PERIOD) + PERIOD)).cos();
     let mut cosines = vec![1.0, first];
@@ -65,21 +62,21 @@ fn waves(n: usize, x: f64) -> Vec<f64> {
     cosines.iter().enumerate().map(|(k, c)| if k == 0 { 1.0 } else { std::f64::consts::SQRT_2 * c }).collect()
 }
 
-/// Scales of ln a and ln u: middle and half of their ranges.
+/// Middle and half range of ln a and ln u.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
-    /// Of ln a.
+    /// Middle and half range of ln a.
     pub a: [f64; 2],
-    /// Of ln u; half a range of 0 where there is one drive.
+    /// Middle and half range of ln u; the half range is 0 for one drive.
     pub u: [f64; 2],
-    /// A middle distance and the largest drive.
+    /// A middle distance in mm, and the largest drive.
     pub sizes: [f64; 2],
-    /// What is added to the drive before its logarithm is taken.
+    /// Offset added to the drive before its logarithm.
     pub offset: f64,
 }
 
 impl Scales {
-    /// Of the taps among `cells`.
+    /// Scales of the taps among `cells`.
     pub fn of(cells: &[Cell], offset: f64) -> Self {
         let scale = |f: &dyn Fn(&Cell) -> f64| {
             let [lo, hi] = range(cells.iter().filter(|c| c.row.touches()).map(f));
@@ -90,7 +87,7 @@ impl Scales {
         Self { a, u, sizes: [a[0].exp(), (u[0] + u[1]).exp()], offset }
     }
 
-    /// ln a and ln u on −1 … 1 of the data.
+    /// ln a and ln u scaled to −1 … 1 over the data.
     pub fn place(&self, a: f64, u: f64) -> [f64; 2] {
         let v = if self.u[1] > 0.0 { ((u + self.offset).ln() - self.u[0]) / self.u[1] } else { 0.0 };
         [(a.ln() - self.a[0]) / self.a[1], v]
@@ -108,7 +105,7 @@ pub fn legendre(n: usize, x: f64) -> Vec<f64> {
     p
 }
 
-/// Terms that new readings are answered with.
+/// Terms of new readings, for a `known` whisker, for `several` drives.
 pub fn terms(known: bool, several: bool) -> Vec<Term> {
     let pairs = |n: usize, m: usize, most: usize| {
         let m = if several { m } else { 1 };
@@ -128,7 +125,7 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
     all
 }
 
-/// What a tap at a (mm) by the drive u gives of each of `terms` (of [`Term::Zero`] 1), where the base is `base`.
+/// Value of each of `terms` for a tap at a (mm) and drive u with the base `base`; 1 for [`Term::Zero`].
 pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> Vec<f64> {
     let m = base.value;
     let [x, v] = scales.place(a, u);
@@ -145,34 +142,34 @@ pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> 
     terms.iter().map(value).collect()
 }
 
-/// What the rows of a rig have in common.
+/// Effects that a rig has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effects {
-    /// Whether the base is a whisker's curve.
+    /// True if the base is the curve of a known whisker.
     pub known: bool,
-    /// Standard deviation of the zero before any tap, in units of the signal, large where it was read; `None` where it is learned.
+    /// Prior standard deviation of the zero in units of the signal, large if zeros were read; `None` if it is learned.
     pub zero: Option<f64>,
-    /// Whether a drift is looked for.
+    /// True if a drift is fitted.
     pub drift: bool,
 }
 
-/// The model of some cells.
+/// Model matrix of cells with priors.
 pub struct Columns {
-    /// Of each cell its row.
+    /// Row for each cell.
     pub matrix: DMatrix<f64>,
-    /// Of each column its prior; those of new readings' [`terms`] are the last ones.
+    /// Prior of each column; the [`terms`] of new readings come last.
     pub columns: Vec<Column>,
-    /// What is learned.
+    /// Learned numbers.
     pub hypers: Vec<Hyper>,
 }
 
 impl Columns {
-    /// Places of the columns of new readings' `terms`.
+    /// Columns of the `terms` of new readings.
     pub fn places(&self, terms: &[Term]) -> std::ops::Range<usize> {
         self.columns.len() - terms.len()..self.columns.len()
     }
 
-    /// Of `cells` with `base`, which is divided by `unit`; `slopes` are ∂ signal/∂ ln a of each, in the same unit.
+    /// Columns of `cells` for `base` / `unit`; `slopes` are ∂ signal/∂ ln a of each cell in the unit of the signal.
     pub fn new(
         cells: &[Cell],
         (base, unit): (&Base, f64),
@@ -205,7 +202,7 @@ impl Columns {
             .map(|k| (*k, cells[*k].row))
             .map(|(k, row)| (k, values(&base.about(unit, row.a, row.u), scales, &terms, row.a, row.u)))
             .collect();
-        // Those of the curve last: then its covariance is that of the last rows of a factor alone.
+        // The curve comes last, so that its covariance needs only the last rows of a factor.
         let mut add = |hyper: Hyper, values: Vec<f64>| {
             columns.push(Column { term: Term::Local, fixed: 0.0, learned: vec![at(hyper)] });
             data.push(values);
@@ -250,7 +247,7 @@ impl Columns {
     }
 }
 
-/// Ramps between knots of the order of the rows: a walk whose steps are independent.
+/// Ramps over the time of the rows: a random walk with independent steps.
 fn ramps(cells: &[Cell]) -> Vec<Vec<f64>> {
     let mut times: Vec<f64> = cells.iter().map(|c| c.row.t).collect();
     times.sort_by(f64::total_cmp);
@@ -259,21 +256,19 @@ fn ramps(cells: &[Cell]) -> Vec<Vec<f64>> {
     let ramp = |k: usize| {
         let from = first + step * k as f64;
         let scale = (1.0 / KNOTS as f64).sqrt();
-        // From the middle of the time on both ways: the zero is that of the middle.
+        // Start from the middle: the zero is that of the middle of the time.
         let shift = if 2 * k < KNOTS { 1.0 } else { 0.0 };
         cells.iter().map(|c| (((c.row.t - from) / step).clamp(0.0, 1.0) - shift) * scale).collect()
     };
     if step > 0.0 { (0..KNOTS).map(ramp).collect() } else { Vec::new() }
 }
 
-/// Most columns for effects of positions, of visits each; more are approximated.
+/// Maximum of columns for positions, and for visits; more are approximated.
 const EFFECTS: usize = 64;
-/// Labels that differ by no more than this share are one.
 const SAME: f64 = 1e-6;
-/// Labels nearer than so many [`TOGETHER`] have effects that are more than half the same.
 const CLOSE: f64 = 2.355;
 
-/// Columns of positions and of visits, over `taps` of `cells` in so many `runs`; none where each tap has a position of its own.
+/// Columns of positions and of visits over `taps` of `cells`; none if each tap has a separate position.
 pub(crate) fn of_positions(
     cells: &[Cell],
     taps: &[usize],
@@ -285,14 +280,13 @@ pub(crate) fn of_positions(
     let positions: Vec<f64> = (0..n).map(|i| scales.place(row(i).a, row(i).u)[0]).collect();
     let mut sorted = positions.clone();
     sorted.sort_by(f64::total_cmp);
-    // An effect of the position is one of the reading where each position has one.
     let repeated =
         taps.iter().any(|k| cells[*k].n > 1.0) || sorted.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER);
     if !repeated {
         return [Vec::new(), Vec::new()];
     }
     let near = |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
-    // Labels that hardly differ are jitter of one setting, or several settings, each with its own error.
+    // Nearly equal labels are jitter of one setting, or several settings with separate errors.
     let same = |i: usize, k: usize| (row(i).a - row(k).a).abs() <= SAME * row(i).a;
     let visited = |i: usize, k: usize| match row(i).run == row(k).run {
         true => 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 },
@@ -303,12 +297,12 @@ pub(crate) fn of_positions(
     labels.dedup_by(|a, b| *a - *b <= SAME * *b);
     let place = |a: f64| scales.place(a, row(0).u)[0];
     let close = labels.windows(2).any(|w| place(w[1]) - place(w[0]) < CLOSE * TOGETHER);
-    // Where each tap has a label of its own, its error is noise.
+    // If each tap has a separate label, its error is noise.
     let settings = runs > 1 || close && 2 * labels.len() <= n;
     [factor(n, &near), if settings { factor(n, &visited) } else { Vec::new() }]
 }
 
-/// Columns F with F Fᵀ = the matrix of `kernel`, by Cholesky's method with pivots; what is below 1e-6 is left.
+/// Columns F with F Fᵀ = matrix of `kernel`: pivoted Cholesky, truncated at 1e-6.
 fn factor(n: usize, kernel: &dyn Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
     let mut left: Vec<f64> = (0..n).map(|i| kernel(i, i)).collect();
     let mut columns: Vec<Vec<f64>> = Vec::new();

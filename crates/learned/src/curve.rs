@@ -1,4 +1,4 @@
-//! What is kept of a fit: the curve with its uncertainty, and what else moves a new reading.
+//! Result of a fit: the curve with its uncertainty, and the variances of a new reading.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -6,20 +6,19 @@ use crate::base::{Base, STEP};
 use crate::columns::{OFFSETS, Scales, Term, values};
 use crate::tails::{PARTS, Tails};
 
-/// Numbers that a new run has: an effect of each position, gain, zero.
+/// Shared numbers that a new run brings: visit of the position, gain, zero.
 pub const OF_RUN: usize = 3;
 
-/// Variances of what moves a reading beside the curve, in units of the signal; that of `gain` goes with the signal
-/// of the tap, those of `position` and `visit` are of ln a.
+/// Variances of a reading about the curve, in units of the signal; `gain` in shares of the signal, `position` and `visit` in ln a.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spread {
-    /// Noise that all readings have, the converter's steps included.
+    /// Noise independent of the signal, quantisation included.
     pub floor: f64,
-    /// Noise that goes with the signal.
+    /// Noise in proportion to the signal.
     pub relative: f64,
-    /// Effect of a position.
+    /// Error of a position.
     pub position: f64,
-    /// Effect of a position in one run.
+    /// Error of a position in one run.
     pub visit: f64,
     /// Zero of a run.
     pub zero: f64,
@@ -32,42 +31,42 @@ pub struct Spread {
 /// A learned curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Signal of which all are in units.
+    /// Unit of the signal; everything else is in this unit.
     pub unit: f64,
-    /// What the base is divided by.
+    /// Divisor of the base.
     pub base_unit: f64,
-    /// The zero of the signal without run, in its own unit; the coefficient of [`Term::Zero`] is above it.
+    /// Zero of the signal without run effects, in the signal's own unit; the coefficient of [`Term::Zero`] adds to it.
     pub zero: f64,
     /// Scales of ln a and ln u.
     pub scales: Scales,
     /// Terms of the curve.
     pub terms: Vec<Term>,
-    /// Their coefficients.
+    /// Coefficients of the terms.
     pub mean: Vec<f64>,
-    /// Standard deviations of them together: each entry moves all coefficients, independently of the others.
+    /// Columns D of the covariance D Dᵀ of the coefficients: independent standard deviations, each of which moves all coefficients.
     pub deviations: Vec<Vec<f64>>,
-    /// What else moves a reading.
+    /// Variances of a reading about the curve.
     pub spread: Spread,
-    /// How well that is known.
+    /// Uncertainty of these variances.
     pub tails: Tails,
 }
 
-/// What is expected of a tap, in the unit of the signal, above the zero.
+/// Expected tap, in the unit of the signal, above the zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected {
-    /// Mean.
+    /// Mean signal.
     pub signal: f64,
-    /// Variance that the calibration leaves.
+    /// Variance from the calibration.
     pub of_curve: f64,
-    /// Variance of one reading in the same run, at the same position.
+    /// Variance of one reading in the same run at the same position.
     pub of_noise: f64,
-    /// Variance that a position brings.
+    /// Variance from the error of a position.
     pub of_position: f64,
-    /// Variance that a new run brings, its zero left out.
+    /// Variance from a new run, without that of its zero.
     pub of_run: f64,
 }
 
-/// How readings count in an answer, by their weights w, signals y and slopes dy/d ln a.
+/// Sums over the readings of an answer, of weights w, signals y and slopes dy/d ln a.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Weights {
     /// Σ w.
@@ -83,7 +82,7 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// One more reading, of this signal and slope, whose weight is `w`; its zero brings `share` of the variance of a reading.
+    /// Adds a reading of this signal and slope; its zero has `share` of the variance of a reading.
     pub fn add(&mut self, w: f64, [y, slope]: [f64; 2], share: f64) {
         self.sum += w;
         self.of_noise += w * w * (1.0 + share);
@@ -93,19 +92,19 @@ impl Weights {
     }
 }
 
-/// By how much the drives of a calibration are off: contact begins at minus this.
+/// Offset of the drives of a calibration: contact begins at minus this.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Offset {
-    /// Mean.
+    /// Mean offset.
     pub mean: f64,
-    /// By how much one standard deviation of each number that is shared ([`Curve::moved`]) moves it.
+    /// Change of the offset by one standard deviation of each shared number ([`Curve::moved`]).
     pub moved: Vec<f64>,
-    /// Standard deviation beside those.
+    /// Standard deviation independent of the shared numbers.
     pub own: f64,
 }
 
 impl Curve {
-    /// Eigenvectors of a covariance, as many as matter.
+    /// Scaled eigenvectors of a covariance, down to 1e-12 of the largest eigenvalue.
     pub fn deviations(covariance: DMatrix<f64>) -> Vec<Vec<f64>> {
         let eigen = SymmetricEigen::new(covariance);
         let most = eigen.eigenvalues.max();
@@ -116,8 +115,7 @@ impl Curve {
         order.iter().take(24).map(|k| vector(k).iter().copied().collect()).collect()
     }
 
-    /// What is expected of a tap at a (mm) by the drive u: of a signal whose own zero was taken off where `tared`, else of one above
-    /// [`Self::zero`].
+    /// Expected tap at a (mm) and drive u; with `tared` readings the zero is already subtracted.
     pub fn expected(&self, base: &Base, a: f64, u: f64, tared: bool) -> Expected {
         let mut shared = Vec::with_capacity(self.shared());
         let [signal, of_noise] = self.moved(base, (a, u), tared, &mut shared);
@@ -128,18 +126,16 @@ impl Curve {
             of_curve: sum(of_curve),
             of_noise,
             of_position: sum(&rest[..1]),
-            // The zero of a run is told apart.
             of_run: sum(&rest[1..1 + OF_RUN - 1]),
         }
     }
 
-    /// Numbers that [`Self::moved`] writes.
+    /// Count of numbers that [`Self::moved`] writes.
     pub fn shared(&self) -> usize {
         self.deviations.len() + 1 + OF_RUN
     }
 
-    /// Signal, and variance of its noise, of the same tap. Into `shared`: by how much the signal is moved by one standard deviation of each number
-    /// that is the same for all taps of one object: those of the curve, the effect of the position, and last the [`OF_RUN`] numbers of a new run.
+    /// Signal of a tap and variance of its noise; `shared` gets its change by one standard deviation of each shared number, last the [`OF_RUN`].
     pub fn moved(&self, base: &Base, (a, u): (f64, f64), tared: bool, shared: &mut Vec<f64>) -> [f64; 2] {
         let about = base.about(self.base_unit, a, u);
         let mut row = values(&about, &self.scales, &self.terms, a, u);
@@ -161,8 +157,7 @@ impl Curve {
         [self.unit * dot(&self.mean), self.unit * self.unit * (s.floor + m * m * s.relative)]
     }
 
-    /// By how much farther the interval of 95 % of an answer reaches than that of a normal one ([`Tails::longer`]): of readings whose weights in the answer
-    /// sum up as `weights` say, and whose variance is this.
+    /// Factor by which the 95 % interval of an answer exceeds that of a normal distribution ([`Tails::longer`]).
     pub fn longer(&self, weights: Weights, variance: f64, tared: bool, same_run: bool) -> f64 {
         let unit = self.unit * self.unit;
         let of_run = if same_run { 0.0 } else { 1.0 };
@@ -179,7 +174,7 @@ impl Curve {
         self.tails.longer(parts, variance)
     }
 
-    /// As [`Self::moved`], of the sensor without contact: signal, variance of its noise, shared numbers.
+    /// Without contact: signal, variance of its noise, and shared numbers of [`Self::moved`].
     pub fn rest(&self, tared: bool) -> Vec<f64> {
         let zero = self.terms.iter().position(|t| *t == Term::Zero).filter(|_| !tared);
         let of = |coefficients: &[f64]| zero.map_or(0.0, |k| self.unit * coefficients[k]);
@@ -190,7 +185,7 @@ impl Curve {
         all
     }
 
-    /// By how much the drive is off. Where all taps have one drive nothing tells it: its own deviation is what is usual.
+    /// Offset of the drive. A calibration at one drive does not determine it: then the usual deviation counts.
     pub fn offset(&self, base: &Base) -> Offset {
         let size = self.scales.sizes[1];
         let mut moved = vec![0.0; self.shared()];
@@ -201,13 +196,13 @@ impl Curve {
         Offset { mean: base.offset() + size * self.mean[k], moved, own: 0.0 }
     }
 
-    /// Coefficient of `term` and its standard deviation; `None` where it is no term.
+    /// Coefficient of `term` and its standard deviation; `None` if the curve has no such term.
     pub fn coefficient(&self, term: Term) -> Option<[f64; 2]> {
         let k = self.terms.iter().position(|t| *t == term)?;
         Some([self.mean[k], self.deviations.iter().map(|d| d[k] * d[k]).sum::<f64>().sqrt()])
     }
 
-    /// The zero of the signal and its standard deviation, in its unit.
+    /// Zero of the signal and its standard deviation, in its unit.
     pub fn zero(&self) -> [f64; 2] {
         let [mean, sd] = self.coefficient(Term::Zero).unwrap_or([0.0; 2]);
         [self.zero + self.unit * mean, self.unit * sd]

@@ -1,7 +1,5 @@
-//! Restricted likelihood of the learned numbers, its gradient, and the coefficients they leave.
-//!
-//! With H the columns, Λ the variances of their coefficients and W⁻¹ those of the readings, B = 1 + Λ^½ Hᵀ W H Λ^½ holds all: its
-//! determinant is that of the data's covariance, its inverse the covariance of the coefficients. Cost: cells · columns².
+//! Restricted likelihood of the learned numbers, its gradient, and the posterior of the coefficients, at a cost of cells · columns².
+//! B = 1 + Λ^½ Hᵀ W H Λ^½, with columns H, prior variances Λ and variances W⁻¹ of readings, gives both determinant and covariance.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -9,48 +7,43 @@ use crate::columns::{Column, Columns, Term, WAVES, frequency};
 use crate::hyper::{Hyper, Prior};
 use crate::rows::Cell;
 
-/// Least variance of a reading, in units of the signal: a curve that was solved to 1e-7 of it is not known better.
+/// Least variance of a reading, in units of the signal squared: curves are solved to a relative 1e-7.
 const LEAST: f64 = 1e-14;
 
-/// ln of the determinant of a matrix, of which this is Cholesky's factor.
 pub(crate) fn ln_det(factor: &Cholesky<f64, Dyn>) -> f64 {
     2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>()
 }
 
-/// What is evaluated.
+/// Likelihood and priors of the learned numbers.
 pub struct Problem {
-    /// Columns and what is learned.
+    /// Linear model.
     pub model: Columns,
-    /// Mean signal of each cell.
     y: DVector<f64>,
-    /// Rows of each cell, and their sum of squares about the mean.
     repeats: Vec<[f64; 2]>,
-    /// Squared signal of the base at each cell.
     size2: Vec<f64>,
-    /// Variance that the steps of a converter bring.
+    /// Variance of the quantisation.
     pub steps: f64,
-    /// Of the learned numbers.
+    /// Prior of each learned number.
     pub priors: Vec<Prior>,
 }
 
-/// The coefficients for some learned numbers.
+/// Coefficients for given learned numbers.
 pub struct Solved {
-    /// ½ of −2 ln of likelihood and prior.
+    /// −ln(likelihood × prior).
     pub value: f64,
-    /// Coefficients.
+    /// Posterior mean of the coefficients.
     pub mean: DVector<f64>,
-    /// Square roots of their prior variances.
     root: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
-    /// Of each cell the measured less the expected signal.
+    /// Measured − expected signal of each cell.
     pub residual: DVector<f64>,
-    /// Of each cell the variance of one reading.
+    /// Variance of one reading of each cell.
     pub variance: Vec<f64>,
     scaled: DMatrix<f64>,
 }
 
 impl Solved {
-    /// L⁻¹ of B = L Lᵀ: products with it are fast, and B⁻¹ itself is not needed; only the columns from this one on.
+    /// L⁻¹ of B = L Lᵀ, columns from `from` on; B⁻¹ itself is not needed.
     fn inverse_factor(&self, from: usize) -> DMatrix<f64> {
         let l = self.factor.l_dirty();
         let n = l.nrows();
@@ -72,11 +65,10 @@ impl Solved {
         inverse
     }
 
-    /// Covariance of the coefficients of `places`.
+    /// Covariance of the coefficients at `places`.
     pub fn covariance(&self, places: &[usize]) -> DMatrix<f64> {
         let from = places.iter().copied().min().unwrap_or(0);
         let inverse = self.inverse_factor(from);
-        // Above its first column there is nothing.
         let mut halves = inverse.rows(from, inverse.nrows() - from).select_columns(places);
         places.iter().zip(halves.column_iter_mut()).for_each(|(p, mut column)| column *= self.root[*p]);
         halves.transpose() * &halves
@@ -91,8 +83,7 @@ impl Solved {
 }
 
 impl Problem {
-    /// Of `cells`, whose signals are divided by `unit` and stand above `zero`; `step` is that of the converter, and `position` the prior
-    /// of what labels are off.
+    /// Problem of `cells` with signals (y − `zero`)/`unit`; `step` is that of the converter, `position` the prior of errors of labels.
     pub fn new(
         model: Columns,
         cells: &[Cell],
@@ -124,12 +115,11 @@ impl Problem {
         self.model.hypers.iter().position(|h| *h == hyper)
     }
 
-    /// ln of the share of each wave in the variance, and its derivative over ln length: in ln a, and in ln u. The spectrum is that of a Matérn
-    /// process of order 9/2: a whisker's curve is smooth, and noise is not to be taken for it.
+    /// ln share of each wave in the variance and its derivative by ln length, in ln a and ln u: a Matérn process of order 9/2, too smooth for noise.
     fn spectra(&self, at: &[f64]) -> [(Vec<f64>, Vec<f64>); 2] {
         let spectrum = |hyper: Hyper, n: usize| {
             let Some(k) = self.place(hyper) else { return (vec![0.0; n], vec![0.0; n]) };
-            // Lengths are in ranges, frequencies in half ranges.
+            // Lengths are in ranges, frequencies in 1/half range.
             let length = 2.0 * at[k].exp();
             let x: Vec<f64> = (0..n).map(|k| (frequency(k) * length).powi(2)).collect();
             let density: Vec<f64> = x.iter().map(|x| (9.0 + x).powi(-5)).collect();
@@ -141,7 +131,7 @@ impl Problem {
         [spectrum(Hyper::LengthA, WAVES[0]), spectrum(Hyper::LengthU, WAVES[1])]
     }
 
-    /// Value of a learned number, not its logarithm; 0 where it is not learned.
+    /// Learned number itself, not its logarithm; 0 if not learned.
     pub fn learned(&self, at: &[f64], hyper: Hyper) -> f64 {
         self.place(hyper).map_or(0.0, |k| at[k].exp())
     }
@@ -152,7 +142,7 @@ impl Problem {
         self.size2.iter().map(|m| floor + relative * m + self.steps + LEAST).collect()
     }
 
-    /// Standard deviations of the coefficients before any reading.
+    /// Prior standard deviations of the coefficients.
     pub fn roots(&self, at: &[f64]) -> DVector<f64> {
         let spectra = self.spectra(at);
         let of_prior = |c: &Column| {
@@ -166,7 +156,7 @@ impl Problem {
         DVector::from_iterator(self.model.columns.len(), self.model.columns.iter().map(of_prior))
     }
 
-    /// Likelihood, prior and coefficients; `None` where numbers overflow.
+    /// Likelihood, prior and coefficients; `None` on overflow.
     pub fn solve(&self, at: &[f64]) -> Option<Solved> {
         let h = &self.model.matrix;
         let variance = self.variances(at);
@@ -180,7 +170,7 @@ impl Problem {
         let factor = b.cholesky()?;
         let wy = DVector::from_iterator(weight.len(), weight.iter().zip(self.y.iter()).map(|(w, y)| w * y));
         let mut coefficients = factor.solve(&scaled.tr_mul(&wy));
-        // Once more on what is left: flat columns cost digits.
+        // One step of iterative refinement: flat columns lose digits.
         let left = &wy - &scaled * &coefficients;
         coefficients += factor.solve(&(scaled.tr_mul(&left) - &coefficients));
         let weighted = &wy - &scaled * &coefficients;
@@ -206,7 +196,7 @@ impl Problem {
         })
     }
 
-    /// Gradient of [`Solved::value`] over the learned numbers' logarithms.
+    /// Gradient of [`Solved::value`] by the logarithms of the learned numbers.
     pub fn gradient(&self, at: &[f64], solved: &Solved) -> Vec<f64> {
         let inverse = solved.inverse_factor(0);
         let mut gradient: Vec<f64> = at.iter().zip(&self.priors).map(|(x, prior)| prior.slope(*x)).collect();

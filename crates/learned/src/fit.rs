@@ -1,4 +1,4 @@
-//! From rows to a curve: base, scales, learned numbers, and the mean over what these may be.
+//! Fit of rows to a curve: base, scales, learned numbers, and the average over the learned numbers.
 
 use nalgebra::DMatrix;
 
@@ -13,34 +13,34 @@ use crate::newton::{Peak, approach, climb};
 use crate::rows::{Cell, Row, cells};
 use crate::start::{slopes, start};
 
-/// A peak that is less likely by so much in ln has no say.
+/// Peaks whose ln likelihood is this far below the best are ignored.
 pub const HEARD: f64 = 6.0;
-/// Of more cells a part is looked at first.
+/// With more cells than this, a part is fitted first to find a start.
 pub const MANY: usize = 500;
 
-/// What is fitted to.
+/// Data of a fit.
 #[derive(Clone)]
 pub struct Task {
     /// All rows.
     pub rows: Vec<Row>,
-    /// The whisker's curve, where it is known.
+    /// Signal of the whisker, if known.
     pub known: Option<Whisker>,
-    /// Step of the converter.
+    /// Step of the converter, in the unit of the signal.
     pub step: f64,
-    /// Standard deviation of the zero about 0, where no row is without contact; infinite where nothing is known of it.
+    /// Standard deviation of the zero about 0 if no row is without contact; infinite if nothing is known.
     pub zero: f64,
-    /// Whether a drift is looked for.
+    /// True if a drift of the zero is fitted.
     pub drift: bool,
 }
 
-/// Why there is no fit.
+/// Reason why a fit fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// Fewer than two positions.
     OnePosition,
-    /// No power law and no whisker gives such signals.
+    /// Neither a power law nor a whisker gives such signals.
     NoCurve,
-    /// Numbers overflow.
+    /// Numerical overflow.
     Overflow,
 }
 
@@ -48,45 +48,44 @@ pub enum Fault {
 pub struct Fit {
     /// The curve.
     pub curve: Curve,
-    /// The power law, where there is no whisker.
+    /// Fitted power law, if the whisker is unknown.
     pub power: Option<Fitted>,
-    /// What the curve corrects.
+    /// Curve before correction.
     pub base: Base,
     /// Logarithms of the most likely learned numbers.
     pub at: Vec<f64>,
-    /// Second derivatives there.
+    /// Second derivatives of −ln(likelihood × prior) at `at`.
     pub hessian: DMatrix<f64>,
-    /// How wide the likelihood is about it.
+    /// Widths of the likelihood about the peak.
     pub widths: Widths,
-    /// What is learned.
+    /// Learned numbers, in the order of `at`.
     pub hypers: Vec<Hyper>,
-    /// The cells of the rows.
+    /// Merged rows.
     pub cells: Vec<Cell>,
-    /// Of each cell the standard deviation of the measured less the expected signal of one of its rows, if that were left out: in the unit of the
-    /// signal, at the most likely learned numbers.
+    /// Standard deviation of measured − expected signal of one row of each cell if left out, in the unit of the signal.
     pub deleted: Vec<f64>,
-    /// Of each cell the expected signal, effects of run, position and drift included.
+    /// Expected signal of each cell, with effects of run, position and drift.
     pub expected: Vec<f64>,
-    /// The zero of each cell: that of its run, and the drift.
+    /// Zero of each cell: of its run, with drift.
     pub zeros: Vec<f64>,
     /// ln of the likelihood times priors, integrated over the learned numbers.
     pub evidence: f64,
-    /// Independent numbers that the rows leave for the noise.
+    /// Degrees of freedom left for the noise.
     pub freedom: f64,
 }
 
-/// Where the learned numbers come from.
+/// Start of the learned numbers.
 #[derive(Clone, Copy)]
 pub enum From<'a> {
-    /// Nothing is known.
+    /// No earlier fit.
     Nowhere,
-    /// Nearly the same rows: the next peak is theirs.
+    /// A fit of nearly the same rows: only the next peak is searched.
     Near(&'a Fit),
-    /// Those of this fit, of more rows, as they are.
+    /// A fit of more rows, whose learned numbers are kept.
     Held(&'a Fit),
 }
 
-/// Fits the rows at `places`, and takes the mean over the learned numbers where wanted.
+/// Fits the rows at `places`; with `average` the result is averaged over the learned numbers.
 ///
 /// # Errors
 /// Rows that no curve follows.
@@ -117,7 +116,6 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
         let part: Vec<usize> = (0..merged.len()).filter(kept).flat_map(|k| merged[k].rows.clone()).collect();
         fit(task, &part, From::Nowhere, false).map(|f| (f.hypers, f.at))
     });
-    // The same numbers, of which the part may lack some.
     let begun = thinned.and_then(Result::ok).map(|(hypers, at)| {
         let of = |(h, p): (&Hyper, &Prior)| hypers.iter().position(|x| x == h).map_or(p.median, |k| at[k]);
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect::<Vec<f64>>()
@@ -130,7 +128,7 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     }
     let terms = terms(known, scales.u[1] > 0.0);
     let kept: Vec<usize> = problem.model.places(&terms).collect();
-    // One fold of many need not be averaged as finely.
+    // A fold is one of many fits: fewer points are enough.
     let (fold, widths) = if let From::Held(whole) = from { (4, Some(&whole.widths)) } else { (1, None) };
     let points = if average { points(merged.len()) / fold } else { 0 };
     let mixed = mean(&problem, &found, &kept, points, widths);
@@ -157,7 +155,7 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()
         - 0.5 * log_det
         - places.len() as f64 * unit.ln();
-    // A reading comes at any time of a drift.
+    // A new reading may come at any time of a drift.
     let mut spread = mixed.spread;
     if task.drift {
         let taps = || (0..merged.len()).filter(|i| merged[*i].row.touches()).map(&zero_of);
@@ -195,14 +193,13 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     })
 }
 
-/// The numbers of a fit of more rows, where the same are learned.
 fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
     let same = problem.model.hypers == whole.hypers;
     let solved = if same { problem.solve(&whole.at)? } else { return None };
     Some(Peak { at: whole.at.clone(), solved, hessian: whole.hessian.clone() })
 }
 
-/// The peaks that three starts lead to, the highest first: little noise, much, and positions that are not where they are said to be.
+/// Peaks from starts with low noise, high noise and wrong positions, highest first.
 fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
     let from = |noise: f64, position: f64| -> Vec<f64> {
         let of = |(h, p): (&Hyper, &Prior)| match h {

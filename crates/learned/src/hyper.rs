@@ -1,42 +1,38 @@
-//! What is learned of the rig beside its curve: standard deviations and rates, each with a log-normal prior.
-//!
-//! All are in units of the signal: of that of the tap where the effect goes with it, of half of all taps where it does not. A prior's
-//! spread of 1.5 in ln means: a factor of 20 either way is within two standard deviations. No prior was fitted to data; each says what an
-//! engineer expects of a rig before seeing it.
+//! Learned numbers of the rig: standard deviations and length scales, each with a log-normal prior in units of the signal.
+//! No prior was fitted to data. A spread of 1.5 in ln allows a factor of 20 either way within two standard deviations.
 
-/// Prior of the logarithm of a learned number: normal, of another spread above its median than below.
+/// Prior of the logarithm of a learned number: normal, with different spreads below and above its median.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
-    /// Median.
+    /// Median, in ln.
     pub median: f64,
-    /// Standard deviation below it.
+    /// Standard deviation below the median, in ln.
     pub below: f64,
-    /// And above.
+    /// Standard deviation above the median, in ln.
     pub above: f64,
 }
 
 impl Prior {
-    /// Normal.
+    /// Symmetric prior.
     pub fn new([median, spread]: [f64; 2]) -> Self {
         Self { median, below: spread, above: spread }
     }
 
-    /// Standard deviation on the side of `x`.
     fn spread(&self, x: f64) -> f64 {
         if x < self.median { self.below } else { self.above }
     }
 
-    /// −2 ln of its density at `x`, less that at the median.
+    /// −2 ln(density at `x` / density at the median).
     pub fn twice(&self, x: f64) -> f64 {
         ((x - self.median) / self.spread(x)).powi(2)
     }
 
-    /// Half of the slope of that.
+    /// Half of the derivative of [`Self::twice`].
     pub fn slope(&self, x: f64) -> f64 {
         (x - self.median) / self.spread(x).powi(2)
     }
 
-    /// Mean standard deviation.
+    /// Mean of both standard deviations.
     pub fn width(&self) -> f64 {
         0.5 * (self.below + self.above)
     }
@@ -45,51 +41,50 @@ impl Prior {
 /// A learned number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Hyper {
-    /// Noise that all readings have.
+    /// Noise of every reading, independent of the signal.
     Floor,
-    /// Noise that goes with the signal.
+    /// Noise in proportion to the signal.
     Relative,
-    /// Sizes of a quadratic in ln a.
+    /// Size of a quadratic in ln a.
     Bend,
-    /// Sizes of what in a quadratic goes with ln u.
+    /// Size of the terms of the quadratic that contain ln u.
     Twist,
-    /// Size of what the curve deviates beyond that.
+    /// Size of the smooth deviation beyond the quadratic.
     Deviation,
-    /// Length of it in ln a, in ranges of the data.
+    /// Length of the deviation in ln a, in ranges of the data.
     LengthA,
-    /// The same in ln u.
+    /// Length of the deviation in ln u, in ranges of the data.
     LengthU,
-    /// Effect of a position: its label, how the object was set up.
+    /// Error of a position: of its label, or of the setup of the object.
     Position,
-    /// Effect of a position in one run only.
+    /// Error of a position in one run only.
     Visit,
     /// Zero of a run.
     RunZero,
     /// Gain of a run.
     RunGain,
-    /// A zero that nobody read.
+    /// Zero of the signal where no row is without contact.
     Zero,
     /// Drift of the zero from the first row to the last.
     Drift,
 }
 
 impl Hyper {
-    /// Median and spread in ln of the prior, of a base that is `known` or not.
+    /// Median (ln) and spread of the prior; `known` is true for the curve of a known whisker.
     pub fn prior(self, known: bool) -> [f64; 2] {
         let (median, spread) = match self {
             // A strain gauge on a rig: a few 1e-3 of a tap; 1e-5 with an averaging bridge, a few 1e-2 with a magnetometer.
             Self::Floor => (2e-3, 2.0),
             Self::Relative => (3e-3, 2.0),
-            // A spec is right to some per cent; a power law is wrong by as much as it bends over the range.
+            // A spec is right to a few per cent; a power law is wrong by as much as the true curve bends over the range.
             Self::Bend | Self::Twist | Self::Deviation if known => (0.02, 1.5),
             Self::Bend => (0.1, 1.5),
-            // A signal goes with the drive more nearly than with the distance.
+            // The signal follows the drive more closely than the distance.
             Self::Twist => (0.03, 1.5),
-            // What no quadratic takes up is less.
             Self::Deviation => (0.07, 1.5),
-            // A whisker's curve has no feature shorter than the range of the data, unless these say so.
+            // A whisker's curve has no feature shorter than the range of the data unless the data show one.
             Self::LengthA | Self::LengthU => (2.5, 0.7),
-            // A stage finds 30 mm again to 0.05 mm; a hand, and a wrong label, to some mm.
+            // A stage repeats 30 mm to 0.05 mm; a hand, or a wrong label, to a few mm.
             Self::Position => (1.5e-3, 2.0),
             Self::Visit | Self::RunGain | Self::RunZero => (3e-3, 1.5),
             Self::Zero => (3e-2, 3.0),

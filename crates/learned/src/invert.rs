@@ -1,4 +1,4 @@
-//! From a signal to a distance: the posterior of the distance, flat within the calibrated range.
+//! Inversion of a signal: the posterior of the distance, with a flat prior within the calibrated range.
 
 use vibrissa_core::physics::inverse::bracketed;
 use vibrissa_core::status::Status;
@@ -7,70 +7,68 @@ use crate::base::Base;
 use crate::curve::Curve;
 use crate::tails::OF_95;
 
-/// Points in ln a.
+/// Grid points in ln a.
 pub const POINTS: usize = 161;
-/// Points in ln u, where there are several drives.
 const DRIVES: usize = 14;
-/// How far beyond the calibrated distances an answer is looked for, in ranges of ln a on either side.
+/// Search range beyond the calibrated distances, in ranges of ln a on either side.
 const BEYOND: f64 = 0.35;
-/// Standard deviation of the prior beyond them, in ranges; of a whisker that is known in ln a, where that is more.
+/// Standard deviation of the prior beyond them, in ranges, and for a known whisker in ln a; the larger one counts.
 const FADES: [f64; 2] = [0.15, 0.3];
-/// Of a whisker that is known, how far beyond, in ln a.
+/// Search range beyond the calibrated distances for a known whisker, in ln a.
 const KNOWN: f64 = 1.2;
-/// A signal that is no more than so many standard deviations off has an answer.
+/// A signal this many standard deviations off still has an answer.
 const FAR: f64 = 5.0;
-/// A posterior of this standard deviation in ln a is wide.
 const WIDE: f64 = 0.05;
-/// Shares of a posterior: one standard deviation to either side of its middle.
+/// Shares of a posterior at its median ± one standard deviation.
 pub const QUANTILES: [f64; 3] = [0.158_655, 0.5, 0.841_345];
-/// Ends of the interval that holds it with 95 %.
+/// Shares at the ends of the 95 % interval.
 pub const ENDS_95: [f64; 2] = [0.025, 0.975];
-/// Points of a posterior.
+/// Points over which a posterior is integrated.
 pub const FINE: usize = 49;
 
-/// A distance that a signal tells.
+/// Distance from a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// The largest distance with this signal, mm; of a posterior the root, moved by what is known beforehand, or the median where that is wide.
+    /// Distance in mm: the largest root, shifted by the prior, or the median of a wide posterior.
     pub a: f64,
-    /// The next distance with the same signal, mm.
+    /// Next distance with the same signal, mm.
     pub near: Option<f64>,
-    /// d signal/da there, 1/mm.
+    /// d signal/da at the distance, 1/mm.
     pub slope: f64,
-    /// Variance of the signal that is not of one reading: that of the calibration; of a posterior of position and run, too.
+    /// Variance of the signal without that of one reading: from the calibration; for a posterior also from position and run.
     pub variance: f64,
-    /// One standard deviation of a posterior, mm, half of the 68 % interval where it is wide; NaN where noise, slope and variance make it.
+    /// Standard deviation of a posterior in mm (half of the 68 % interval if wide); NaN if noise, slope and variance give it.
     pub sigma: f64,
-    /// The interval that holds a posterior with 95 % if the variances are known, mm; else NaN.
+    /// 95 % interval of a posterior for known variances, mm; else NaN.
     pub ends: [f64; 2],
-    /// Whether it is the median of a wide posterior, and no root.
+    /// True for the median of a wide posterior, false for a root.
     pub wide: bool,
 }
 
 impl Found {
-    /// A root, whose standard deviation noise, slope and variance make.
+    /// Root whose standard deviation follows from noise, slope and variance.
     pub fn root(a: f64, near: Option<f64>, slope: f64, variance: f64) -> Self {
         Self { a, near, slope, variance, sigma: f64::NAN, ends: [f64::NAN; 2], wide: false }
     }
 }
 
-/// Signals and their variances over ln a, at some drives.
+/// Signals and variances over ln a, tabulated at some drives.
 #[derive(Debug, Clone)]
 pub struct Inverse {
-    /// First ln a and its step.
+    /// First ln a and step.
     pub grid: [f64; 2],
-    /// Ends of the calibrated ln a, and how the prior fades beyond.
+    /// First and last calibrated ln a, and standard deviation of the prior beyond them.
     pub ends: [f64; 3],
-    /// What is added to the drive u.
+    /// Offset added to the drive u.
     pub offset: f64,
     /// ln u of the nodes.
     pub nodes: Vec<f64>,
-    /// Of each node the signal/u, and the variances/u² of noise, of curve and position, and of a new run.
+    /// At each node and point: signal/u, and variances/u² of noise, of curve and position, and of a new run.
     pub table: Vec<Vec<[f64; 4]>>,
 }
 
 impl Inverse {
-    /// Of `curve` over its base, for readings whose own zero was taken off where `tared`; distances are looked for within `reach`, mm.
+    /// Table of `curve` over its base within `reach` (mm); `tared` readings have their zero subtracted.
     pub fn new(curve: &Curve, base: &Base, tared: bool, reach: [f64; 2]) -> Self {
         let [u, width] = curve.scales.u;
         let nodes = match width > 0.0 {
@@ -82,7 +80,7 @@ impl Inverse {
         Self::of_nodes(curve, base, (tared, reach), nodes)
     }
 
-    /// The same for these drives alone, or for any where they are as many as the nodes of all.
+    /// Table with nodes at these drives only; if they are as many as the nodes of [`Self::new`], with those.
     pub fn of_drives(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), drives: &[f64]) -> Self {
         let mut nodes: Vec<f64> = drives.iter().map(|u| (u + curve.scales.offset).ln()).collect();
         nodes.sort_by(f64::total_cmp);
@@ -93,7 +91,6 @@ impl Inverse {
         }
     }
 
-    /// Of nodes in ln u.
     fn of_nodes(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), nodes: Vec<f64>) -> Self {
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
@@ -117,12 +114,11 @@ impl Inverse {
         Self { grid: [from, step], ends, offset, nodes, table }
     }
 
-    /// Distances that may be answered, mm.
+    /// Range of distances that can be answered, mm.
     pub fn reach(&self) -> [f64; 2] {
         [self.grid[0].exp(), (self.grid[0] + self.grid[1] * (POINTS - 1) as f64).exp()]
     }
 
-    /// Weights of the nodes for the drive u (barycentric, Chebyshev's nodes of the first kind).
     pub(crate) fn weights(&self, u: f64) -> Vec<f64> {
         let x = u.ln();
         if let Some(k) = self.nodes.iter().position(|n| *n == x) {
@@ -134,8 +130,7 @@ impl Inverse {
         terms.iter().map(|t| t / sum).collect()
     }
 
-    /// Signal, variance of one reading and of the rest at every point, for the drive u; of a reading of a run of the calibration
-    /// where `same_run`.
+    /// Signals and variances over ln a at the drive u; `same_run` for a reading of a run of the calibration.
     pub fn at(&self, u: f64, same_run: bool) -> Slice {
         let u = u + self.offset;
         let weights = self.weights(u);
@@ -158,8 +153,7 @@ impl Inverse {
     }
 }
 
-/// Continues point k of `table` to nodes at which the base has no value, as a whisker has none that slips off: signal/u as a parabola
-/// through the three nearest nodes that have one, so that the others are interpolated as if there were no hole.
+/// Extrapolates point k of `table` to nodes without a value (the whisker slips off): signal/u as a parabola through the three nearest nodes.
 fn continued(nodes: &[f64], table: &mut [Vec<[f64; 4]>], k: usize) {
     let (known, holes): (Vec<usize>, Vec<usize>) =
         (0..nodes.len()).partition(|j| table[*j][k].iter().all(|x| x.is_finite()));
@@ -174,14 +168,13 @@ fn continued(nodes: &[f64], table: &mut [Vec<[f64; 4]>], k: usize) {
         let signal = near.iter().map(|p| share(p) * table[*p][k][0]).sum();
         table[j][k] = match near.first() {
             Some(first) => [signal, table[*first][k][1], table[*first][k][2], table[*first][k][3]],
-            // Nowhere: as the point before, so that nothing is answered there.
+            // No node has a value: repeat the point before, so that no answer lies there.
             None if k > 0 => table[j][k - 1],
             None => [0.0; 4],
         };
     }
 }
 
-/// Weights of Chebyshev's nodes of the first kind in the barycentric formula.
 fn node_weights(n: usize) -> impl Iterator<Item = f64> {
     let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     (0..n).map(move |k| sign(k) * (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin())
@@ -197,14 +190,13 @@ pub struct Slice {
 }
 
 impl Slice {
-    /// Place of ln a = x: the first of four points, and how far beyond it, in steps.
     fn place(&self, x: f64) -> (usize, f64) {
         let s = ((x - self.grid[0]) / self.grid[1]).clamp(0.0, (POINTS - 1) as f64);
         let k = (s as usize).clamp(1, POINTS - 3) - 1;
         (k, s - k as f64)
     }
 
-    /// Signal and variances at ln a = x, by cubics through four points.
+    /// Signal and variances at ln a = x, by cubic interpolation.
     pub fn at(&self, x: f64) -> [f64; 3] {
         let (k, t) = self.place(x);
         let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
@@ -212,7 +204,6 @@ impl Slice {
         std::array::from_fn(|i| (0..4).map(|j| w[j] * self.points[k + j][i]).sum())
     }
 
-    /// d signal/d ln a of the same cubic.
     fn slope(&self, x: f64) -> f64 {
         let (k, t) = self.place(x);
         let w = [
@@ -228,15 +219,14 @@ impl Slice {
         self.grid[0] + self.grid[1] * k as f64
     }
 
-    /// The ln a between the points k and k + 1 at which the signal is `y`.
     fn root(&self, y: f64, k: usize) -> f64 {
         bracketed(|x| self.at(x)[0] - y, self.x(k), self.x(k + 1))
     }
 
-    /// The distance of a signal `y`, of which `more` is the variance that its own zero brings.
+    /// Distance for a signal `y`; `more` is the variance of its zero.
     ///
     /// # Errors
-    /// A signal weaker than that of the furthest tap that is answered, or stronger than any.
+    /// A signal weaker than at the farthest distance of the table, or stronger than any.
     pub fn find(&self, y: f64, more: f64) -> Result<Found, Status> {
         let spread = |p: &[f64; 3]| (p[1] + p[2] + more).sqrt();
         let last = POINTS - 1;
@@ -255,7 +245,7 @@ impl Slice {
         let wide = local.is_none_or(|(_, sd)| sd >= WIDE);
         let [first, end, _] = self.ends;
         let ([x, sigma], ends) = match local {
-            // Within the calibrated distances the prior says nothing: there it is the root.
+            // Within the calibrated distances the prior is flat: the root is the answer.
             Some((x, sd)) if sd < WIDE && window[0] >= first && window[1] <= end => {
                 let (a, sigma) = (x.exp(), x.exp() * sd);
                 ([x, sigma], [-OF_95, OF_95].map(|z| a + z * sigma))
@@ -272,7 +262,7 @@ impl Slice {
         }
     }
 
-    /// ln a and σ in mm, and the ends in mm of the interval of 95 %, of the posterior of the signal `y` on `window`; `local` is the root and its standard deviation in ln a.
+    /// [ln a, σ in mm] and 95 % interval in mm of the posterior on `window`; `local` is the root and its standard deviation in ln a.
     fn posterior(
         &self,
         y: f64,
@@ -288,7 +278,7 @@ impl Slice {
             let sd = spread(&p);
             let t = (p[0] - y) / sd;
             least = least.min(t.abs());
-            // Flat in mm.
+            // Jacobian: the prior is flat in mm.
             (-0.5 * t * t).exp() / sd * place(k).exp()
         };
         let flat: [f64; FINE] = std::array::from_fn(&mut likely);
@@ -301,7 +291,6 @@ impl Slice {
         let [lo, middle, hi] = of(&faded);
         let ends = ENDS_95.map(|s| quantile(&faded, window[0], step, s));
         Ok(match local {
-            // Moved, and made narrower, by what the prior does.
             Some((x, sd)) if sd < WIDE && hi > lo => {
                 let [p, q, r] = of(&flat);
                 let x = x + middle - q;
@@ -312,13 +301,13 @@ impl Slice {
     }
 }
 
-/// Density of the prior at ln a = x to that within the calibrated distances, of such `ends`.
+/// Prior density at ln a = x relative to the calibrated range.
 pub(crate) fn prior([first, last, fades]: [f64; 3], x: f64) -> f64 {
     let off = (first - x).max(x - last).max(0.0);
     (-0.5 * (off / fades).powi(2)).exp()
 }
 
-/// The point below which a share of the mass lies; within a cell the density goes straight.
+/// Quantile of a density that is linear between points.
 pub(crate) fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
     let wanted = share * points.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>();
     let mut below = 0.0;

@@ -1,31 +1,25 @@
-//! What labels tell of themselves: how far apart positions are, and whether their signals are in the wrong order: beyond the strongest signal of a drive,
-//! signals fall with the distance.
+//! Checks of labels: how far apart positions are, and positions in the wrong order (beyond its peak, the signal falls with the distance).
 
 use crate::hyper::{Hyper, Prior};
 use crate::rows::{Cell, range};
 
-/// Positions within this share of the range of ln a are one.
+/// Positions within this share of the range of ln a count as one.
 pub const TOGETHER: f64 = 0.01;
-/// A signal rises beyond so many standard deviations of the difference.
+/// A rise counts beyond this many standard deviations of the difference, and beyond the share [`LEAST`] of the signal.
 const CERTAIN: f64 = 4.0;
-/// And beyond this share of it.
 const LEAST: f64 = 0.01;
-/// Repeats from which their scatter is known.
 const REPEATS: f64 = 4.0;
 
-/// Spread in ln of the prior of labels that contradict each other; its median is by how much.
+/// Spread in ln of the prior if labels contradict each other; the median is the size of the contradiction.
 const WRONG: f64 = 0.5;
-/// Whoever sets positions apart sets each to this share of what lies between them, two standard deviations of the prior.
+/// Error of a position as a share of the gaps, two standard deviations of the prior.
 const SET: f64 = 0.2;
-/// The same in ln a where positions are close: a hand sets 30 mm to 0.3 mm.
+/// The same in ln a for close positions: by hand, 30 mm is set to 0.3 mm.
 const BY_HAND: f64 = 0.01;
-/// Least spread in ln of the prior.
 const NARROW: f64 = 0.8;
 
-/// Prior of [`Hyper::Position`]; `wrong` says by how much labels contradict each other ([`contradicted`]).
-///
-/// A curve of no known whisker bends by drive and distance as labels that are wrong by as much as positions are apart make it seem: of four
-/// positions that were 9 mm apart, errors of 6 mm were as likely as none, and every σ was 8 mm.
+/// Prior of [`Hyper::Position`]; `wrong` is the size of a contradiction of labels ([`contradicted`]). It is limited, because a free curve is as
+/// likely as wrong labels: of four positions 9 mm apart, errors of 6 mm were as likely as none, and every σ was 8 mm.
 pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
     let usual = Prior::new(Hyper::Position.prior(known));
     if let Some(apart) = wrong {
@@ -39,7 +33,7 @@ pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
     Prior { above: (0.5 * (set.ln() - usual.median)).clamp(NARROW, usual.above), ..usual }
 }
 
-/// Of the positions of one drive in their order, beyond the strongest `signal`, those after which it rises, and by how many standard `deviation`s.
+/// Positions of one drive, in order and beyond the strongest signal, after which the signal rises, and by how many standard deviations.
 pub fn rises<P>(
     all: &[P],
     signal: impl Fn(&P) -> f64,
@@ -54,7 +48,7 @@ pub fn rises<P>(
     (strongest.unwrap_or(0)..all.len().saturating_sub(1)).filter_map(rise).collect()
 }
 
-/// By how much, in ln a, two positions differ of which one cannot be where its label says; the largest of all, `None` where there are none.
+/// Largest difference in ln a of two positions in the wrong order.
 pub fn contradicted(cells: &[Cell]) -> Option<f64> {
     let mut taps: Vec<&Cell> = cells.iter().filter(|c| c.row.touches()).collect();
     taps.sort_by(|c, d| c.row.u.total_cmp(&d.row.u).then(c.row.a.total_cmp(&d.row.a)));

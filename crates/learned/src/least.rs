@@ -1,35 +1,32 @@
-//! Nonlinear least squares within bounds: Gauss and Newton's steps in a trust region of the unknowns, which stay at bounds that they push against.
-//! Without bounds a fit stalled where friction was 0 and ν 0.5, since its steps led out of what both may be.
+//! Nonlinear least squares within bounds: Gauss-Newton steps in a trust region; unknowns that push against a bound stay there.
+//! Without bounds a fit stalled at friction 0 and ν 0.5, where its steps left the valid range.
 
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
-/// First and largest radius of the trust region, in unknowns, whose plausible range is about 1.
+/// First and largest radius of the trust region; a plausible range of an unknown is about 1.
 const RADIUS: f64 = 0.3;
 const WIDEST: f64 = 10.0;
-/// Most trials per unknown.
 const PATIENCE: usize = 60;
-/// Bisections of the damping.
 const BISECTIONS: usize = 60;
 
-/// What is fitted.
+/// A least-squares problem.
 pub trait Problem {
-    /// What the unknowns make.
+    /// Result of a model evaluation.
     type Model;
-    /// What can go wrong.
+    /// Error of a model evaluation.
     type Error;
 
-    /// Of the unknowns `x`, which are not far from those of `near`.
+    /// Evaluates the model at `x`; `near` is the model at a nearby point.
     fn model(&self, x: &DVector<f64>, near: &Self::Model) -> Result<Self::Model, Self::Error>;
 
-    /// `None` where `model` says nothing about some of the data.
+    /// Residuals; `None` if the model has no value for some of the data.
     fn residuals(&self, model: &Self::Model) -> Option<DVector<f64>>;
 
-    /// d residual/d unknown.
+    /// Derivatives of the residuals, a column for each unknown.
     fn slopes(&self, model: &mut Self::Model) -> Result<Option<DMatrix<f64>>, Self::Error>;
 }
 
-/// The least squares from `x` and its `model` on, with every unknown in its `bounds`; ends where a step changes the unknowns, or the sum of
-/// squares, by less than `settled` of it.
+/// Minimises from `x` and its `model` within `bounds`. Stops when a step changes unknowns, or squares, by less than the share `settled`.
 pub fn minimise<P: Problem>(
     problem: &P,
     mut x: DVector<f64>,
@@ -49,7 +46,7 @@ pub fn minimise<P: Problem>(
             let trial = DVector::from_fn(x.len(), |i, _| (x[i] + step[i]).clamp(bounds[i][0], bounds[i][1]));
             let foreseen = 1.0 - (&r + &j * &step).norm_squared() / before;
             let still = step.norm() <= settled * x.norm();
-            // Not-a-number where nothing is left of the squares.
+            // NaN if the residuals are zero.
             if still || trials == 0 || foreseen.is_nan() || foreseen <= settled * settled.sqrt() {
                 return Ok(model);
             }
@@ -73,8 +70,7 @@ pub fn minimise<P: Problem>(
     Ok(model)
 }
 
-/// The step of at most about `radius` from `x` that foresees the least squares; what it would carry past a bound goes to that, and the others go on
-/// from there. `None` where numbers fail.
+/// Best step of length `radius` at most within the bounds: unknowns that reach a bound stay there. `None` if the linear algebra fails.
 fn within(
     x: &DVector<f64>,
     (j, r): (&DMatrix<f64>, &DVector<f64>),
@@ -106,7 +102,6 @@ fn within(
     Some(step)
 }
 
-/// The best step no longer than `radius` where no bound is near.
 fn damped(j: &DMatrix<f64>, r: &DVector<f64>, radius: f64) -> Option<DVector<f64>> {
     let svd = values(j.clone(), true)?;
     let (along, right) = (svd.u?.tr_mul(r), svd.v_t?.transpose());
@@ -128,17 +123,17 @@ fn damped(j: &DMatrix<f64>, r: &DVector<f64>, radius: f64) -> Option<DVector<f64
     Some(of(hi.exp()))
 }
 
-/// A change of an unknown that counts as small, for differences, as a share of one that is plausible.
+/// Step of differences as a share of a plausible change of an unknown.
 const SMALL: f64 = 1e-5;
 
-/// A minimum of what is known by its values alone.
+/// Minimum found from values alone, without given derivatives.
 #[derive(Debug, Clone)]
 pub struct Minimum {
-    /// Where it is.
+    /// Unknowns at the minimum.
     pub at: Vec<f64>,
-    /// Inverse of the normal matrix there.
+    /// Inverse of the normal matrix.
     pub covariance: DMatrix<f64>,
-    /// Residuals, each over its standard deviation.
+    /// Residuals over their standard deviations.
     pub residuals: Vec<f64>,
 }
 
@@ -149,11 +144,10 @@ impl Minimum {
     }
 }
 
-/// Residuals of unknowns; `None` where some have no value.
+/// Residuals as a function of the unknowns; `None` where some have no value.
 pub type Residuals<'a> = &'a dyn Fn(&[f64]) -> Option<Vec<f64>>;
 
-/// Derivatives of `of` at `x` by central differences of half widths `h`, of one side where the other is past the `bounds`: a row each; `None`
-/// where a value is missing.
+/// Central differences of half widths `h`, one-sided at the `bounds`; a row for each residual. `None` where a value is missing.
 fn differences(of: Residuals<'_>, x: &[f64], h: &[f64], bounds: &[[f64; 2]]) -> Option<DMatrix<f64>> {
     let mut columns = Vec::with_capacity(x.len());
     let mut moved = x.to_vec();
@@ -170,16 +164,15 @@ fn differences(of: Residuals<'_>, x: &[f64], h: &[f64], bounds: &[[f64; 2]]) -> 
     Some(DMatrix::from_columns(&columns))
 }
 
-/// Derivatives of `of` at `x` by central differences of half widths `h`: a row each; `None` where a value is missing.
+/// Central differences of half widths `h`, a row for each residual. `None` where a value is missing.
 pub fn slopes(of: Residuals<'_>, x: &[f64], h: &[f64]) -> Option<DMatrix<f64>> {
     differences(of, x, h, &vec![FREE; x.len()])
 }
 
-/// No bounds.
+/// Bounds of an unknown without bounds.
 pub const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// The minimum of the squares of `residuals` that is reached from `start` within `bounds`; `h` is a small change of each unknown. `None` where
-/// residuals are missing at the start, or what the data do not determine is asked for.
+/// Minimises `residuals` from `start`; `h` is a small change of each unknown. `None` without residuals at the start, or if unknowns are undetermined.
 pub fn by_values(
     residuals: Residuals<'_>,
     start: &[f64],
@@ -198,7 +191,6 @@ pub fn by_values(
     Some(Minimum { residuals: residuals(&at)?, covariance, at })
 }
 
-/// A problem whose derivatives are differences; the unknowns of its steps are divided by `scale`.
 struct ByValues<'a> {
     residuals: Residuals<'a>,
     h: &'a [f64],
@@ -225,7 +217,7 @@ impl Problem for ByValues<'_> {
     }
 }
 
-/// Solution of `n` x = `b`, and the inverse of `n`; `None` where it is singular or holds what is no finite number.
+/// Solution of `n` x = `b`, and the inverse of `n`; `None` if `n` is singular or not finite.
 pub fn solve(n: &DMatrix<f64>, b: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
     let m = n.nrows();
     let scale: Vec<f64> = (0..m).map(|i| n[(i, i)].sqrt()).collect();
@@ -238,11 +230,9 @@ pub fn solve(n: &DMatrix<f64>, b: &DVector<f64>) -> Option<(DVector<f64>, DMatri
     (x.iter().chain(inverse.iter()).all(|c| c.is_finite())).then_some((x, inverse))
 }
 
-/// Most steps; a matrix of a handful of columns takes dozens.
 const STEPS: usize = 10_000;
 
-/// Singular values in no particular order, with the right vectors, and the left ones if `left`; `None` of an empty matrix and of
-/// one that holds, or leads to, what is no finite number.
+/// Singular values in no particular order, with right vectors, and left ones if `left`. `None` if the matrix is empty or numbers are not finite.
 pub fn values(matrix: DMatrix<f64>, left: bool) -> Option<SVD<f64, Dyn, Dyn>> {
     let finite = |x: &f64| x.is_finite();
     if matrix.is_empty() || !matrix.iter().all(finite) {

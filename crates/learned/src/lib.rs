@@ -1,13 +1,13 @@
 //! One statistical model of a calibration.
 //!
-//! A row is a reading y of a tap at the distance a by the drive u, or of the sensor at rest:
+//! A row is a reading y at the distance a and drive u, or without contact:
 //!
 //! y = z₀ + z_r + w(t) + m(a, u) [β + h(ln a, ln u) + g_r] + ∂y/∂ln a [c(a) + c_r(a)] + ∂m/∂u u₀ + ∂m/∂a a₀ + e
 //!
-//! m is the curve of the whisker where it is known, else a power law, and 0 at rest; h is a smooth deviation, c the error of a
-//! position and c_r of one visit of it; z_r and g_r are zero and gain of a run, w a drift of the zero, e noise of which a part goes with
-//! m. All but the learned numbers ([`hyper`]) is linear and normal: [`columns`]. The learned numbers follow restricted likelihood and
-//! priors ([`evidence`], Patterson and Thompson 1971), found by [`newton`] and averaged over by [`fit`].
+//! m is the curve of the whisker if known, else a power law, and 0 without contact; h is a smooth deviation, c the error of a position, c_r that of
+//! one visit; z_r and g_r are zero and gain of a run, w is a drift of the zero, e noise, in part proportional to m. Except for the learned numbers
+//! ([`hyper`]) the model is linear and normal: [`columns`]. Those have a restricted likelihood with priors ([`evidence`], Patterson and Thompson
+//! 1971), whose peaks [`newton`] finds; [`fit`] averages over them.
 
 mod average;
 pub mod base;

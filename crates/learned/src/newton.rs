@@ -1,27 +1,24 @@
-//! The most likely learned numbers, and how sharp that is: Newton's method with a Hessian from differences of exact gradients.
+//! Most likely learned numbers and their curvature: Newton's method with a Hessian from differences of exact gradients.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::evidence::{Problem, Solved};
 
-/// Steps of the differences, in ln.
 const STEP: f64 = 1e-3;
-/// A gradient of this size is none.
 const FLAT: f64 = 1e-7;
-/// Longest step, in ln.
 const LONGEST: f64 = 2.0;
 
-/// A maximum of likelihood and prior.
+/// Maximum of likelihood times prior.
 pub struct Peak {
     /// Logarithms of the learned numbers.
     pub at: Vec<f64>,
-    /// The coefficients there.
+    /// Coefficients at the peak.
     pub solved: Solved,
-    /// Second derivatives of −ln.
+    /// Second derivatives of −ln(likelihood × prior).
     pub hessian: DMatrix<f64>,
 }
 
-/// Second derivatives at `at`, where the gradient is `gradient`; with what the prior alone gives as least curvature, where they are not positive.
+/// Hessian at `at`; if it is not positive definite, curvature of the prior is added until it is.
 fn hessian(problem: &Problem, at: &[f64], gradient: &DVector<f64>) -> DMatrix<f64> {
     let n = at.len();
     let column = |k: usize| {
@@ -44,7 +41,6 @@ fn hessian(problem: &Problem, at: &[f64], gradient: &DVector<f64>) -> DMatrix<f6
     }
 }
 
-/// One step down along `step`, shortened until it is one; what it gained, `None` where there is none.
 fn descend(
     problem: &Problem,
     at: &mut Vec<f64>,
@@ -69,7 +65,7 @@ fn descend(
     None
 }
 
-/// Climbs from `start` without second derivatives (Broyden, Fletcher, Goldfarb, Shanno) to the neighbourhood of a peak.
+/// Climbs from `start` towards a peak without second derivatives (BFGS).
 pub fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
     let n = start.len();
     let mut at = start.to_vec();
@@ -101,7 +97,7 @@ pub fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
     Some((at, solved.value))
 }
 
-/// Climbs from the neighbourhood of a peak to it.
+/// Climbs from near a peak to the peak.
 pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
     let mut at = start.to_vec();
     let mut solved = problem.solve(&at)?;
@@ -111,7 +107,7 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
         if gradient.amax() < FLAT {
             break;
         }
-        // Near the peak the curvature changes slowly against what it costs.
+        // Near the peak the Hessian changes slowly and is expensive.
         if curvature.is_none() || gradient.amax() > 0.1 {
             curvature = Some(hessian(problem, &at, &gradient));
         }
@@ -121,7 +117,7 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
             break;
         }
     }
-    // At the peak itself: what it is must not depend on the way there.
+    // Evaluate at the peak, so that the result does not depend on the path.
     let gradient = DVector::from_vec(problem.gradient(&at, &solved));
     let hessian = hessian(problem, &at, &gradient);
     Some(Peak { at, solved, hessian })

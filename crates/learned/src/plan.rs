@@ -1,8 +1,5 @@
-//! Which taps a calibration should have, before any of them was read: those after which distances are expected to be told best.
-//!
-//! The model is that of a fit ([`crate::columns`]) with its learned numbers as they are expected. Readings at candidates and at the places that will
-//! be asked for have the covariance S = H Λ Hᵀ; a tap at i takes S_·i S_i·/(v_i + S_ii) off it, and gives it back where it is left out. What is
-//! least is the mean variance of a distance at the places that will be asked for (A-optimal design; Fedorov 1972 for the exchange).
+//! Plan of a calibration: the taps, chosen before any reading, that minimise the mean variance of distances (A-optimal; exchange: Fedorov 1972).
+//! Readings at candidates and places of later use have the covariance S = H Λ Hᵀ; a tap at i subtracts S_·i S_i·/(v_i + S_ii), its removal adds it.
 
 #[cfg(test)]
 mod tests;
@@ -16,79 +13,73 @@ use crate::hyper::{Hyper, Prior};
 use crate::rows::{Cell, Row};
 use crate::start::{Start, slopes};
 
-/// Largest standard deviation of a coefficient before any reading, in units of the signal: a gain may be twice as large as expected.
+/// Largest prior standard deviation of a coefficient, in units of the signal: a gain may be twice as large as expected.
 const UNKNOWN: f64 = 1.0;
-/// A place is asked for where the signal falls with the distance at least by this power of it: next to its peak no reading tells it.
+/// A place is of use if the signal falls at least with this power of the distance: near its peak, no reading determines the distance.
 const FALLS: f64 = 0.3;
-/// Zero readings of a run.
 const ZEROS: f64 = 6.0;
-/// Rounds of exchanges.
 const ROUNDS: usize = 12;
-/// An exchange is made where it lowers the variance by more than this share.
+/// An exchange must lower the variance by more than this share.
 const WORTH: f64 = 1e-4;
 
-/// What a rig adds to the curve of its whisker, as standard deviations.
+/// Standard deviations of the effects of a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
     /// Noise of a reading, in the unit of the signal.
     pub noise: f64,
-    /// Noise that goes with the signal, as a share of it.
+    /// Noise in proportion to the signal.
     pub relative: f64,
-    /// Error of a position, as a share of its distance.
+    /// Error of a position, as a share of the distance.
     pub position: f64,
-    /// The same of one visit only.
+    /// Error of a position in one visit only, as a share of the distance.
     pub visit: f64,
-    /// Gain of a run, as a share.
+    /// Gain of a run, relative.
     pub gain: f64,
     /// Zero of a run, in the unit of the signal.
     pub zero: f64,
 }
 
-/// What may be tapped, and what will be asked.
+/// Candidates of taps and the whisker's signal.
 #[derive(Clone, Copy)]
 pub struct Ask<'a> {
-    /// The |signal| of the whisker.
+    /// |signal| of the whisker.
     pub curve: &'a Whisker,
-    /// Distances (mm) and drives at which the rig may tap, from the least on.
+    /// Distances at which the rig may tap, in mm, ascending.
     pub distances: &'a [f64],
-    /// See above.
+    /// Drives at which the rig may tap, ascending.
     pub drives: &'a [f64],
-    /// Whether the rig may tap at distance i by drive j.
+    /// True if the rig may tap at distance i by drive j.
     pub allowed: &'a dyn Fn(usize, usize) -> bool,
-    /// Runs in which it taps.
+    /// Number of runs.
     pub runs: usize,
-    /// Most distances that are used.
+    /// Maximum of distances in use.
     pub positions: usize,
-    /// What the rig adds.
+    /// Effects of the rig.
     pub rig: Rig,
 }
 
-/// A tap: the places of its distance and its drive, and its run.
+/// Indices of a tap: distance, drive, run.
 pub type Tap = [usize; 3];
 
-/// Candidates and the covariance that is left.
+/// Candidates, the chosen taps, and the remaining covariance.
 #[derive(Clone)]
 pub struct Planner {
-    /// Candidates.
     taps: Vec<Tap>,
-    /// Most distances.
     positions: usize,
-    /// Variance of a reading at each candidate.
     noise: Vec<f64>,
-    /// Of the readings at candidates, and after them of the curve where it will be asked for.
+    /// Covariance of the readings at candidates, followed by the curve at the places of later use.
     covariance: DMatrix<f64>,
     /// Variance in mm² per variance of the signal, over the number of places.
     weights: Vec<f64>,
-    /// Mean variance in mm² that no calibration takes away: noise, position, gain of the run of the reading itself.
+    /// Mean variance in mm² that no calibration removes: noise, position, gain of the run of the reading.
     floor: f64,
-    /// What was chosen: places of candidates.
     chosen: Vec<usize>,
-    /// Of these, as many at the beginning stay: they reach the ends of distances and drives.
+    /// The first `pinned` of these stay: they reach the ends of distances and drives.
     pinned: usize,
 }
 
 impl Planner {
-    /// Before any tap; zeros are read in each run. `None` where no tap is allowed, or the signal tells the distance at none.
+    /// State before any tap, with zeros read in each run. `None` if no tap is allowed, or no signal determines a distance.
     pub fn new(ask: &Ask<'_>) -> Option<Self> {
         let pairs = (0..ask.distances.len()).flat_map(|i| (0..ask.drives.len()).map(move |j| (i, j)));
         let pairs: Vec<(usize, usize)> = pairs.filter(|(i, j)| (ask.allowed)(*i, *j)).collect();
@@ -173,7 +164,6 @@ impl Planner {
             let place = planner.taps.len() + run;
             planner.moved(place, variances[place] / ZEROS);
         }
-        // The zeros are read: what is left are candidates and places.
         let kept: Vec<usize> =
             (0..n + asked.len()).filter(|k| !(planner.taps.len()..n).contains(k)).collect();
         planner.covariance =
@@ -181,7 +171,7 @@ impl Planner {
         Some(planner)
     }
 
-    /// Takes a reading of this variance at `place`; gives it back where that is negative.
+    /// Adds a reading of this variance at `place`; a negative variance removes it.
     fn moved(&mut self, place: usize, variance: f64) {
         let column = self.covariance.column(place).clone_owned();
         self.covariance.ger(-1.0 / (variance + column[place]), &column, &column, 1.0);
@@ -198,30 +188,27 @@ impl Planner {
         place
     }
 
-    /// Mean variance of the calibration, mm².
     fn variance(&self) -> f64 {
         let first = self.taps.len();
         self.weights.iter().enumerate().map(|(q, w)| w * self.covariance[(first + q, first + q)]).sum()
     }
 
-    /// Σ w S², S the covariance of a tap at `place` with the curve where it will be asked for.
+    /// Σ w S², with S the covariance of a tap at `place` with the curve at the places of later use.
     fn squares(&self, place: usize) -> f64 {
         let column = self.covariance.column(place);
         self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum()
     }
 
-    /// By how much a tap at `place` lowers the variance.
     fn gain(&self, place: usize) -> f64 {
         self.squares(place) / (self.noise[place] + self.covariance[(place, place)])
     }
 
-    /// By how much the tap at `place`, which is chosen, lowers it.
     fn worth(&self, place: usize) -> f64 {
         let left = self.noise[place] - self.covariance[(place, place)];
         self.squares(place) / left.max(f64::MIN_POSITIVE)
     }
 
-    /// The best candidate: of the distances that are used, where there may be no other ones.
+    /// Best candidate; only at distances in use once their maximum is reached.
     fn best(&self) -> Option<usize> {
         let mut used: Vec<usize> = self.chosen.iter().map(|k| self.taps[*k][0]).collect();
         used.sort_unstable();
@@ -231,34 +218,34 @@ impl Planner {
         free.map(|k| (k, self.gain(k))).max_by(|p, q| p.1.total_cmp(&q.1)).map(|p| p.0)
     }
 
-    /// Number of taps.
+    /// Number of chosen taps.
     pub fn len(&self) -> usize {
         self.chosen.len()
     }
 
-    /// Whether there is no tap.
+    /// True before the first tap.
     pub fn is_empty(&self) -> bool {
         self.chosen.is_empty()
     }
 
-    /// Root mean square of the standard deviation of a distance, over the places that will be asked for, mm: of a tap in another run.
+    /// Expected RMS standard deviation of a distance over the places of later use, in mm, for a tap in another run.
     pub fn sigma(&self) -> f64 {
         (self.floor + self.variance().max(0.0)).sqrt()
     }
 
-    /// What of it no calibration takes away.
+    /// Part of [`Self::sigma`] that no calibration removes, mm.
     pub fn floor(&self) -> f64 {
         self.floor.sqrt()
     }
 
-    /// The taps.
+    /// Chosen taps by run, distance and drive.
     pub fn chosen(&self) -> Vec<Tap> {
         let mut all: Vec<Tap> = self.chosen.iter().map(|k| self.taps[*k]).collect();
         all.sort_unstable_by_key(|[i, j, run]| [*run, *i, *j]);
         all
     }
 
-    /// Taps at the least and the largest distance and drive, which stay: what lies beyond the calibrated ones has no answer.
+    /// Adds taps at the least and largest distance and drive, which stay: answers end at the calibrated range.
     pub fn pin(&mut self) {
         for axis in [0, 1] {
             let values = || self.taps.iter().map(|t| t[axis]);
@@ -281,21 +268,21 @@ impl Planner {
         }
     }
 
-    /// One tap more, the best one.
+    /// Adds the best tap.
     pub fn grow(&mut self) {
         if let Some(place) = self.best() {
             self.add(place);
         }
     }
 
-    /// Without the tap that tells least.
+    /// Removes the tap with the least information.
     pub fn shrink(&mut self) {
         let least = (self.pinned..self.chosen.len())
             .min_by(|i, k| self.worth(self.chosen[*i]).total_cmp(&self.worth(self.chosen[*k])));
         least.map(|k| self.remove(k));
     }
 
-    /// Takes taps out one by one for better ones, until none is better.
+    /// Replaces taps one by one by better ones until none is better.
     pub fn exchange(&mut self) {
         for _ in 0..ROUNDS {
             let before = self.variance();
@@ -310,7 +297,7 @@ impl Planner {
         }
     }
 
-    /// With these taps and no others.
+    /// Copy with these taps only.
     pub fn with(&self, taps: impl IntoIterator<Item = Tap>) -> Self {
         let mut other = self.clone();
         other.pinned = 0;

@@ -1,4 +1,4 @@
-//! Readings of a rig, and equal ones merged: many repeats cost no more than one.
+//! Readings of a rig; rows with equal labels are merged, so that repeats cost nothing.
 
 use std::collections::HashMap;
 
@@ -13,12 +13,12 @@ pub struct Row {
     pub y: f64,
     /// Number of its run, from 0.
     pub run: usize,
-    /// When it was taken: seconds, or the place in the file.
+    /// Time in seconds, or the index in the file.
     pub t: f64,
 }
 
 impl Row {
-    /// Whether the whisker touches the object.
+    /// True if the whisker touches the object.
     pub fn touches(&self) -> bool {
         self.u != 0.0
     }
@@ -27,29 +27,27 @@ impl Row {
 /// Rows with equal labels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
-    /// Their labels; the mean of the signal, and of the time.
+    /// Their labels, with the mean of signal and time.
     pub row: Row,
-    /// How many.
+    /// Number of rows.
     pub n: f64,
-    /// Sum of squares about the mean.
+    /// Sum of squares of the signal about the mean.
     pub squares: f64,
-    /// Places of the rows.
+    /// Indices of the rows.
     pub rows: Vec<usize>,
 }
 
-/// The least and the largest of `values`; infinite of none.
+/// Least and largest of `values`; infinite if empty.
 pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let wider = |[lo, hi]: [f64; 2], x: f64| [lo.min(x), hi.max(x)];
     values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
 }
 
-/// Most cells of rows that differ in their labels; more are joined with their neighbours.
 const MOST: usize = 2500;
 
-/// Cells of the rows at `places`; rows of different times are apart where `timed`.
+/// Cells of the rows at `places`; with `timed`, rows of different times stay separate.
 pub fn cells(rows: &[Row], places: &[usize], timed: bool) -> Vec<Cell> {
     let mut found: HashMap<[i64; 4], usize> = HashMap::new();
-    // Equal but for rounding.
     let label = |x: f64| (x.abs().ln() * 1e9).round() as i64 * x.signum() as i64;
     let mut all: Vec<Cell> = Vec::new();
     for &place in places {
@@ -63,7 +61,7 @@ pub fn cells(rows: &[Row], places: &[usize], timed: bool) -> Vec<Cell> {
         all[k].rows.push(place);
     }
     for cell in &mut all {
-        // About the first value, so that equal values have exactly their value as mean.
+        // Relative to the first value, so that the mean of equal values is exact.
         let first = rows[cell.rows[0]];
         cell.n = cell.rows.len() as f64;
         let mean = |f: &dyn Fn(&Row) -> f64| cell.rows.iter().map(|k| f(&rows[*k])).sum::<f64>() / cell.n;
@@ -75,8 +73,7 @@ pub fn cells(rows: &[Row], places: &[usize], timed: bool) -> Vec<Cell> {
     if all.len() > MOST && timed { cells(rows, places, false) } else { all }
 }
 
-/// Step of a converter: the largest number of which all differences of readings are multiples, to a millionth of their range; 0 where
-/// there is none. The least gap of few readings would be a step of the data, not of the converter.
+/// Step of a converter: largest number that divides all differences of readings, to a millionth of their range; 0 if none, or for two values.
 pub fn quantum(values: &[f64]) -> f64 {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -90,7 +87,6 @@ pub fn quantum(values: &[f64]) -> f64 {
     let mut step = 0.0f64;
     for gap in sorted.windows(2).map(|w| w[1] - w[0]) {
         let (mut p, mut q) = (gap.max(step), gap.min(step));
-        // Euclid's algorithm with room for rounding.
         while q > least {
             (p, q) = (q, (p - q * (p / q).round()).abs());
         }

@@ -1,4 +1,4 @@
-//! What a fit starts from: the base of its curve, the zero, the units; none of it is exact, and the model corrects all of it.
+//! Start of a fit: base of the curve, zero, units. All are approximate; the model corrects them.
 
 use nalgebra::{DMatrix, DVector};
 use vibrissa_core::reduce::median;
@@ -9,22 +9,22 @@ use crate::fit::{Fault, Fit, From, Task};
 use crate::labels::contradicted;
 use crate::rows::{Cell, range};
 
-/// The signal of no whisker falls with the distance more slowly than this power of it.
+/// Least exponent of 1/a of a whisker's signal.
 const FLAT: f64 = 0.3;
 
-/// The base and the scale of the signals.
+/// Start of a fit.
 pub struct Start {
-    /// The curve that is corrected.
+    /// Curve that the model corrects.
     pub base: Base,
-    /// The power law, where there is no whisker.
+    /// Fitted power law, if the whisker is unknown.
     pub power: Option<Fitted>,
     /// Unit of the signals, zero, unit of the base.
     pub numbers: [f64; 3],
-    /// By how much labels contradict each other, where there is no whisker ([`contradicted`]).
+    /// Largest contradiction of labels in ln a, if the whisker is unknown ([`contradicted`]).
     pub labels: Option<f64>,
 }
 
-/// What the model of `cells` starts from: of nearly the rows of another fit, from its base.
+/// Start of the model of `cells`; with [`From::Near`] or [`From::Held`] from the base of that fit.
 pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault> {
     let mut rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =
@@ -39,7 +39,7 @@ pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault
         }
         let plain = of_known(curve, &taps, read, 0.0);
         let free = of_known(curve, &taps, read, offset(curve, &taps, read));
-        // An offset is there where it is worth it, or where the curve has no values without it.
+        // An offset is used if it is worth it, or if the curve has no values without it.
         let worth = |(p, f): (&(Start, f64), &(Start, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
         let moved = plain.as_ref().zip(free.as_ref()).is_some_and(worth);
         let found = if moved { free } else { plain.or(free) };
@@ -62,16 +62,15 @@ pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault
     }
 }
 
-/// The power law of taps above the zero that was `read`, or above a free one; where `ends` perhaps a cone.
 fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault> {
     let tared = power(taps, Some(read.unwrap_or(0.0)), ends);
     let several = taps.iter().any(|t| t[1] != taps[0][1]);
-    // One drive tells no zero, but where signals lie on both sides of it, or follow no law of a whisker without one.
+    // One drive determines no zero, unless signals have both signs or follow no whisker's law without a zero.
     let flat = |f: &Fitted| f.power.q < FLAT;
     let needed = tared.as_ref().is_none_or(flat) || taps.iter().any(|t| t[2] < 0.0);
     let free = read.is_none() && taps.len() > 6 && (several || needed);
     let free = if free { power(taps, None, ends) } else { None };
-    // Of too few taps to tell it, a zero beyond the weakest one: the model corrects it.
+    // Too few taps to fit a zero: take one below the weakest signal; the model corrects it.
     let beyond = || {
         let [lo, hi] = range(taps.iter().map(|t| t[2]));
         power(taps, Some(lo - 0.5 * (hi - lo)), ends)
@@ -86,14 +85,13 @@ fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault
     }
 }
 
-/// The base of a whisker that is known, its drive moved by `offset`, and the sum of squares that gain and zero leave.
+/// Base of a known whisker with its drive moved by `offset`, and the sum of squares after gain and zero.
 fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) -> Option<(Start, f64)> {
     let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
     let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
     let tared = median(&mut y.iter().zip(&m).map(|(y, m)| y / m).collect::<Vec<_>>());
     let squares = |gain: f64, zero: f64| {
         let mut all: Vec<f64> = y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)).collect();
-        // Without the worst tenth, which may be wrong.
         all.sort_by(f64::total_cmp);
         all[..all.len() - all.len() / 10].iter().sum::<f64>().max(f64::MIN_POSITIVE)
     };
@@ -120,7 +118,6 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
     })
 }
 
-/// What is best added to the drive of a whisker that is known, within what its curve was made for.
 fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
     let [least, largest] = range(taps.iter().map(|t| t[1]));
     if least == largest {
@@ -133,7 +130,7 @@ fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
     lowest(of, [at(best.saturating_sub(1)), at((best + 1).min(16))])
 }
 
-/// Where between two ends a function with one low there is lowest, to 1e-5 of what is between them (golden section).
+/// Argument of the minimum between two ends (golden section), to 1e-5 of the interval.
 pub fn lowest(of: impl Fn(f64) -> f64, [mut lo, mut hi]: [f64; 2]) -> f64 {
     for _ in 0..24 {
         let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
@@ -146,8 +143,7 @@ pub fn lowest(of: impl Fn(f64) -> f64, [mut lo, mut hi]: [f64; 2]) -> f64 {
     0.5 * (lo + hi)
 }
 
-/// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a quadratic that is nearest
-/// to the taps.
+/// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a fitted quadratic.
 pub fn slopes(cells: &[Cell], start: &Start, scales: &Scales) -> Vec<f64> {
     const RIDGE: f64 = 1e-4;
     let [unit, zero, base_unit] = start.numbers;

@@ -10,39 +10,37 @@ use crate::start::start;
 
 /// False-alarm rate: a clean set of rows loses one with this probability.
 const CHANCE: f64 = 0.01;
-/// Least deviation of a suspect, as a share of its signal: noise has longer tails than the normal distribution.
+/// Least deviation of a suspect, as a share of its signal: real noise has longer tails than a normal distribution.
 const LEAST: f64 = 0.03;
-/// Fewest positions among which one is suspected.
+/// Fewest positions for which one can be suspect.
 const ENOUGH: usize = 7;
-/// The first and the last position are checked if they have so many times fewer rows than the median.
+/// The first and last position are checked if they have this many times fewer rows than the median.
 const FEWER: usize = 4;
-/// Rows off by more than so many times their signal, and the usual one, are left out before any fit.
+/// Rows off by more than this multiple of their signal, and of the usual one, are excluded before any fit.
 const GROSS: f64 = 30.0;
-/// Up to so many rows the likeliest suspects are tried one by one: a wrong row among few inflates the noise that hides it.
+/// Up to this many rows, the likeliest suspects are tried one by one: among few rows, a wrong one inflates the noise that hides it.
 const FEW: usize = 60;
-/// Number of suspects tried.
 const TRIED: usize = 6;
-/// ln of the prior probability that a row is wrong, with any signal in the range.
+/// ln of the prior probability that a row is wrong, with any signal within the range.
 const WRONG: f64 = -9.2;
-/// Other positions from which it is told that the decimal point of one is moved, how far beyond them that one may truly be (a factor), and ln of the chance of it.
+/// Misplaced decimal point: fewest other positions, largest factor by which a position may truly lie beyond them, ln of the prior probability.
 const OTHERS: usize = 3;
 const BEYOND: f64 = 2.5;
 const MOVED: f64 = -4.6;
-/// Largest share of rows left out.
 const MOST: f64 = 0.2;
 
 /// A row left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Suspect {
-    /// Its place among the rows.
+    /// Index of the row.
     pub place: usize,
-    /// Signal less what is expected.
+    /// Measured − expected signal.
     pub off: f64,
-    /// What is expected above its zero.
+    /// Expected signal above the zero.
     pub expected: f64,
 }
 
-/// Fits the rows at `places` and leaves out one after the other those that the rest does not expect.
+/// Fits the rows at `places` and excludes, one by one, those that contradict the rest.
 pub fn sound(task: &Task, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut found = gross(task, places)?;
     found.extend(slipped(task, &without(places, &found)));
@@ -63,14 +61,13 @@ pub fn sound(task: &Task, places: &[usize], average: bool) -> Result<(Fit, Vec<S
         kept = without(&kept, &rows);
         found.extend(rows);
     }
-    // The likely numbers of a model with wrong rows may be another peak than that of the model without.
     if !found.is_empty() {
         last = fit(task, &kept, From::Nowhere, average)?;
     }
     Ok((last, found))
 }
 
-/// Rows that are so far from the base of the curve, whose size is that of most rows, that no noise explains them: in another unit.
+/// Rows in another unit: so far from the base of the curve, scaled to most rows, that noise cannot explain them.
 fn gross(task: &Task, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
     let start = start(task, &cells(&task.rows, places, false), From::Nowhere)?;
     let [unit, zero, base_unit] = start.numbers;
@@ -84,14 +81,12 @@ fn gross(task: &Task, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
     Ok(if found.len() as f64 <= MOST * places.len() as f64 { found } else { Vec::new() })
 }
 
-/// The row that is furthest from what the others expect, if that is no chance.
 fn worst(task: &Task, fit: &Fit, n: usize) -> Option<Suspect> {
     let (suspect, t) = *off_most(task, fit).first()?;
     is_rare(t, (fit.freedom - 1.0).max(1.0), n).then_some(suspect)
 }
 
-/// The row of few, or the rows, without which all others are so much likelier that these are wrong: of signals between the least and the largest. Several wrong rows hide each
-/// other: without one of them the noise is still theirs.
+/// Wrong rows among few: exclusion raises the evidence by more than the prior costs. Sets are tried, because wrong rows hide each other as noise.
 fn hidden(task: &Task, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     if kept.len() > FEW || whole.freedom < 3.0 {
         return Vec::new();
@@ -111,17 +106,15 @@ fn hidden(task: &Task, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     let most = ((MOST * kept.len() as f64) as usize).min(TRIED).min(all.len());
     let one = best(&mut all[..TRIED.min(all.len())].chunks(1));
     let mut found = one.or_else(|| best(&mut (2..=most).map(|n| &all[..n]))).unwrap_or_default();
-    // Of several, those that the fit without them does expect are sound.
     found.retain(|s| s.off.abs() > LEAST * s.expected.abs());
     found
 }
 
-/// The `places` without those of suspects.
 fn without(places: &[usize], wrong: &[Suspect]) -> Vec<usize> {
     places.iter().copied().filter(|k| !wrong.iter().any(|s| s.place == *k)).collect()
 }
 
-/// A row beside what `fit`, which is of others, expects of it at its label times a `factor`.
+/// Deviation of a row from `fit`, which excludes it, at its label times `factor`.
 fn judged(task: &Task, fit: &Fit, place: usize, factor: f64) -> Suspect {
     let row = &task.rows[place];
     let expected = match row.touches() {
@@ -131,7 +124,7 @@ fn judged(task: &Task, fit: &Fit, place: usize, factor: f64) -> Suspect {
     Suspect { place, off: row.y - fit.curve.zero()[0] - expected, expected }
 }
 
-/// Rows that are off by more than [`LEAST`], and by how many standard deviations, those first that are off by most.
+/// Rows off by more than [`LEAST`] with their deviation in standard deviations, largest first.
 fn off_most(task: &Task, fit: &Fit) -> Vec<(Suspect, f64)> {
     let mut all: Vec<(Suspect, f64)> = Vec::new();
     for (i, cell) in fit.cells.iter().enumerate() {
@@ -150,9 +143,7 @@ fn off_most(task: &Task, fit: &Fit) -> Vec<(Suspect, f64)> {
     all
 }
 
-/// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
-/// left in: then the position is one that was meant. Looked at are the position that is farthest off, and the first and the last where they have
-/// far fewer rows than others: there a curve bends to any row.
+/// Rows of a position that contradicts the curve: the worst one, or an end with far fewer rows. Positions with many rows were meant.
 fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<Suspect>> {
     let positions = positions(task, kept);
     if positions.len() < ENOUGH {
@@ -172,7 +163,6 @@ fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<Suspect>> {
     worst.into_iter().chain(ends).filter(few).find_map(|rows| unlike(task, rows, kept, positions.len()))
 }
 
-/// Rows by the label of their position.
 fn positions(task: &Task, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
     let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
     let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
@@ -182,7 +172,7 @@ fn positions(task: &Task, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
     positions
 }
 
-/// The rows of a position that lies apart from all others, and among them where its decimal point is moved by one place: where their signals are much likelier there.
+/// Rows of the first or last position if its label needs the decimal point moved by one place: their signals are much likelier there.
 fn slipped(task: &Task, kept: &[usize]) -> Vec<Suspect> {
     let positions = positions(task, kept);
     let all: Vec<(f64, &Vec<usize>)> = positions.values().map(|rows| (task.rows[rows[0]].a, rows)).collect();
@@ -197,7 +187,6 @@ fn slipped(task: &Task, kept: &[usize]) -> Vec<Suspect> {
         }
         let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
         let next = fit(task, &left, From::Nowhere, false).ok()?;
-        // ln of the likelihood of what they give together, of which the size is the expected signal.
         let ln = |factor: f64| {
             let [share, sd] = off(task, &next, rows, factor);
             let size = rows.iter().map(|k| judged(task, &next, *k, factor).expected.abs()).sum::<f64>();
@@ -209,7 +198,7 @@ fn slipped(task: &Task, kept: &[usize]) -> Vec<Suspect> {
     tried.unwrap_or_default()
 }
 
-/// By what share `rows` are off what `fit` expects at their labels times a `factor`, together, and its standard deviation.
+/// Joint relative deviation of `rows` from `fit` at their labels times `factor`, and its standard deviation.
 fn off(task: &Task, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
     let n = rows.len() as f64;
     let of = |k: &usize| {
@@ -222,7 +211,7 @@ fn off(task: &Task, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
     [all.iter().map(|x| x.0).sum::<f64>() / n, (all.iter().map(|x| x.1).sum::<f64>() / n).sqrt()]
 }
 
-/// The `rows` of one of so many positions, if all others expect them elsewhere.
+/// `rows` as suspects if a fit of all others contradicts them; `positions` is the number of positions tested.
 fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<Suspect>> {
     let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
     let next = fit(task, &left, From::Nowhere, true).ok()?;
@@ -235,8 +224,7 @@ fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Opti
     (rare && share.abs() > LEAST).then(|| rows.iter().map(suspect).collect())
 }
 
-/// Whether a deviate `t` of Student's distribution of so many degrees of `freedom` is the largest of `n` in fewer than [`CHANCE`] of all cases: by
-/// the normal deviate that is as rare (Wallace 1959).
+/// True if the largest of `n` Student deviates exceeds `t` with probability below [`CHANCE`] (normal approximation of Wallace 1959).
 fn is_rare(t: f64, freedom: f64, n: usize) -> bool {
     let normal =
         (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * (1.0 + t * t / freedom).ln()).sqrt();

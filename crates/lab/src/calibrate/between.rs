@@ -1,8 +1,6 @@
-//! The zero of the signal from taps of both sides, where no zero was read.
-//!
-//! What a gauge shows of a tap to one side and of the same tap to the other is y₊ = z + g and y₋ = z − r g: whatever g, the points (y₊, y₋) of all
-//! taps lie on one line, y₋ = (1 + r) z − r y₊, which meets the diagonal at the zero z. No curve of the whisker is needed, and the signals need not
-//! be on both sides of 0.
+//! Zero of the signal from taps of both sides, if no zero was read.
+//! Taps of equal size to both sides read y₊ = z + g and y₋ = z − r g: all points (y₊, y₋) lie on the line y₋ = (1 + r) z − r y₊, which meets the
+//! diagonal at the zero z. This needs no curve of the whisker.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,28 +10,21 @@ use vibrissa_learned::start::lowest;
 
 use crate::reduce::median;
 
-/// Fewest cells with taps of both sides.
 const FEWEST: usize = 4;
-/// Least share of the taps in such cells.
 const MOST: f64 = 0.6;
 /// Largest ratio of the signals of the two sides.
 const RATIO: f64 = 30.0;
 /// Largest residual of the line, as a share of the spread of the signals.
 const LEFT: f64 = 0.2;
-/// Cells farther off than so many standard deviations are left out.
 const OFF: f64 = 5.0;
-/// Most cells between which all slopes are taken.
 const SLOPES: usize = 60;
 /// Allowed curvature of the line, in units of the median gap (covers stretching).
 const BENT: f64 = 0.02;
-/// Rounds of fitting line and noise in turn.
 const ROUNDS: usize = 3;
-/// Shares of the noise variance that do not grow with the signal, tried in turn.
+/// Trial shares of the noise variance that do not grow with the signal.
 const FLOORS: [f64; 4] = [1.0, 0.3, 0.03, 0.003];
 
-/// Most taps to which power laws are fitted.
 const LOOKED_AT: usize = 120;
-/// Zeros that are tried first.
 const PLACES: usize = 16;
 /// Least gain in 2 ln likelihood for two laws instead of one.
 const FAR_BETTER: f64 = 40.0;
@@ -42,7 +33,7 @@ const FOLLOWED: f64 = 0.25;
 /// Error of the zero because a whisker follows no exact power law, as a share of a usual signal.
 const NO_LAW: f64 = 0.01;
 
-/// Mean signals of the two sides at one distance by one drive of one run.
+/// Mean signals of both sides at one distance, drive and run.
 #[derive(Debug, Clone, Copy)]
 struct Pair {
     high: f64,
@@ -55,14 +46,13 @@ impl Pair {
         self.high - self.low
     }
 
-    /// The point between both that does not move with their gap where the low signal falls by `ratio` as the high one rises.
+    /// Point between both that stays constant with the gap if the low signal falls by `ratio` as the high one rises.
     fn middle(&self, ratio: f64) -> f64 {
         (self.low + ratio * self.high) / (1.0 + ratio)
     }
 }
 
-/// The zero between the signals of the two sides and its standard error, of taps of which each has its run, distance and drive, and its signal; `None`
-/// where they are of one side.
+/// Zero between the signals of both sides and its standard error, from taps ((run, [distance, drive]), signal); `None` for taps of one side.
 pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Option<[f64; 2]> {
     let mut cells = BTreeMap::<_, Vec<f64>>::new();
     taps.for_each(|((run, at), signal)| cells.entry((run, at.map(f64::to_bits))).or_default().push(signal));
@@ -70,7 +60,6 @@ pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Opti
     let mut pairs: Vec<Pair> = cells.into_values().filter_map(pair).collect();
     let mut ratio = rough(&pairs)?;
     let mut line = Line { zero: middle(&pairs, ratio), ..Line::default() };
-    // Cells of one side alone, and such with a wrong row, are not on it.
     for _ in 0..3 {
         let off = |p: &Pair| (p.middle(ratio) - line.zero).abs();
         let usual = 1.4826 * median(&mut pairs.iter().map(off).collect::<Vec<_>>());
@@ -84,8 +73,7 @@ pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Opti
     (enough && sides).then_some([line.zero, line.error])
 }
 
-/// The same where the sides were not tapped at the same places, of taps (a, drive, signal): where one power law above it, and one below it, leave far
-/// less than one of all taps above any constant.
+/// Zero if both sides were tapped at different places (a, drive, signal): two power laws about it must fit far better than one law above a constant.
 pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let taps: Vec<[f64; 3]> = taps.iter().copied().step_by(taps.len().div_ceil(LOOKED_AT).max(1)).collect();
     let n = taps.len() as f64;
@@ -93,7 +81,7 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     signals.sort_by(f64::total_cmp);
     let different =
         |taps: &[[f64; 3]], k: usize| taps.iter().map(|t| t[k].to_bits()).collect::<BTreeSet<_>>().len();
-    // By one drive two positions in the wrong order are as those of another side.
+    // At one drive, two positions in the wrong order look like another side.
     let positions = if different(&taps, 1) > 1 { 2 } else { 3 };
     let left = |zero: f64| {
         let of = |side: f64| -> Vec<[f64; 3]> {
@@ -104,7 +92,7 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
         if sides.iter().any(|taps| taps.len() < FEWEST || different(taps, 0) < positions) {
             return f64::INFINITY;
         }
-        // A law that does not follow its taps is none: of one side, those below any constant go the other way.
+        // A law must fit: with taps of one side only, those below a constant fall with the drive.
         let of_law = |taps: &Vec<[f64; 3]>| {
             let mean = taps.iter().map(|t| t[2]).sum::<f64>() / taps.len() as f64;
             let spread = taps.iter().map(|t| (t[2] - mean).powi(2)).sum::<f64>();
@@ -113,7 +101,7 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
         };
         sides.iter().map(of_law).sum()
     };
-    // Between two signals next to each other no tap changes its side.
+    // The assignment to sides changes only at signals.
     let between = |k: usize| 0.5 * (signals[k - 1] + signals[k]);
     let ends = [FEWEST, signals.len().checked_sub(FEWEST)?];
     let every = (ends[1].checked_sub(ends[0])? / PLACES).max(1);
@@ -133,12 +121,10 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let error = (2.0 * least / ((n - 7.0).max(1.0) * bends)).sqrt();
     let usual = median(&mut taps.iter().map(|t| (t[2] - zero).abs()).collect::<Vec<_>>());
     let told = least.is_finite() && n * (alone / least).ln() > FAR_BETTER;
-    // A misfit without a low says no more than that the zero is between these two.
     let error = if error.is_finite() { error.max(NO_LAW * usual) } else { 0.5 * (around[1] - around[0]) };
     told.then_some([zero, error])
 }
 
-/// The signals of a cell, parted where they are farthest apart.
 fn pair(mut signals: Vec<f64>) -> Option<Pair> {
     signals.sort_by(f64::total_cmp);
     let apart = |k: &usize| signals[*k] - signals[k - 1];
@@ -147,19 +133,16 @@ fn pair(mut signals: Vec<f64>) -> Option<Pair> {
     Some(Pair { high: mean(&signals[at..]), low: mean(&signals[..at]), taps: signals.len() })
 }
 
-/// What the signals of both sides say.
 #[derive(Default)]
 struct Line {
-    /// Where it meets the diagonal, and the standard error of that.
     zero: f64,
     error: f64,
-    /// Share of the spread of the signals that it leaves.
+    /// Residual, as a share of the spread of the signals.
     left: f64,
-    /// −2 ln of its likelihood.
     unlikely: f64,
 }
 
-/// How much the low signal falls as the high one rises, by the median of the slopes (Theil and Sen); `None` where it does not fall.
+/// Median slope (Theil-Sen) of −low over high; `None` if not positive.
 fn rough(pairs: &[Pair]) -> Option<f64> {
     if pairs.len() < FEWEST {
         return None;
@@ -172,14 +155,12 @@ fn rough(pairs: &[Pair]) -> Option<f64> {
     (ratio > 0.0).then_some(ratio)
 }
 
-/// The middle of the points that do not move with the gaps of `pairs`.
 fn middle(pairs: &[Pair], ratio: f64) -> f64 {
     median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>())
 }
 
 impl Line {
-    /// By least squares, near a line of this `ratio`, and by noise of which `floor` does not go with the signal: the point between the two signals
-    /// that would not move with their gap, over that gap and a little over its square, where the gap is 0.
+    /// Least squares near a line of slope `ratio`, for noise with a constant share `floor`: middle of the signals over gap and squared gap, at gap 0.
     fn through(pairs: &[Pair], ratio: f64, floor: f64) -> Option<Self> {
         if pairs.len() < FEWEST {
             return None;

@@ -1,4 +1,4 @@
-//! Whether σ keeps its word: errors at positions and at runs left out whole, against the σ of an answer there.
+//! Coverage of σ: errors at positions and in runs left out, relative to the σ of the answer.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -8,20 +8,20 @@ use super::output::side_name;
 use crate::estimator::learnt::Learnt;
 use crate::estimator::{Estimator, Known};
 
-/// How many errors of one position lie within 1 σ and beyond 3 σ.
+/// Share of the errors at one position within 1 σ and beyond 3 σ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coverage {
-    /// contact or far.
+    /// Side: contact or far.
     pub side: &'static str,
-    /// The position, mm.
+    /// Position, mm.
     pub a_mm: f64,
-    /// Taps with an answer.
+    /// Number of taps with an answer.
     pub n: usize,
     /// Root mean square error, mm.
     pub rms_mm: f64,
     /// Share within 1 σ.
     pub within_1: f64,
-    /// The binomial interval of that share at 95 % (Wilson 1927).
+    /// 95 % binomial interval of that share (Wilson 1927).
     pub interval: [f64; 2],
     /// Share beyond 3 σ.
     pub beyond_3: f64,
@@ -41,18 +41,18 @@ impl Coverage {
     }
 }
 
-/// Of `learned`.
+/// Coverage of `learned`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covered {
-    /// By position, each left out whole.
+    /// At each position, left out whole.
     pub positions: Vec<Coverage>,
     /// Over all positions; `None` without answers.
     pub all: Option<Coverage>,
-    /// Over all runs, each left out whole; `None` where there is one.
+    /// Over all runs, each left out whole; `None` for a single run.
     pub runs: Option<Coverage>,
 }
 
-/// How errors on positions, and on runs, left out compare with their σ.
+/// Coverage on positions and runs left out.
 pub fn coverage(found: &Calibrated) -> Covered {
     let (mut positions, mut all, mut of_runs) = (Vec::new(), Vec::new(), Vec::new());
     for side in &found.sides {
@@ -73,7 +73,6 @@ pub fn coverage(found: &Calibrated) -> Covered {
     Covered { positions, all: over(&all), runs: over(&of_runs) }
 }
 
-/// Error and σ of each tap of a side, of what is learned without its run.
 fn runs(found: &Calibrated, learnt: &Learnt) -> Vec<[f64; 2]> {
     let mut numbers: Vec<usize> = learnt.task.rows.iter().map(|r| r.run).collect();
     numbers.sort_unstable();

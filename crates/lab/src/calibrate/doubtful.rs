@@ -1,39 +1,30 @@
-//! Data of which too many rows are suspect: what is likely wrong with them, each reason tried by fitting it.
+//! Data with too many suspect rows: likely causes, each tested by a fit.
 
 use super::{Calibrated, Options, Reason, check, named};
 use crate::error::{Error, InputError};
 use crate::measure::{Data, Rig, Row};
 use crate::scene::Drive;
 
-/// Largest share of suspect rows in a calibration; so many may be slips in a table of a few rows.
+/// Largest share of suspect rows, and number of them that is always allowed.
 const MOST: f64 = 0.2;
 const SLIPS: usize = 2;
-/// Fewest rows that can show that they are of another whisker.
 const SEVERAL: usize = 20;
-/// A reason fits with at most this share of suspect rows.
 const FITS: f64 = 0.1;
-/// Number of rows, about, on which reasons are tried.
 const ROWS: f64 = 120.0;
-/// K of a strain of a known whisker, if the columns are what their names say.
+/// Plausible K of a strain of a known whisker.
 const K: std::ops::Range<f64> = 0.33..3.0;
-/// Largest error on distances left out, relative to that of the best reason.
+/// Largest error on distances left out, relative to that of the best cause.
 const WORSE: f64 = 5.0;
-/// Degrees in a radian.
 const RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
-/// What may be wrong with all rows.
 struct Change {
-    /// In words.
     what: String,
-    /// What mends it.
     mends: String,
-    /// The row as it should be.
     row: fn(&mut Row, f64),
-    /// Whether the whisker of the spec is another one.
     whisker: bool,
 }
 
-/// `found`, unless more than a fifth of its rows are suspect, or its signal grows with the distance, which other columns explain; `settle` calibrates other data, of another whisker.
+/// `found`, unless more than a fifth of its rows are suspect, or its signal grows with the distance and another reading of the columns explains it.
 pub fn judged(
     found: Result<Calibrated, Error>,
     (data, rig, options): (&Data, &Rig, &Options),
@@ -51,7 +42,7 @@ pub fn judged(
             let error = InputError::new("the signal grows with the distance");
             turned.then(|| error.at(&data.file, None).key("a_mm"))
         }),
-        // Data and whisker that do not belong together are said to be so already.
+        // A mismatch of data and whisker is already reported.
         Err(Error::Input(e)) => {
             let of_data = e.file.as_ref() == Some(&data.file) && check(data, rig, options).is_ok();
             of_data.then(|| e.clone())
@@ -64,7 +55,7 @@ pub fn judged(
     for change in changes(&data, rig) {
         let mut changed = data.clone();
         changed.rows.iter_mut().for_each(|row| (change.row)(row, rig.design.tuple.L_a));
-        // A drive of 0 is a reading at rest: where there are such, the column of the drive is what its name says.
+        // Drive 0 is a zero reading: a column with such rows is a drive.
         let rests = |data: &Data| data.rows.iter().any(|row| row.drive == 0.0);
         if rests(&data) && !rests(&changed) {
             continue;
@@ -79,7 +70,6 @@ pub fn judged(
         let Ok(tried) = tried else { continue };
         let (lines, of) = suspects(&tried);
         let share = lines.len() as f64 / of.max(1) as f64;
-        // Of rows off the whisker the others say nothing.
         let most = 2 * of > tried.taps.len();
         if most && share <= FITS && is_sound(&tried, &changed) && !grows(&tried) {
             fits.push((share, left_out(&tried), change));
@@ -110,7 +100,6 @@ pub fn judged(
     Err(InputError { message, ..error }.allowed(allowed).into())
 }
 
-/// That too many of the rows of a `file` are suspect, where they are.
 fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
     let (lines, of) = suspects(found);
     if lines.len() as f64 <= MOST * of as f64 || lines.len() <= SLIPS {
@@ -122,7 +111,7 @@ fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
     Some(InputError::new(message).at(file, lines.first().copied()).key("a_mm"))
 }
 
-/// Over all distances (0) the drives, or over all drives (1) the distances, with which the signal grows less those with which it falls.
+/// Number of groups with equal distance (`fixed` 0) or drive (1) in which the signal rises, less those in which it falls.
 fn votes(found: &Calibrated, fixed: usize) -> f64 {
     let mut groups = std::collections::BTreeMap::<u64, Vec<[f64; 2]>>::new();
     for t in found.taps.iter().filter(|t| t.reason.is_none()) {
@@ -136,7 +125,6 @@ fn votes(found: &Calibrated, fixed: usize) -> f64 {
     groups.values().map(slope).sum()
 }
 
-/// Lines of the taps that are not believed, and of how many that have a number and lie on the whisker.
 fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
     use Reason::{Missing, NoStrain, NotANumber, OutsideDomain, Saturated, Tilted};
     let none =
@@ -145,7 +133,6 @@ fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
     (there().filter(|t| t.reason.is_some()).map(|t| t.line).collect(), there().count())
 }
 
-/// Error on distances left out, in shares of the calibrated range.
 fn left_out(found: &Calibrated) -> f64 {
     let of = |s: &super::SideResult| {
         let [first, last] = s.record.distances_mm;
@@ -155,14 +142,12 @@ fn left_out(found: &Calibrated) -> f64 {
     found.sides.iter().map(of).fold(0.0, f64::max)
 }
 
-/// Whether K of a strain is about 1 where theory is known.
 fn is_sound(found: &Calibrated, data: &Data) -> bool {
     let rig = &found.calibration.rig;
     let known = rig.known && data.unit.is_absolute() && rig.setup.gauge.foil.is_none();
     !known || found.sides.iter().all(|s| s.mean_k().is_none_or(|k| K.contains(&k)))
 }
 
-/// About [`ROWS`] rows of all of `data`, here and there.
 fn thinned(data: &Data) -> Data {
     let share = ROWS / data.rows.len() as f64;
     let taken =
@@ -178,7 +163,6 @@ fn thinned(data: &Data) -> Data {
     thin
 }
 
-/// What may be wrong with `data` of the whisker of `rig`.
 fn changes(data: &Data, rig: &Rig) -> Vec<Change> {
     let (signal, drive) = (data.unit.column(), rig.setup.drive.column());
     let short = if rig.setup.drive == Drive::Angle { "theta" } else { "delta" };

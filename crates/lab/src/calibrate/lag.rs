@@ -1,5 +1,5 @@
-//! Whether the readings of a file lag, by the likelihood of `learned`: gain and time constant are looked for where the file has times,
-//! and kept only where distances left out are told better with them.
+//! Search for a lag of the readings: gain and time constant by the likelihood of `learned`, where the file has times. The lag is used only if it
+//! lowers the error on distances left out.
 
 use std::sync::Arc;
 
@@ -15,18 +15,12 @@ use crate::measure::lag::{Lag, MOST};
 
 /// Least gain in ln likelihood for a lag: about 3 for its two numbers, more because the time constant is searched.
 const WORTH: f64 = 6.0;
-/// Prior standard deviation of the gain.
 const PRIOR: f64 = 0.1;
-/// First step of the gain.
 const STEP: f64 = 0.03;
-/// Most parabolas in the search for the best gain.
 const PARABOLAS: usize = 8;
-/// Ratio of neighbouring time constants that are tried.
 const FACTOR: f64 = 3.0;
-/// Most cells of a side, and rows of a file, for which a lag is searched.
 const MANY: [usize; 2] = [600, 20_000];
 
-/// The lag of `data`, which were calibrated into `found`, without one or with one that is looked for anew; `None` where they tell none.
 pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     let [cells, rows] = MANY;
     let wraps = found.calibration.zero.as_ref().is_some_and(|z| z.wraps);
@@ -38,7 +32,7 @@ pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     let none = search.likelihood(None, true)?.0;
     let peaks = time_constants(data).into_iter().filter_map(|tau_s| search.peak(tau_s, 0.0));
     let (value, mut lag) = peaks.reduce(|best, peak| if peak.0 > best.0 { peak } else { best })?;
-    // The noise of a fit without the lag holds all of it: any trace is worth a second look.
+    // The noise of a fit without lag includes its effect, so half the gain is enough for a refit.
     if value < search.likelihood(None, false)?.0 + 0.5 * WORTH {
         return None;
     }
@@ -51,13 +45,13 @@ pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     (value > none + WORTH).then(|| search.with_errors(lag))
 }
 
-/// The same lag, as rows say that were judged and learned with it taken out.
+/// Refined lag from rows judged and learned without it.
 pub fn again(data: &Data, found: &Calibrated, lag: Lag) -> Lag {
     let search = Search::new(data, found);
     search.finer(lag).map_or(lag, |lag| search.with_errors(lag))
 }
 
-/// Time constants that such times can tell, seconds.
+/// Trial time constants within the resolution of the times, seconds.
 fn time_constants(data: &Data) -> Vec<f64> {
     let steps = || data.rows.windows(2).filter(|w| w[0].run == w[1].run).map(|w| w[1].t - w[0].t);
     let mut gaps: Vec<f64> = steps().filter(|dt| *dt > 0.0).collect();
@@ -72,7 +66,6 @@ fn time_constants(data: &Data) -> Vec<f64> {
 struct Search<'a> {
     data: &'a Data,
     found: &'a Calibrated,
-    /// Of each side, whose learned numbers are held.
     fits: Vec<Arc<Fit>>,
 }
 
@@ -81,8 +74,7 @@ impl<'a> Search<'a> {
         Self { data, found, fits: found.sides.iter().map(|s| s.learnt.fit.clone()).collect() }
     }
 
-    /// ln of the likelihood of all readings with `lag`, and the fits of all sides: with the learned numbers of the fits before, or those that
-    /// are `learned` anew.
+    /// ln likelihood of all readings with `lag`, and the fits of all sides; `learned` fits the learned numbers anew.
     fn likelihood(&self, lag: Option<&Lag>, learned: bool) -> Option<(f64, Vec<Arc<Fit>>)> {
         let settled = lag.map(|lag| lag.settle(self.data));
         let mut sum = lag.map_or(0.0, |lag| -0.5 * (lag.gain / PRIOR).powi(2));
@@ -92,7 +84,7 @@ impl<'a> Search<'a> {
             let from = if learned { From::Near(held) } else { From::Held(held) };
             let found = fit(&Task { rows, ..learnt.task.clone() }, &learnt.places, from, false).ok()?;
             sum += found.evidence;
-            // A reading is a share of what it settles to.
+            // Jacobian: a reading is a share of its settled value.
             let share = |k: &usize| settled.as_ref().map_or(0.0, |s| (1.0 - s[learnt.lines[*k]].1).ln());
             sum -= learnt.places.iter().map(share).sum::<f64>();
             fits.push(Arc::new(found));
@@ -100,7 +92,6 @@ impl<'a> Search<'a> {
         sum.is_finite().then_some((sum, fits))
     }
 
-    /// Rows of a side with what their readings settle to.
     fn rows(&self, learnt: &Learnt, settled: &[(f64, f64)]) -> Vec<Row> {
         let factor = self.found.calibration.rig.setup.gauge.factor;
         let unit = self.data.unit;
@@ -112,7 +103,6 @@ impl<'a> Search<'a> {
         learnt.task.rows.iter().zip(&learnt.lines).map(row).collect()
     }
 
-    /// Likelihood and gain of the time constant `tau_s`: tops of parabolas, each about the one before, from the gain `at` on.
     fn peak(&self, tau_s: f64, mut at: f64) -> Option<(f64, Lag)> {
         let (mut step, mut best): (f64, Option<(f64, Lag)>) = (STEP, None);
         for _ in 0..PARABOLAS {
@@ -137,7 +127,6 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// With the standard errors of both numbers, from the bend of the likelihood over gain and ln τ.
     fn with_errors(&self, lag: Lag) -> Lag {
         let step = [lag.sigma_gain.max(1e-6), 0.1];
         let at = |i: f64, k: f64| {
@@ -152,12 +141,11 @@ impl<'a> Search<'a> {
         let det = gg * tt - gt * gt;
         match det > 0.0 && gg > 0.0 {
             true => Lag { sigma_gain: (tt / det).sqrt(), sigma_tau_s: lag.tau_s * (gg / det).sqrt(), ..lag },
-            // It bends along one direction only: the time constant is known to its range.
+            // Curved in one direction only: the time constant is known to its order of magnitude.
             false => Lag { sigma_tau_s: lag.tau_s, ..lag },
         }
     }
 
-    /// The best time constant near that of `lag`, by golden sections of its logarithm.
     fn finer(&self, lag: Lag) -> Option<Lag> {
         const GOLDEN: f64 = 0.381_966;
         let peak = |x: f64| self.peak(x.exp(), lag.gain);
@@ -185,12 +173,10 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Whether distances left out are told better in `with` than in `without`.
 pub fn helps(with: &Calibrated, without: &Calibrated) -> bool {
     errors(with).zip(errors(without)).is_some_and(|(with, without)| with < without)
 }
 
-/// Root mean square error on distances left out of all sides, mm.
 pub fn errors(found: &Calibrated) -> Option<f64> {
     let mut errors = crate::reduce::Errors::default();
     for side in &found.sides {
@@ -200,7 +186,6 @@ pub fn errors(found: &Calibrated) -> Option<f64> {
     errors.rms()
 }
 
-/// `data` with what their readings lack by `lag`.
 pub fn settled(data: &Data, lag: &Lag) -> Data {
     let mut data = data.clone();
     let settled = lag.settle(&data);
@@ -208,7 +193,6 @@ pub fn settled(data: &Data, lag: &Lag) -> Data {
     data
 }
 
-/// What a user should know of it.
 pub fn warning(data: &Data, lag: &Lag, [without, with]: [f64; 2]) -> String {
     format!(
         "{}: the readings lag: {:.2} % (± {:.2} %) of a change comes with a time constant of {} s (± {}; two standard errors), or a part \

@@ -1,4 +1,4 @@
-//! The statistical model of one side: its rows, the end stop of the sensor, and suspect rows.
+//! Statistical model of one side: its rows, the end stop of the sensor, and suspect rows.
 
 use std::sync::Arc;
 
@@ -14,37 +14,27 @@ use crate::estimator::taps::Sorted;
 use crate::measure::Data;
 use crate::measure::group::rounding;
 
-/// Readings at an end stop are below the expected ones by so many standard deviations.
+/// Standard deviations by which readings at an end stop are below the expected ones.
 const SHORT: f64 = 4.0;
-/// Another label explains a row where the signal expected there is within this share.
+/// Another label explains a row if the signal expected there is within this share.
 const CLOSE: f64 = 0.03;
-/// Least gain in ln evidence for a drift that no zero reading shows.
+/// Least gain in ln evidence for a drift without zero readings.
 const DRIFTS: f64 = 5.0;
-/// Fewest groups of zero readings for which a drift is fitted.
 const APART: usize = 3;
-/// Deviation from the median, over the third quartile of all, beyond which a value is in another unit.
+/// A value in another unit deviates from the median by more than this multiple of the third quartile.
 const WILD: f64 = 1e3;
-/// Most rows for which a drift without zero readings is fitted.
 const FEW: usize = 600;
 
-/// What is known of a side before it is learned.
 pub struct Ask {
-    /// Sign of its signals.
     pub sign: f64,
-    /// Whether taps of the other sign are of this side too.
+    /// True if taps of the other sign belong to this side too.
     pub all: bool,
-    /// The whisker's model, where it is known.
     pub exact: Option<Exact>,
-    /// Gauge factor.
     pub factor: f64,
-    /// Standard error of a zero that taps of both sides tell; infinite where they tell none.
+    /// Standard error of a zero from taps of both sides, else infinite.
     pub zero_error: f64,
 }
 
-/// Learns one side from its `sorted` rows of `data`, and says of those that are not used why.
-///
-/// # Errors
-/// Rows that no curve follows.
 pub fn side(ask: Ask, data: &Data, sorted: &mut Sorted) -> Result<Learnt, Error> {
     let Ask { sign, all, exact, factor, zero_error } = ask;
     let above = |raw: f64| sign * data.unit.above(raw, sorted.tared.value, factor);
@@ -74,7 +64,7 @@ pub fn side(ask: Ask, data: &Data, sorted: &mut Sorted) -> Result<Learnt, Error>
     let usual = usual(&recorded);
     let step = quantum(&usual.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&usual);
     let drift = zero_read && apart >= APART && apart > runs.len();
-    // Taps that the model does not reach, or only just, are no taps of this whisker; of most of them it is no base.
+    // Taps beyond or near the limit of the model are not of this whisker; if they are many, the model is not used.
     let known =
         |exact: &Exact, a: f64, u: f64| exact.expected(a, u) > 0.0 && exact.expected(a, u).is_finite();
     let reached = |exact: &Exact, r: &Row| {
@@ -129,8 +119,7 @@ pub fn side(ask: Ask, data: &Data, sorted: &mut Sorted) -> Result<Learnt, Error>
     })
 }
 
-/// Those of the `recorded` values of which none is [`WILD`]: a row in another unit, so large that steps of the others are nothing beside it, says nothing of
-/// the converter.
+/// Recorded values without those in another unit, which would hide the steps of the converter.
 fn usual(recorded: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let middle = crate::reduce::median(&mut recorded.iter().map(|r| r[0]).collect::<Vec<_>>());
     let mut off: Vec<f64> = recorded.iter().map(|r| (r[0] - middle).abs()).collect();
@@ -139,7 +128,6 @@ fn usual(recorded: &[[f64; 2]]) -> Vec<[f64; 2]> {
     recorded.iter().copied().filter(|r| most == 0.0 || (r[0] - middle).abs() <= most).collect()
 }
 
-/// Signal per recorded value.
 fn scale(recorded: &[[f64; 2]]) -> f64 {
     let width = |k: usize| {
         let [lo, hi] = range(recorded.iter().map(|r| r[k]).filter(|x| x.is_finite()));
@@ -148,7 +136,7 @@ fn scale(recorded: &[[f64; 2]]) -> f64 {
     if width(0) > 0.0 { width(1) / width(0) } else { 0.0 }
 }
 
-/// Whether a distance and a drive were tapped twice, with others between: only then a drift is no curve.
+/// True if taps were repeated with others between: otherwise drift and curve are indistinguishable.
 fn repeated(rows: &[Row]) -> bool {
     let mut last = std::collections::HashMap::new();
     let again = |(k, r): (usize, &Row)| {
@@ -157,7 +145,6 @@ fn repeated(rows: &[Row]) -> bool {
     rows.iter().enumerate().map(again).filter(|x| *x).count() >= 5
 }
 
-/// Why nothing can be learned from the `file`.
 fn nothing(file: &str, why: Fault) -> Error {
     let (message, allowed) = match why {
         Fault::OnePosition => {
@@ -171,7 +158,7 @@ fn nothing(file: &str, why: Fault) -> Error {
     InputError::new(message).at(file, None).key("a_mm").allowed(allowed).into()
 }
 
-/// Of the rows at `places` those at the end stop of the sensor: of the most extreme `value`, where those below it expect more in two cells or more.
+/// Rows at the end stop: those with the most extreme `value`, if the fit below it expects more in two cells at least.
 fn end_stop(task: &Task, places: &[usize], value: impl Fn(&usize) -> f64) -> Vec<usize> {
     let largest = (0..task.rows.len()).map(|k| value(&k)).fold(f64::NEG_INFINITY, f64::max);
     let at_end = |k: &usize| largest - value(k) <= rounding(largest.abs());
@@ -191,7 +178,6 @@ fn end_stop(task: &Task, places: &[usize], value: impl Fn(&usize) -> f64) -> Vec
     if beyond.len() >= 2 { ends } else { Vec::new() }
 }
 
-/// What a row that is not expected most likely is; those at `places` are sound.
 fn explain(task: &Task, places: &[usize], fitted: &Fit, suspect: &Suspect) -> Reason {
     let row = &task.rows[suspect.place];
     let signal = suspect.expected + suspect.off;

@@ -1,8 +1,7 @@
-//! From measured strains to a calibration: the K table of the paper, four estimators, and which of them to believe.
+//! From measured strains to a calibration: the K table of the paper, four estimators, and the choice among them.
 //!
-//! [`taps`](crate::estimator::taps) sorts the rows, `learn` learns the rig and sets aside what should not be believed,
-//! [`fit`](crate::estimator::fit) fits the model, [`held_out`](crate::estimator::held_out) judges every estimator on distances it has
-//! not seen, and [`side`] puts a side together.
+//! [`taps`](crate::estimator::taps) sorts the rows, `learn` fits the rig and excludes suspects, [`fit`](crate::estimator::fit) fits the model,
+//! [`held_out`](crate::estimator::held_out) tests each estimator on distances left out, and [`side`] combines the results of a side.
 //!
 //! ```no_run
 //! use vibrissa_lab::{calibrate::{calibrate, Options}, measure::{Data, Rig}};
@@ -50,28 +49,27 @@ use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
 use prepare::Prepared;
 
-/// Times that a lag is looked for at most.
 const ROUNDS: usize = 5;
 
-/// What a user may say about a calibration.
+/// Options of a calibration.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Drive of every tap where no column says: degrees, or mm.
+    /// Drive of every tap if no column gives it: degrees or mm.
     pub drive: Option<f64>,
-    /// Widths within which distances, and drives, are one; by default from the data.
+    /// Widths within which distances, and drives, count as equal; by default from the data.
     pub group: [Option<f64>; 2],
-    /// Parameters of the model to fit beside factor and drive offset.
+    /// Parameters of the model to fit besides factor and drive offset.
     pub fit: Vec<Parameter>,
-    /// Where models are solved.
+    /// Backend that solves models.
     pub run: RunOptions,
     /// SHA-256 of the data file, for the record.
     pub hash: String,
 }
 
-/// A calibration and everything it was judged by.
+/// A calibration with its evidence.
 #[derive(Debug, Clone)]
 pub struct Calibrated {
-    /// What `locate` needs.
+    /// The calibration that `locate` reads.
     pub calibration: Calibration,
     /// Every row with a drive.
     pub taps: Vec<Tap>,
@@ -79,23 +77,22 @@ pub struct Calibrated {
     pub zeros: Vec<ZeroReading>,
     /// The zero that was subtracted.
     pub zero: Zero,
-    /// Distances and drives that are one.
+    /// Groups of distances and of drives that count as equal.
     pub groups: [Groups; 2],
-    /// Standard error of a zero that nobody read, which may have drifted; 0 where it was read, or where nothing says what it is.
+    /// Standard error of an unread zero, which may have drifted; 0 if the zero was read or is unknown.
     pub unread: f64,
-    /// One for each side.
+    /// Results of each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
     pub winner: Estimator,
-    /// Things worth telling.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
 /// Calibrates the whisker of `rig` from `data`.
 ///
 /// # Errors
-/// Data that no calibration can come from: no usable row, one distance only, units that cannot be, distances left out that no estimator
-/// tells, more than a fifth of the rows suspect; a backend that fails.
+/// Data without a usable calibration: no usable row, one distance, impossible units, more than a fifth of the rows suspect; a failing backend.
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let plain = doubtful::judged(settled(data, rig, options), (data, rig, options), settled)?;
     let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
@@ -105,7 +102,6 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         let data = lag::settled(data, &lag);
         let Ok(found) = settled(&data, rig, options) else { return Ok(plain) };
         with = found;
-        // With the lag taken out other rows are suspect, and less is noise.
         let next = lag::again(&data, &with, lag);
         rounds += 1;
         if rounds == ROUNDS || (next.gain - lag.gain).abs() <= 0.3 * next.sigma_gain {
@@ -123,7 +119,6 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     Ok(with)
 }
 
-/// Calibrates from readings that have settled.
 fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let mut rig = rig.clone();
     let mut warnings = Vec::new();
@@ -213,7 +208,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
             ));
         }
     }
-    // Distance and tilt of two gauges are told by the model that has both.
+    // Only the model with both gauges gives distance and tilt.
     let both = beside.is_some() && results.iter().all(|s| s.has(Estimator::Exact));
     let winner = if both { Estimator::Exact } else { order::of(&results) };
     if !both && winner.name() != Estimator::Learned.name() {
@@ -225,7 +220,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     let used = results.iter().map(|s| s.used).sum();
     if !data.unit.is_absolute() {
-        // Noise of a reading is none of a strain; the calibration itself says it.
+        // Noise of such a reading is not in strain; the calibration stores it.
         rig.setup.gauge.noise_strain = None;
     }
     let calibration = Calibration {
@@ -254,7 +249,6 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     Ok(Calibrated { calibration, taps, zeros, zero, groups, unread, sides: results, winner, warnings })
 }
 
-/// Names the values of `data` that stand for none.
 fn missing(data: &Data, warnings: &mut Vec<String>) {
     let mut all = std::collections::BTreeMap::<String, Vec<usize>>::new();
     for m in &data.missing {
@@ -265,16 +259,15 @@ fn missing(data: &Data, warnings: &mut Vec<String>) {
     }));
 }
 
-/// The first of `lines`, for a message.
 fn named(lines: &[usize]) -> String {
     let more = if lines.len() > 8 { ", …" } else { "" };
     lines.iter().take(8).map(usize::to_string).collect::<Vec<_>>().join(", ") + more
 }
 
-/// Widths within which distances and drives are one: one for both, or two; none where nobody says.
+/// Widths within which distances and drives count as equal: one for both, or two; `None` if not given.
 ///
 /// # Errors
-/// Numbers that are no widths.
+/// Numbers that are negative, infinite or more than two.
 pub fn widths(said: &[f64]) -> Result<[Option<f64>; 2], InputError> {
     match said {
         all if !all.iter().all(|w| *w >= 0.0 && w.is_finite()) || all.len() > 2 => {
@@ -288,14 +281,13 @@ pub fn widths(said: &[f64]) -> Result<[Option<f64>; 2], InputError> {
     }
 }
 
-/// Refuses a drive that was `said` of every row where the whisker is driven another way.
+/// Refuses a drive given for every row if the whisker is driven in the other way.
 pub fn same_drive(kind: Drive, said: Option<Drive>) -> Result<(), InputError> {
     let Some(said) = said.filter(|s| *s != kind) else { return Ok(()) };
     let (key, allowed) = if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };
     Err(InputError::new("the whisker of the spec is driven another way").key(key).allowed(allowed))
 }
 
-/// Refuses data and options that do not belong together.
 fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     rig.of_one_signal()?;
     if let Some(signal) = data.unit.signal().filter(|signal| rig.known && *signal != rig.setup.signal) {
@@ -350,7 +342,6 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     crate::estimator::model::parameter::check(rig, &options.fit)
 }
 
-/// Distances and drives of the taps of one side that can be used.
 fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
     let here = || taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
     here().next()?;

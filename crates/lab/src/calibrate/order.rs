@@ -1,4 +1,4 @@
-//! Whole positions that contradict each other: beyond the strongest signal of a drive, signals fall with the distance.
+//! Positions in the wrong order (beyond the peak of a drive, signals fall with the distance), and the choice of the estimator.
 
 use serde::Serialize;
 use vibrissa_learned::labels::rises;
@@ -7,7 +7,7 @@ use super::side::SideResult;
 use crate::estimator::Estimator;
 use crate::estimator::cells::{Cell, Levels};
 
-/// Two neighbouring positions of which one is not what its label says.
+/// Two neighbouring positions, one of which is mislabelled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contradiction {
     /// The two distances, mm.
@@ -15,11 +15,11 @@ pub struct Contradiction {
     pub a: [f64; 2],
     /// Number of drives at which their signals are in the wrong order.
     pub drives: usize,
-    /// By how many standard deviations at most.
+    /// Largest deviation over these drives, in standard deviations.
     pub deviations: f64,
 }
 
-/// Contradictions among the positions of `cells`, whose single readings scatter by `noise`. Which of two is wrong the data do not say.
+/// Contradictions among the positions of `cells`; `noise` is that of a single reading. The data do not show which of two positions is wrong.
 pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: f64) -> Vec<Contradiction> {
     let mut found: Vec<Contradiction> = Vec::new();
     for j in 0..drives.len() {
@@ -41,11 +41,9 @@ pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: 
 
 /// Least rise of a signal that counts as growing, in standard deviations.
 const SURE: f64 = 6.0;
-/// Fewest distances of a drive that are compared.
 const FEWEST: usize = 3;
 
-/// At how many drives the farthest of `cells` gives the strongest signal and the nearest the weakest, where the theory expects (or, of a whisker that is
-/// not `known`, would expect away from its gauge) the opposite; and at how many there are distances enough to say so.
+/// Number of drives with a signal that grows with the distance against the theory (unknown whisker: away from its gauge), and of drives compared.
 pub fn growing(cells: &[Cell], drives: usize, noise: f64, known: bool) -> [usize; 2] {
     let mut found = [0; 2];
     for j in 0..drives {
@@ -63,24 +61,21 @@ pub fn growing(cells: &[Cell], drives: usize, noise: f64, known: bool) -> [usize
     found
 }
 
-/// Fewest distances of a side on which an estimator is judged.
 const MANY: usize = 5;
-/// Error of guessing the middle, as a share of the range of distances.
+/// Error of always answering the middle, as a share of the range.
 const GUESS: f64 = 0.29;
-/// `learned` loses with an error above this share of the range, if another estimator has less than [`FAR`] of that error.
+/// `learned` loses with an error above this share of the range if another estimator has less than [`FAR`] of that error.
 const WRONG: f64 = 0.1;
-/// See above.
 const FAR: f64 = 0.1;
-/// The error of the winner must be below this share of that of `learned`.
+/// The winner's error must be below this share of that of `learned`.
 const BETTER: f64 = 1.0 / 3.0;
 
-/// Between the ends of the calibrated distances, mm.
+/// Range of the calibrated distances, mm.
 pub fn range(side: &SideResult) -> f64 {
     side.record.distances_mm[1] - side.record.distances_mm[0]
 }
 
-/// Learned, unless on a side of many distances it is as wrong as a guess of the middle, or ten times as wrong as another, and another estimator that all
-/// sides have is far from that. Who answers less than half of the taps left out knows nothing.
+/// `learned`, unless on a side it fails and an estimator of all sides is much better. Estimators that answer less than half of the taps do not count.
 pub fn of(sides: &[SideResult]) -> Estimator {
     let rms = |s: &SideResult, e: Estimator| {
         let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));

@@ -1,4 +1,4 @@
-//! The files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json, and what is exported.
+//! Files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json, and the export.
 
 use super::side::KTable;
 use super::{Calibrated, Reason};
@@ -13,11 +13,11 @@ use crate::sink::table::{AtDistance, AtDrive};
 use crate::sink::values::Field;
 use crate::status::Status;
 
-/// Names of the files that there may be beside run.json.
+/// Names of the possible files, without run.json.
 pub const FILES: [&str; 6] =
     ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", crate::export::FILE];
 
-/// The tables; `locator` answers with the estimator that won.
+/// Tables of a calibration; `locator` answers with the chosen estimator.
 pub fn tables(found: &Calibrated, data: &Data, locator: &Locator) -> Result<[Frame; 4], Error> {
     Ok([
         k_table(found, data, &locator.rig.setup)?,
@@ -39,7 +39,7 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Erro
         let t = &side.table;
         for (c, e) in t.cells.iter().zip(&t.estimates) {
             let sd = if c.n() > 1.0 { (c.squares / (c.n() - 1.0)).sqrt() } else { f64::NAN };
-            // Without a whisker there is no f, and no K.
+            // Without a whisker, f and K are undefined.
             let linear = if found.calibration.rig.known { c.linear } else { f64::NAN };
             let k = linear / c.signal;
             let mut row = vec![c.a.into(), c.drive.into(), Field::Count(c.taps.len() as u64)];
@@ -63,7 +63,6 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Erro
     Ok(table)
 }
 
-/// A row of a sweep with `more` before its status.
 fn beside<const N: usize>(fields: impl Iterator<Item = Field>, more: [Field; N]) -> Vec<Field> {
     let mut row: Vec<Field> = fields.collect();
     let status = row.len() - 1;
@@ -75,7 +74,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     let rig = &locator.rig;
     let (columns, mut table) =
         (AtDrive::chosen(&rig.setup), heading("calibrated_designs").frame_for(&rig.setup));
-    // Without a whisker there is no f, and no K.
+    // Without a whisker, f and K are undefined.
     for side in found.sides.iter().filter(|_| rig.known) {
         let drives = &side.table.drives.centres;
         let held = side.rms_by_drive(Estimator::Paper).unwrap_or(vec![None; drives.len()]);

@@ -1,4 +1,4 @@
-//! Rows made ready: sorted, tared and grouped; sides separated; suspects set aside.
+//! Preparation of rows: sorting, taring, grouping, separation of sides, suspects.
 
 use vibrissa_learned::base::power;
 
@@ -13,36 +13,28 @@ use crate::measure::group::Groups;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Side, Signal};
 
-/// Least taps of the other sign that are a side of their own, as a share of those of the first.
+/// Least share of taps of the other sign that form a separate side.
 const MINORITY: f64 = 0.1;
-/// Largest share of taps on the other side of a fitted zero.
 const LOST: f64 = 0.2;
 /// A median strain above this is in another unit.
 const ABSURD: f64 = 0.5;
-/// An unread zero is subtracted where it is more than so many standard errors.
+/// An unread zero is subtracted if it exceeds this many standard errors.
 const CERTAIN: f64 = 3.0;
-/// It is unknown where its standard error is above this share of a usual signal.
+/// It is unknown if its standard error exceeds this share of a typical signal.
 const DETERMINED: f64 = 0.02;
-/// Largest deviation, in standard deviations of the noise, of a weak tap whose sign is wrong by chance.
+/// A weak tap within this many standard deviations of the noise may have the wrong sign by chance.
 const NOISY: f64 = 4.0;
-/// Fewest rows that give a scatter, or a side.
 const REPEATS: usize = 3;
 
-/// Rows that are ready to be calibrated from.
 pub struct Prepared {
-    /// The rows.
     pub rows: Sorted,
-    /// Side of the gauge and what was learned of each side.
     pub sides: Vec<(Side, Learnt)>,
-    /// Whether the drive of the taps is known.
     pub recorded: bool,
-    /// Standard error of a zero that nobody read, which may have drifted.
     pub unread: f64,
-    /// Why the model of the spec cannot be fitted, where whisker and drives are known.
+    /// Reason why the model of the spec cannot be fitted, if whisker and drives are known.
     pub no_exact: Option<String>,
 }
 
-/// Sorts, tares and judges the rows of `data`; what `rig` learns of its drive is put there.
 pub fn prepare(
     data: &Data,
     rig: &mut Rig,
@@ -85,7 +77,7 @@ pub fn prepare(
             false => None,
         };
         let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
-        // Of one side alone what is left with the other sign is noise about the zero.
+        // A single side: residuals of the other sign are noise about the zero.
         let ask =
             learn::Ask { sign, all: signs.len() == 1, exact, factor: rig.setup.gauge.factor, zero_error };
         sides.push((gauge, learn::side(ask, data, &mut rows)?));
@@ -109,7 +101,6 @@ pub fn prepare(
             let value = rows.tared.value;
             sides.iter_mut().for_each(|(_, of)| (of.subtracted, of.zero_known) = (of.sign * value, true));
         } else if error > DETERMINED * of.fit.curve.unit {
-            // The zero is unknown.
             (unread, rows.tared.error) = (0.0, 0.0);
         }
         let weak = weak(&rows.taps, signs[0], &rests);
@@ -132,7 +123,6 @@ pub fn prepare(
     Ok(Prepared { rows, sides, recorded, unread, no_exact })
 }
 
-/// The zero that taps of both sides give, and its standard error.
 fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
     let sound = || taps.iter().filter(|t| t.reason.is_none());
     let told = between::zero(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
@@ -141,7 +131,6 @@ fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
     })
 }
 
-/// Warnings about distances and drives that were taken as one.
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
     let say = |g: &Groups, what: &str, unit: &str| {
         g.joined().then(|| {
@@ -158,7 +147,6 @@ fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
     [say(distances, "a_mm", "mm"), say(drives, kind.column(), unit)].into_iter().flatten().collect()
 }
 
-/// Refuses a column whose unit cannot be what its name says.
 fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
     let mut sizes: Vec<f64> = taps.iter().map(|t| t.signal.abs()).filter(|s| s.is_finite()).collect();
     if sizes.is_empty() {
@@ -175,12 +163,10 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// The sign of all taps where no zero was read and their signals turn it: they go the other way with the drive than they are, or with one drive grow with
-/// the distance; or they have both signs, and one curve above a constant follows them best. `raw` readings have no zero of
-/// their own.
+/// Sign of all taps if an unread zero turns it, by the slope of the signals or because one curve above a constant follows both signs best.
 fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
     let own: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
-    // Of most groups that share the other label: one row in another unit says nothing of the others.
+    // Groups by the other label: one row in another unit spoils only its group.
     let slope = |fixed: usize, of: fn(&Tap) -> f64| {
         let mut groups = std::collections::BTreeMap::<u64, Vec<&Tap>>::new();
         own.iter().for_each(|t| groups.entry(t.group[fixed].to_bits()).or_default().push(t));
@@ -204,7 +190,7 @@ fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
     }
 }
 
-/// Whether one power law above a constant follows signals of both signs better than one law for each sign does, above none.
+/// True if one power law above a constant fits signals of both signs better than one law for each sign.
 fn is_one_curve(taps: &[&Tap], sign: f64) -> bool {
     let points = |of: f64| taps.iter().map(move |t| [t.group[0], t.group[1], of * t.signal]);
     let one: Vec<[f64; 3]> = points(sign).collect();
@@ -216,13 +202,12 @@ fn is_one_curve(taps: &[&Tap], sign: f64) -> bool {
         Some(taps.iter().map(|p| (p[2] - expected(p)).abs()).sum::<f64>())
     };
     let Some(alone) = left(&one, None) else { return false };
-    // So few taps that no law can be fitted to them follow any.
+    // Too few taps to contradict any law.
     let few = left(&sides[0], Some(0.0)).unwrap_or(0.0);
     left(&sides[1], Some(0.0)).is_none_or(|most| alone < most + few)
 }
 
-/// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside, but for those that `rests` show to be noise. Whether the zero was `read`, and the `whisker` is known,
-/// without which two distances of a side say nothing of it.
+/// Signs of the sides, most taps first. Stray taps are excluded unless `rests` show noise. Without a `whisker`, a side needs three distances.
 fn signs(
     data: &Data,
     taps: &mut [Tap],
@@ -271,7 +256,7 @@ fn signs(
             .value(plain(a))
             .allowed("two distances or more"));
     }
-    // Taps at several places never give one value: it stands for a missing one.
+    // Taps at several places never have one value: it means "missing".
     let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();
     values.dedup();
     if let ([value], true) = (values.as_slice(), count(least) > 1) {
@@ -288,9 +273,7 @@ fn signs(
     Ok(vec![most])
 }
 
-/// Places of taps of the other sign than `most` that may be noise: less far off the power law of the others than [`NOISY`] times the noise. None of them is
-/// where some others of this sign are farther off: then it is a side. The noise is the least of what readings at rest, repeats of weak taps, and the
-/// weakest third of taps about the law scatter.
+/// Taps of the other sign than `most` that are within [`NOISY`] noise of the law of the others; none if several are farther off: then it is a side.
 fn weak(taps: &[Tap], most: f64, rests: &[f64]) -> Vec<usize> {
     let sound = || taps.iter().filter(|t| t.reason.is_none());
     let point = |t: &Tap| [t.group[0], t.group[1], most * t.signal];
@@ -327,8 +310,7 @@ fn weak(taps: &[Tap], most: f64, rests: &[f64]) -> Vec<usize> {
     if far.len() >= REPEATS { Vec::new() } else { near.iter().map(|t| t.place).collect() }
 }
 
-/// Side of the gauge that `sign` means: tension is the contact side. A reading of unknown unit says nothing about it: most of its
-/// taps are on the side that the spec names.
+/// Side of the gauge for `sign`: tension is the contact side. For an unknown unit, most taps are on the side named in the spec.
 fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
     if data.unit.signal() == Some(Signal::Strain) {
         return if sign > 0.0 { Side::Contact } else { Side::Far };
@@ -340,7 +322,6 @@ fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
     }
 }
 
-/// The model of the spec where the data are; else why there is none: of the row of the largest drive where the rod has no such taps.
 fn spec_model(
     data: &Data,
     rig: &Rig,

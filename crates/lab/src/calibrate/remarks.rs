@@ -1,4 +1,4 @@
-//! What a user should know before trusting a calibration.
+//! Warnings about a calibration.
 
 use super::order::growing;
 use super::{Reason, SideResult, named};
@@ -10,23 +10,20 @@ use crate::fields::plain;
 use crate::measure::{Data, Rig};
 use crate::scene::Signal;
 
-/// On distances left out one estimator is so many times worse than another: it is wrong, not unlucky.
+/// Ratio of errors on distances left out above which an estimator is wrong, not unlucky.
 const FAR_WORSE: f64 = 3.0;
-/// A factor is not 1 beyond so many standard errors.
+/// A factor differs from 1 beyond this many standard errors, and beyond [`ORDINARY`], the usual difference of gauges and their glue.
 const ERRORS: f64 = 3.0;
-/// And beyond what gauges and their glue differ by.
 const ORDINARY: f64 = 0.01;
-/// Factors that another unit makes, and within which share of them a factor is one.
 const FACTORS: [(f64, &str); 3] = [
     (180.0 / std::f64::consts::PI, "57.3 degrees are a radian: is the drive in radians?"),
     (1e6, "is it in millionths?"),
     (1e3, "is it in thousandths?"),
 ];
 const NEAR: f64 = 0.05;
-/// A misfit of the model beyond this share of the signal is told.
+/// Misfit of the model, as a share of the signal, that is reported.
 const UNEXPLAINED: f64 = 0.01;
 
-/// What a user should know before trusting the result.
 pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unread: f64) -> Vec<String> {
     let mut all = Vec::new();
     let mut add = |wanted: &dyn Fn(&Tap) -> bool, say: &dyn Fn(usize, String) -> String| {
@@ -82,7 +79,7 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
             ));
         }
         all.extend(end_stop(data, taps, s));
-        // A foil reads some twentieth of what f is the strain of.
+        // A foil reads some 5 % of the strain in f.
         let about_one = rig.known && rig.setup.gauge.foil.is_none();
         if let Some(k) = s
             .mean_k()
@@ -98,7 +95,6 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
     all
 }
 
-/// What to say of an end stop of the sensor on one side.
 fn end_stop(data: &Data, taps: &[Tap], side: &SideResult) -> Option<String> {
     let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == side.sign;
     let first = taps.iter().find(stopped)?;
@@ -113,7 +109,7 @@ fn end_stop(data: &Data, taps: &[Tap], side: &SideResult) -> Option<String> {
     ))
 }
 
-/// What says that the whisker of the spec is not the one that was measured; `unread` is the standard error of a zero that nobody read.
+/// Signs that the measured whisker is not that of the spec; `unread` is the standard error of an unread zero.
 fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> {
     let fit = side.fit.as_ref()?;
     let mut found = Vec::new();
@@ -153,7 +149,6 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
     })
 }
 
-/// Why there is no calibration where no estimator tells distances that it has not seen.
 pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError {
     let of = |s: &SideResult| {
         let each = Estimator::ALL.into_iter().filter(|e| s.has(*e)).map(|e| {

@@ -1,4 +1,4 @@
-//! What a calibration says of itself: the JSON result, and the text for people.
+//! Report of a calibration as JSON and as text.
 
 use std::fmt::Write;
 
@@ -14,7 +14,6 @@ use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal};
 
-/// Suspect rows listed one by one; the rest stands in rows.csv.
 const LISTED: usize = 100;
 
 /// The result object.
@@ -96,7 +95,6 @@ fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
     })
 }
 
-/// Statistics of one drive that the choice of the best rests on.
 struct AtDrive {
     drive: f64,
     k_sd: Option<f64>,
@@ -112,7 +110,7 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
         let row = t.by_drive[j].figures();
         let cells = || t.cells.iter().filter(|c| c.j == j);
         let m = cells().count() as f64;
-        // What the noise of the cells' means does to the spread of K and to the estimates.
+        // Effect of the noise of cell means on the spread of K and on the estimates.
         let k_noise = (cells()
             .map(|c| noise * noise * c.share * (c.linear / (c.signal * c.signal)).powi(2))
             .sum::<f64>()
@@ -127,7 +125,6 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
     t.drives.centres.iter().enumerate().map(at).collect()
 }
 
-/// Best drive of the paper's procedure: without noise, and with that of one reading.
 fn best(s: &SideResult, kind: Drive) -> Value {
     let all = at_drives(&s.table, s.noise);
     let least = |f: &dyn Fn(&AtDrive) -> Option<f64>| {
@@ -185,7 +182,7 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
     t.distances.centres.iter().enumerate().map(row).collect()
 }
 
-/// Parameters of a fit to a signal whose zero has a standard error.
+/// Parameters of a fit; `zero` is the standard error of the zero.
 pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Value {
     let e = &f.exact;
     let errors = f.errors(zero);
@@ -215,7 +212,7 @@ pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64)
             "misfit": f.misfit, "interpolation_error": e.error() })
 }
 
-/// The same for people, a line for each.
+/// Parameters of a fit as text, one per line; `zero` is the standard error of the zero.
 pub fn fitted(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Vec<String> {
     let value = |p: &Parameter| f.exact.values[*p as usize];
     let told = f.exact.fitted.iter().zip(f.errors(zero));
@@ -227,7 +224,7 @@ pub fn fitted(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Vec<Str
     told.chain(held).collect()
 }
 
-/// A few lines for people.
+/// Summary as text.
 pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> String {
     let mut t = String::new();
     let kind = rig.setup.drive;
@@ -330,12 +327,11 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
     t
 }
 
-/// A number to a thousandth, for people.
 fn short(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
 }
 
-/// Parameters by the names that users know.
+/// Parameters by their user-visible names.
 pub fn named_parameters(names: &[String], kind: Drive) -> Result<Vec<Parameter>, InputError> {
     let one = |name: &String| {
         Parameter::named(name, kind).ok_or_else(|| {

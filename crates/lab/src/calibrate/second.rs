@@ -1,4 +1,4 @@
-//! The second gauge: its transfer factor and its misalignment, from rows with both signals (model §6).
+//! Second gauge: its transfer factor and misalignment, from rows with both signals (model §6).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -15,17 +15,16 @@ use crate::locate::calibration::Second;
 use crate::measure::zero::Zero;
 use crate::measure::{Data, Rig};
 
-/// Rounds in which the strain of the centreline, which goes with the factor, is put right.
+/// Iterations for the strain of the centreline, which depends on the factor.
 const ROUNDS: usize = 8;
-/// Rows from which their scatter says what the noise is.
 const ENOUGH: usize = 10;
-/// Smallest share of a tilted row's strain in the signal of the second gauge that says what its factor is: of a tilt of 1°.
+/// Smallest share of a tilted row's strain in the second signal that determines its factor: a tilt of 1°.
 const TILTED: f64 = 0.017;
 
-/// Refuses columns of `data` that a second gauge cannot have.
+/// Refuses invalid columns of a second gauge.
 ///
 /// # Errors
-/// A signal of another kind than the first; a field that is no number; a tilt of 90° or more.
+/// A signal of another kind than the first; a field that is not a number; a tilt of 90° or more.
 pub fn check(data: &Data) -> Result<(), InputError> {
     let beside = &data.beside;
     if let Some((unit, name)) = beside.second.as_ref().filter(|(unit, _)| *unit != data.unit) {
@@ -51,13 +50,13 @@ pub fn check(data: &Data) -> Result<(), InputError> {
     }
 }
 
-/// A row with both signals: strains of the centreline, of the first gauge and 90° further, and the second signal.
+/// Strains of the centreline, of the first gauge and 90° further, and the second signal.
 struct Row {
     strains: [f64; 3],
     signal: f64,
 }
 
-/// The second gauge, from rows of `data` of the `side` of the gauge that the spec of `rig` says; `None`, and a warning, where it is not known.
+/// Second gauge from rows on the side of the gauge in the spec; `None` with a warning if it cannot be determined.
 pub fn second(
     data: &Data,
     rig: &Rig,
@@ -100,7 +99,6 @@ pub fn second(
     Ok(found.ok().map(|found| Second { lean_deg, ..found }))
 }
 
-/// The rows of the side that both gauges have seen.
 fn rows(
     data: &Data,
     (taps, zeros): (&[Tap], &[ZeroReading]),
@@ -130,7 +128,7 @@ fn rows(
     Ok(taps.iter().zip(strains).filter_map(row).collect())
 }
 
-/// s₂ and δ by least squares: r₂ = s₂ e₀ + s₂ cos δ (ε₂ − e₀) − s₂ sin δ (ε₁ − e₀); from upright rows alone δ, with the factor s₁ of the first gauge.
+/// Least squares for s₂ and δ: r₂ = s₂ e₀ + s₂ cos δ (ε₂ − e₀) − s₂ sin δ (ε₁ − e₀); upright rows alone give δ with s₂ = s₁.
 fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
     let across = |r: &Row| r.strains[2] - r.strains[0];
     let along = |r: &Row| r.strains[0] - r.strains[1];
@@ -146,7 +144,7 @@ fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
     for _ in 0..ROUNDS {
         let mut b = DVector::zeros(m);
         for r in rows {
-            // Of upright rows the strain across is that of the centreline, to the accuracy of the model.
+            // For upright rows, the strain across equals that of the centreline, to the accuracy of the model.
             let known = if tilted { 0.0 } else { s2 * f64::cos(angle) * across(r) };
             b += DVector::from_vec(terms(r)) * (r.signal - s2 * r.strains[0] - known);
         }
@@ -164,7 +162,7 @@ fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
         true => (squares / (rows.len() - m) as f64).sqrt(),
         false => noise * (s2 / factor).abs(),
     };
-    // In the directions of x: along is s₂ sin δ, across s₂ cos δ.
+    // x = (s₂ sin δ, s₂ cos δ).
     let variance = |by: [f64; 2]| match tilted {
         true => {
             let by = DVector::from_row_slice(&by);

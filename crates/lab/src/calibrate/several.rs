@@ -1,4 +1,4 @@
-//! The calibration of a sensor with several channels: that of each, and how what they leave goes together.
+//! Calibration of a sensor with several channels: of each channel, and the covariance of their residuals.
 
 use serde_json::{Value, json};
 
@@ -15,13 +15,13 @@ use crate::sink::values::Field;
 
 /// A calibrated sensor.
 pub struct Calibration {
-    /// What `locate` needs.
+    /// The sensor that `locate` reads.
     pub sensor: Sensor,
-    /// Of each channel.
+    /// Calibration of each channel.
     pub each: Vec<Calibrated>,
-    /// The data of each.
+    /// Data of each channel.
     pub data: Vec<Data>,
-    /// Taps, and what all channels together say of them.
+    /// Taps with the distance from all channels together.
     pub taps: Vec<Tap>,
 }
 
@@ -29,20 +29,20 @@ pub struct Calibration {
 pub struct Tap {
     /// Line of the file.
     pub line: usize,
-    /// Its distance, mm, as labelled.
+    /// Labelled distance, mm.
     pub a: f64,
-    /// Its drive as recorded.
+    /// Recorded drive.
     pub drive: f64,
-    /// Of each channel the tared signal, and what is expected of it.
+    /// Tared and expected signal of each channel.
     pub signals: Vec<[f64; 2]>,
-    /// Whether every channel is calibrated from it.
+    /// True if every channel is calibrated from it.
     pub used: bool,
-    /// Where all channels say that it is.
+    /// Distance from all channels.
     pub located: Located,
 }
 
 impl Calibration {
-    /// Root mean square of the errors of used taps with a distance, mm; the share of them within one standard deviation, and how many there are.
+    /// RMS error of used taps in mm, share within one standard deviation, number of taps.
     pub fn errors(&self) -> (f64, f64, usize) {
         let errors: Vec<[f64; 2]> = self
             .taps
@@ -56,7 +56,7 @@ impl Calibration {
         ((squares / n).sqrt(), within / n, errors.len())
     }
 
-    /// Errors of each channel and of all together, line by line.
+    /// Errors of each channel and of all together, as text.
     pub fn text(&self) -> String {
         let (rms, within, n) = self.errors();
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
@@ -76,7 +76,7 @@ impl Calibration {
         )
     }
 
-    /// The same for programs.
+    /// Errors of each channel and of all together, as JSON.
     pub fn result(&self) -> Value {
         let (rms, within, n) = self.errors();
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
@@ -94,7 +94,7 @@ impl Calibration {
         json!({ "rows": self.data[0].rows.len(), "taps": self.taps.len(), "used": used })
     }
 
-    /// What should be known of each channel.
+    /// Warnings of each channel.
     pub fn warnings(&self) -> Vec<String> {
         let here = |text: &str| text.replace("rows.csv says why", "channels.csv marks them");
         let of = |(c, (name, _)): (&Calibrated, &(String, locate::Calibration))| {
@@ -103,20 +103,18 @@ impl Calibration {
         self.each.iter().zip(&self.sensor.channels).flat_map(of).collect()
     }
 
-    /// What `say` says of each fit of the model to the channel `k`, of a drive of this kind and a zero with this standard error.
     fn fits<T>(&self, k: usize, say: fn(&Fit, Drive, f64) -> T) -> Vec<T> {
         let found = &self.each[k];
         let kind = found.calibration.rig.setup.drive;
         found.sides.iter().filter_map(|side| Some(say(side.fit.as_ref()?, kind, found.unread))).collect()
     }
 
-    /// Error of the channel `k` alone on distances that are left out, mm.
     fn held_out(&self, k: usize) -> Option<f64> {
         let side = &self.each[k].sides[0];
         side.held_out(self.each[k].winner).and_then(|h| h.rms(|_| true).0)
     }
 
-    /// The table of the taps: labels, signals, what is expected, the distance of all together.
+    /// Table of the taps: labels, signals, expected signals, distance from all channels.
     pub fn table(&self) -> Result<Frame, Error> {
         let drive = self.each[0].calibration.rig.setup.drive.column();
         let of_channel = |(name, _): &(String, _)| [name.clone(), format!("{name}_expected")];
@@ -139,8 +137,7 @@ impl Calibration {
     }
 }
 
-/// The whisker that `read` reads for a drive, where its sensor has several channels that the `table` called `label` shows, with the drive of the
-/// file or, of a file that has none, the one that the user `said`. What is wrong with a whisker of one signal is told later.
+/// Whisker from `read` for the drive of the `table`, else `said`, if its sensor has several channels. Errors of other whiskers are reported later.
 ///
 /// # Errors
 /// As [`Data::parse_named`] and `read`.
@@ -156,7 +153,7 @@ pub fn whisker(
     read(first.drive.or(said)).map(Some)
 }
 
-/// Calibrates each channel of `rig` from the `table` called `label`, whose columns are as `names` say.
+/// Calibrates each channel of `rig` from the `table` called `label` with the columns `names`.
 ///
 /// # Errors
 /// As [`calibrate`]; a channel without a column.
@@ -168,7 +165,7 @@ pub fn several(
     let channels = rig.setup.channels.as_ref().expect("asked of a sensor with several");
     let (mut each, mut data, mut found) = (Vec::new(), Vec::new(), Vec::new());
     for (k, name) in channels.measured().into_iter().enumerate() {
-        // A channel that mixes what is read is calibrated without a whisker, from the data alone.
+        // A channel that combines readings is calibrated without a whisker.
         let probe = rig.of_channel(k, 1.0)?.1;
         let read = Data::parse_named(label, table, &names.of_channel(probe))?;
         let furthest = read.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
@@ -205,7 +202,6 @@ pub fn several(
     Ok(Calibration { sensor, each, data, taps })
 }
 
-/// The rows that every channel takes for taps.
 fn rows(each: &[Calibrated], data: &[Data], of: &Several) -> Vec<Tap> {
     let mut all = Vec::new();
     let by_place: Vec<std::collections::HashMap<usize, usize>> =
@@ -232,7 +228,7 @@ fn rows(each: &[Calibrated], data: &[Data], of: &Several) -> Vec<Tap> {
     all
 }
 
-/// Covariance of what the calibrations leave, of which no variance is below the noise of its channel.
+/// Covariance of the residuals; each variance is at least the noise of its channel.
 fn covariance(taps: &[Tap], each: &[Calibrated]) -> Vec<Vec<f64>> {
     let n = each.len();
     let rest = |t: &Tap| t.signals.iter().map(|[y, e]| y - e).collect::<Vec<f64>>();

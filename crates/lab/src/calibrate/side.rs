@@ -1,4 +1,4 @@
-//! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
+//! One side of the whisker: its K table, its estimators, and their errors on distances left out.
 
 use vibrissa_learned::rows::range;
 
@@ -24,29 +24,29 @@ use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
 use crate::status::Status;
 
-/// Distances of which those between the first and the last are enough to judge by.
+/// Fewest distances for which errors at the ends can be ignored.
 const BETWEEN: usize = 5;
 
-/// What one side is calibrated from.
+/// Inputs of a side.
 #[derive(Clone, Copy)]
 pub struct Ask<'a> {
     /// The file, for messages.
     pub data: &'a Data,
-    /// The whisker; the noise of its gauge is the measured one.
+    /// Rig with the measured noise.
     pub rig: &'a Rig,
     /// All taps of the file.
     pub taps: &'a [Tap],
     /// Sign of the signals of this side.
     pub sign: f64,
-    /// Side of the gauge that it means.
+    /// Side of the gauge.
     pub gauge: Side,
     /// Standard deviation of one reading.
     pub noise: f64,
-    /// Whether the drive is known.
+    /// True if the drive is known.
     pub recorded: bool,
-    /// Why the model cannot be fitted, where whisker and drives are known.
+    /// Reason why the model cannot be fitted, if whisker and drives are known.
     pub no_exact: Option<&'a str>,
-    /// Parameters to fit on request.
+    /// Additional parameters to fit.
     pub fit: &'a [Parameter],
 }
 
@@ -59,33 +59,33 @@ pub struct SideResult {
     pub gauge: Side,
     /// Number of used taps.
     pub used: usize,
-    /// Distances, drives and cells of the used taps, the paper's statistics of them, and estimates of the cells.
+    /// K table of the used taps.
     pub table: KTable,
-    /// The same with every tap of this side that has a signal, suspect or not.
+    /// K table with the suspect taps included.
     pub with_suspects: Option<KTable>,
-    /// What `locate` needs.
+    /// Record that `locate` reads.
     pub record: SideRecord,
     /// The fit of the model.
     pub fit: Option<Fit>,
-    /// Whether the drive is known.
+    /// True if the drive is known.
     pub recorded: bool,
     /// Standard deviation of one reading.
     pub noise: f64,
-    /// What was learned of it.
+    /// Learned model.
     pub learnt: Learnt,
-    /// Positions of which one is not what its label says.
+    /// Contradicting positions.
     pub contradictions: Vec<Contradiction>,
     held: Vec<(Estimator, HeldOut)>,
 }
 
-/// K and distances by the paper's procedure, in the terms of a sweep.
+/// K and distances by the paper's procedure.
 #[derive(Debug, Clone)]
 pub struct KTable {
-    /// Distances.
+    /// Distances of the table.
     pub distances: Levels,
-    /// Drives.
+    /// Drives of the table.
     pub drives: Levels,
-    /// The cells.
+    /// Cells: means over taps of one distance and drive.
     pub cells: Vec<Cell>,
     /// Statistics per drive.
     pub by_drive: Vec<DriveRow>,
@@ -115,7 +115,6 @@ impl KTable {
     }
 }
 
-/// A cell as a tap of a sweep: forces and arc are not measured.
 fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
     let limit = ask.rig.strain_limit();
     let beyond = ask.data.unit.is_absolute() && c.signal > limit;
@@ -128,10 +127,10 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
     }
 }
 
-/// Calibrates every estimator that the data allow, where this was learned of the side.
+/// Calibrates every estimator that the data allow.
 ///
 /// # Errors
-/// Fewer than two distances after suspect rows are left out; a backend that fails.
+/// Fewer than two distances without suspect rows; a backend that fails.
 pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<SideResult, Error> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
     let table = KTable::new(ask, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
@@ -185,14 +184,14 @@ pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<Side
     let contradictions = contradictions(cells, [distances, drives], ask.noise);
     let mut held = Vec::new();
     let allowed = |e: &Estimator| match e {
-        // With one drive f need only have the right shape, 1/a: K takes up the rest.
+        // At one drive, f needs only the shape 1/a: K absorbs the rest.
         Estimator::Paper => ask.rig.known || drives.len() == 1,
         Estimator::Exact => ask.rig.known && ask.recorded,
         Estimator::Curve | Estimator::Learned => true,
     };
     for e in Estimator::ALL.into_iter().filter(allowed) {
         let unseen = held_out(&held_side, e, fit.as_ref());
-        // A curve is extrapolated where the first or the last distance is left out: errors there say nothing of the others.
+        // At the first and last distance a curve is extrapolated: errors there do not count.
         let n = distances.len();
         let of = if e == Estimator::Curve && n >= BETWEEN { 1..n - 1 } else { 0..n };
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(cells, drives.len(), &of));
@@ -224,7 +223,7 @@ pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<Side
     })
 }
 
-/// Smallest and largest drive that is answered: a tap that is meant to be one of these scatters about it as much as those of the calibration.
+/// Range of answered drives: a tap at an end of the range scatters as those of the calibration do.
 fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
     let of =
         |j: usize| range(cells.iter().filter(|c| c.j == j).flat_map(|c| &c.taps).map(|k| taps[*k].drive));
@@ -232,31 +231,31 @@ fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
     [a - (0.5 * (b - a)).min(0.5 * a), d + 0.5 * (d - c)]
 }
 
-/// |signal| of the sensor's end stop on this side, where rows show it; the zero is subtracted from it as from every reading.
+/// |tared signal| of the sensor's end stop on this side, if rows show it.
 fn end_stop(ask: &Ask<'_>) -> Option<f64> {
     let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == ask.sign;
     ask.taps.iter().filter(stopped).map(|t| t.signal.abs()).reduce(f64::min)
 }
 
 impl SideResult {
-    /// Whether `estimator` is calibrated.
+    /// True if `estimator` is calibrated.
     pub fn has(&self, estimator: Estimator) -> bool {
         estimator.is_in(&self.record)
     }
 
-    /// What `estimator` makes of distances it has not seen.
+    /// Errors of `estimator` on distances left out.
     pub fn held_out(&self, estimator: Estimator) -> Option<&HeldOut> {
         self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
     }
 
-    /// Of each of `estimators` the root mean square error on distances left out, mm, over the taps that all of these answer, and their number.
+    /// RMS error in mm of each of `estimators` on distances left out, over the taps that all answer, and their number.
     pub fn common_errors(&self, estimators: &[Estimator]) -> Vec<(Estimator, (Option<f64>, usize))> {
         let held = || estimators.iter().filter_map(|e| Some((*e, self.held_out(*e)?)));
         let shared = |k: usize| held().all(|(_, h)| h.taps[k].is_finite());
         held().map(|(e, h)| (e, h.rms(shared))).collect()
     }
 
-    /// Root mean square error of `estimator` on distances left out, of each drive, mm.
+    /// RMS error of `estimator` on distances left out at each drive, mm.
     pub fn rms_by_drive(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
         Some(self.held_out(estimator)?.rms_by_drive(&self.table.cells, self.table.drives.len()))
     }

@@ -1,4 +1,4 @@
-//! What `learned` says of the rig beside distances: gain, zero, offsets, and of what σ is made.
+//! Numbers of the rig from `learned`: gain, zero, offsets, and the parts of σ.
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -8,10 +8,8 @@ use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::Parameter;
 use crate::scene::Drive;
 
-/// Two numbers whose errors are correlated by more than this are not told apart.
 const ALIKE: f64 = 0.95;
 
-/// A number of the rig.
 #[derive(Serialize)]
 struct Number {
     #[serde(skip)]
@@ -19,7 +17,7 @@ struct Number {
     value: f64,
     standard_error: f64,
     unit: &'static str,
-    /// What would tell it from the gain, where these data cannot.
+    /// Tap that would separate it from the gain, if these data cannot.
     #[serde(skip)]
     alike: Option<&'static str>,
 }
@@ -54,7 +52,7 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
     all
 }
 
-/// What σ is made of in the middle of the data, as standard deviations of the signal in shares of it.
+/// Parts of σ in the middle of the data, as relative standard deviations of the signal.
 fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
     let scales = &learnt.fit.curve.scales;
     let (a, u) = (scales.a[0].exp(), scales.u[0].exp() - scales.offset);
@@ -68,7 +66,6 @@ fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
     ]
 }
 
-/// For JSON.
 pub fn json(learnt: &Learnt, kind: Drive) -> Value {
     let numbers = numbers(learnt, kind);
     let each: serde_json::Map<String, Value> =
@@ -94,7 +91,6 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
     })
 }
 
-/// For people.
 pub fn text(learnt: &Learnt, kind: Drive) -> Vec<String> {
     let numbers = numbers(learnt, kind);
     let mut lines: Vec<String> = numbers

@@ -1,4 +1,4 @@
-//! The zero of the signal that nobody read.
+//! Unread zero of the signal.
 
 use vibrissa_learned::rows::range;
 
@@ -12,11 +12,10 @@ use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
 
-/// Share of a signal that is nothing: models are solved to less.
+/// Relative accuracy of solved models: smaller offsets count as 0.
 const SOLVED: f64 = 3e-7;
 
-/// The constant of the signals of one side, of its sign, and its standard error, as a model says that follows all of them within their
-/// noise, and beside which the zero may drift. A curve that may take any shape takes part of an offset of the drive for one of the signal.
+/// Zero of one side and its error from a model that fits within the noise; a free curve would take an offset of the drive for one of the signal.
 pub(super) fn of_model(
     (rig, taps): (&Rig, &[Tap]),
     (sign, gauge): (f64, Side),
@@ -54,7 +53,6 @@ pub(super) fn of_model(
     Ok((within || exact()).then_some(constant))
 }
 
-/// Takes a constant off every tap, which the data tell with this standard error.
 pub(super) fn tare((data, rig): (&Data, &Rig), rows: &mut Sorted, [value, error]: [f64; 2]) {
     for tap in &mut rows.taps {
         tap.zero += value;
@@ -64,7 +62,6 @@ pub(super) fn tare((data, rig): (&Data, &Rig), rows: &mut Sorted, [value, error]
     rows.tared.value += value;
 }
 
-/// What to say of a drift that no zero reading shows.
 pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
     let [least, largest] = range(learnt.fit.zeros.iter().copied());
     format!(
@@ -77,7 +74,6 @@ pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
     )
 }
 
-/// What to say of a zero that nobody read.
 pub(super) fn untared(data: &Data, rig: &Rig, tared: &Tared, unread: f64) -> Option<String> {
     let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
     match tared.from {

@@ -1,23 +1,21 @@
-//! Taps of one distance and one drive.
+//! Cells: taps of one distance and one drive.
 
 use super::taps::Tap;
 use crate::design::amount;
 use crate::measure::Rig;
 
-/// Most distinct distances, or drives, that are told apart; beyond it neighbours share a level.
 const LEVELS: usize = 64;
 
-/// Distinct values, or groups of neighbours where there are too many.
+/// Distinct values, or groups of neighbours if there are too many.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Levels {
     /// Mean of each level, ascending.
     pub centres: Vec<f64>,
-    /// Largest value of each level.
     largest: Vec<f64>,
 }
 
 impl Levels {
-    /// Of all `values`.
+    /// Levels of `values`.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = values.collect();
         all.sort_by(f64::total_cmp);
@@ -40,17 +38,17 @@ impl Levels {
         levels
     }
 
-    /// Level of `x`, which is one of the values.
+    /// Level of one of the values.
     pub fn place(&self, x: f64) -> usize {
         self.largest.partition_point(|e| *e < x).min(self.largest.len() - 1)
     }
 
-    /// The first and the last level; there is one.
+    /// First and last level; panics without levels.
     pub fn ends(&self) -> [f64; 2] {
         [self.centres[0], self.centres[self.len() - 1]]
     }
 
-    /// Whether there are no levels.
+    /// True without levels.
     pub fn is_empty(&self) -> bool {
         self.centres.is_empty()
     }
@@ -61,14 +59,14 @@ impl Levels {
     }
 }
 
-/// Taps of one distance and one drive, on one side.
+/// Taps of one distance and one drive on one side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// Level of the distance.
     pub i: usize,
     /// Level of the drive.
     pub j: usize,
-    /// Places of its taps in the list they were made from.
+    /// Indices of its taps.
     pub taps: Vec<usize>,
     /// Mean distance, mm.
     pub a: f64,
@@ -76,15 +74,15 @@ pub struct Cell {
     pub drive: f64,
     /// Mean |signal|.
     pub signal: f64,
-    /// Mean θ f of the theory of the spec.
+    /// Mean θ f in the theory of the spec.
     pub linear: f64,
-    /// Sum of squares about the mean, after what distance and drive explain within a level.
+    /// Sum of squares about the mean, corrected for distance and drive within the level.
     pub squares: f64,
-    /// Sum of squares that a reading's variance of 1 would give.
+    /// Expected sum of squares for a reading's variance of 1.
     pub freedom: f64,
-    /// Variance of the mean, in units of a reading's: 1/n and what the zeros bring.
+    /// Variance of the mean in units of a reading's: 1/n plus the zeros' part.
     pub share: f64,
-    /// Runs of zero readings that its mean stands above: place, weight, and the variance of the run in units of a reading's.
+    /// Runs of zero readings below its mean: index, weight, variance in units of a reading's.
     pub zeros: Vec<(usize, f64, f64)>,
 }
 
@@ -95,7 +93,7 @@ impl Cell {
     }
 }
 
-/// Levels of distance and drive, and cells by distance, then drive, of the taps that `wanted` picks.
+/// Levels of distance and drive, and cells by distance, then drive, of the `wanted` taps.
 pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Levels; 2], Vec<Cell>) {
     let levels = |axis: usize| Levels::of(taps.iter().filter(|t| wanted(t)).map(|t| t.group[axis]));
     let [distances, drives] = [0, 1].map(levels);
@@ -111,7 +109,7 @@ pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Leve
         }
         let n = taps_here.len() as f64;
         let mean = |f: &dyn Fn(&Tap) -> f64| taps_here.iter().map(|&k| f(&taps[k])).sum::<f64>() / n;
-        // The first value is taken out so that equal values have exactly their value as mean.
+        // Relative to the first value, so that the mean of equal values is exact.
         let about = |f: &dyn Fn(&Tap) -> f64| {
             let first = f(&taps[taps_here[0]]);
             first + mean(&|t| f(t) - first)
@@ -138,8 +136,7 @@ pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Leve
     ([distances, drives], cells)
 }
 
-/// What the noise of the zero readings brings to taps of one cell: the runs, with their weights in the mean; the variance of the mean, and the sum
-/// of squares about it, in units of a reading's variance.
+/// Noise of the zero readings in a cell: runs with weights; variance of the mean and sum of squares about it, in units of a reading's variance.
 fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (Vec<(usize, f64, f64)>, [f64; 2]) {
     let mut runs = std::collections::BTreeMap::<usize, (f64, f64, f64)>::new();
     let mut n = 0.0;

@@ -9,43 +9,41 @@ use super::cells::Cell;
 use super::held_out::Side;
 use super::model::polynomial::{Form, Point, Polynomial};
 
-/// Shares of the last step between positions that are answered beyond them: by a calibration, and where a position is left out that may
-/// be the last.
+/// Range beyond the positions, in shares of the last step: for answers, and for a position left out, which may be the last.
 const BEYOND: [f64; 2] = [0.5, 4.0];
-/// Up to so many taps each counts with its own labels; of more, cells count with their means.
+/// Up to this many taps, each counts with its own labels; with more, cells count with their means.
 const EACH: usize = 1000;
 
-/// A fitted curve.
+/// Fitted curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SmoothRecord {
-    /// Root mean square error on distances left out.
+    /// RMS error on distances left out.
     pub held_out_rms_mm: Option<f64>,
-    /// Error on distances left out beyond what noise explains, per drive.
+    /// Error on distances left out beyond the noise, per drive.
     pub bias_mm: Vec<f64>,
-    /// The curve.
+    /// Polynomial of the curve.
     pub fit: Polynomial,
 }
 
 impl SmoothRecord {
-    /// Of all of `side`.
+    /// Curve through all of `side`.
     pub fn calibrated(side: &Side<'_>, Judged { rms_mm, bias_mm }: Judged) -> Option<Self> {
         let fit = Polynomial::through(&points(side, None), form(side)?, BEYOND[0])?;
         Some(Self { held_out_rms_mm: rms_mm, bias_mm, fit })
     }
 }
 
-/// The form for all positions of `side`, which is also used where some are left out: what is judged is what will be used.
+/// Form for all positions of `side`; it also serves with positions left out, so that the same form is judged and used.
 pub fn form(side: &Side<'_>) -> Option<Form> {
     Polynomial::choose(&points(side, None))
 }
 
-/// The curve of this form without the distances of the numbers `gone`.
+/// Curve of this form without the distances `gone`.
 pub fn without(side: &Side<'_>, gone: &Range<usize>, form: Option<Form>) -> Option<Polynomial> {
     Polynomial::through(&points(side, Some(gone)), form?, BEYOND[1])
 }
 
-/// The used taps of `side`, but those of the distances of the numbers `without`.
 fn points(side: &Side<'_>, without: Option<&Range<usize>>) -> Vec<Point> {
     let kept = || side.cells.iter().filter(|c| without.is_none_or(|gone| !gone.contains(&c.i)));
     let point = |position, a, drive, signal, n| Point { a, drive, signal, position, n };

@@ -23,20 +23,20 @@ use crate::status::Status;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExactRecord {
-    /// Root mean square error on distances left out.
+    /// RMS error on distances left out.
     pub held_out_rms_mm: Option<f64>,
-    /// Error on distances left out beyond what noise explains, per drive.
+    /// Error on distances left out beyond the noise, per drive.
     pub bias_mm: Vec<f64>,
     /// Names of the fitted parameters, in the order of the covariance.
     pub fitted: Vec<String>,
-    /// Every parameter that the model has.
+    /// Values of the model's parameters.
     pub values: IndexMap<String, f64>,
-    /// Covariance of the fitted ones.
+    /// Covariance of the fitted parameters.
     pub covariance: Vec<Vec<f64>>,
 }
 
 impl ExactRecord {
-    /// Of the `fit` to all of a side.
+    /// Record of the `fit` to all of a side.
     pub fn calibrated(rig: &Rig, Fit { exact, .. }: &Fit, Judged { rms_mm, bias_mm }: Judged) -> Self {
         let kind = rig.setup.drive;
         let spec = spec_values(&rig.setup);
@@ -51,7 +51,7 @@ impl ExactRecord {
         }
     }
 
-    /// Whether each fitted parameter has a known name, a row and a column of the covariance.
+    /// True if each fitted parameter has a known name, and a row and column of the covariance.
     pub fn is_sound(&self) -> bool {
         let m = self.fitted.len();
         let kinds = [Drive::Angle, Drive::Displacement];
@@ -61,7 +61,6 @@ impl ExactRecord {
             && self.fitted.iter().all(named)
     }
 
-    /// The model of `side` of the gauge, inverted.
     pub(super) fn open(
         &self,
         rig: &Rig,
@@ -71,7 +70,7 @@ impl ExactRecord {
     ) -> Result<Inverted, Error> {
         let (values, kind) = (self.values(rig), rig.setup.drive);
         let fitted = self.fitted.iter().filter_map(|name| Parameter::named(name, kind)).collect();
-        // Half as much again as the offset: its own uncertainty, and readings a little beyond the calibrated drives.
+        // Room for the offset's uncertainty, and for readings a little beyond the calibrated drives.
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
         let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
         let at = Extent { hard: HARD, ..at };
@@ -80,12 +79,11 @@ impl ExactRecord {
         Ok(Inverted { exact, last: RwLock::default() })
     }
 
-    /// Reading per strain, where the record has it.
+    /// Reading per strain, if in the record.
     pub fn factor(&self, kind: Drive) -> Option<f64> {
         self.values.get(Parameter::Factor.name(kind)).copied()
     }
 
-    /// Values of all parameters: those of the record, else those of the spec.
     pub(crate) fn values(&self, rig: &Rig) -> Values {
         let mut values = spec_values(&rig.setup);
         for p in Parameter::ALL {
@@ -97,7 +95,7 @@ impl ExactRecord {
     }
 }
 
-/// Why the model of a calibration is not solved; one that the kernels hardly solve anywhere has values that no rig has.
+/// Error of a model that cannot be solved; if hardly any tap has a solution, the values are impossible.
 pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
     if !matches!(why, ModelError::Solve(SolveError::TooHard)) {
         return why.into();
@@ -127,8 +125,7 @@ pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
     .into()
 }
 
-/// By how much the expected readings of the fitted cells change where the distances of the numbers `gone` are left out, by place of the cell:
-/// what one Gauss–Newton step of the parameters does, which is all it takes.
+/// Change of the expected readings of the fitted cells without the distances `gone`, by one Gauss-Newton step of the parameters.
 pub fn shifts(side: &Side<'_>, fit: &Fit, gone: &Range<usize>) -> Option<HashMap<usize, f64>> {
     let m = fit.slopes.ncols();
     let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
@@ -141,17 +138,16 @@ pub fn shifts(side: &Side<'_>, fit: &Fit, gone: &Range<usize>) -> Option<HashMap
     Some(fit.cells.iter().copied().zip((&fit.slopes * step).iter().copied()).collect())
 }
 
-/// Drives whose curves are kept.
 const KEPT: usize = 16;
 
-/// The model, and its curves at the drives that were asked for last: taps of a rig are mostly by a few.
+/// Model with its curves at the last drives: a rig has few.
 pub struct Inverted {
     pub(super) exact: Exact,
     last: RwLock<VecDeque<(f64, Arc<Curve>)>>,
 }
 
 impl Inverted {
-    /// The curve at `drive`. It is made again where another thread holds the lock.
+    /// Curve at `drive`; computed again while another thread holds the lock.
     fn curve(&self, drive: f64) -> Arc<Curve> {
         let kept = |last: &VecDeque<(f64, Arc<Curve>)>| {
             last.iter().find(|(at, _)| *at == drive).map(|(_, curve)| curve.clone())

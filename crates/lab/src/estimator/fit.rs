@@ -1,5 +1,4 @@
-//! Least squares for the parameters of `exact`: over cells, standard errors, and which
-//! parameters the data determine at all.
+//! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,62 +10,59 @@ use crate::estimator::model::parameter::width;
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;
 
-/// A parameter is determined where its standard error is below this share of its width.
+/// A parameter is determined if its standard error is below this share of its width, and with errors of [`MODEL`] only, below [`SOLVABLE`].
 const DETERMINED: f64 = 0.1;
-/// Relative error of strains to which the model itself is solved, with a margin.
+/// Relative accuracy of solved strains, with a margin.
 const MODEL: f64 = 1e-7;
-/// And where, with no more error than [`MODEL`], it would be below this share.
 const SOLVABLE: f64 = 2e-3;
-/// A cell counts where the model also follows drives larger by this share of the largest: an offset leads there.
+/// A cell counts if the model also has a solution at drives larger by this share of the largest: an offset leads there.
 const ROOM: f64 = 0.02;
 /// Relative change of χ², or of all parameters, below which a fit ends.
 const SETTLED: f64 = 1e-14;
-/// The same of a solid, whose taps are known to about 1e-9 of the strain: smaller steps would follow their noise.
+/// Limit for a solid, whose taps are accurate to about 1e-9: smaller steps would follow their noise.
 const SETTLED_SOLID: f64 = 1e-10;
-/// Misfits that are looked at, relative to the signal.
+/// Range of misfits, relative to the signal.
 const MISFITS: [f64; 2] = [1e-8, 1.0];
-/// A misfit counts where −2 ln of the likelihood is so much less with it: of data without one that happens in 1 of 200.
+/// Least fall of −2 ln likelihood for a misfit: without one it occurs by chance in 1 of 200.
 const BEYOND_NOISE: f64 = 6.6;
-/// Share of the cells for which the model must have solutions.
 const ENOUGH: f64 = 0.5;
 
-/// A fit.
+/// Result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
-    /// The model with its parameters.
+    /// Model with the fitted parameters.
     pub exact: Exact,
-    /// Asked for, but not determined by the data: held at the spec's value.
+    /// Requested parameters that the data do not determine: held at the spec's value.
     pub undetermined: Vec<Parameter>,
     /// Standard deviation of a cell beyond noise, relative to its signal.
     pub misfit: f64,
     /// χ² per degree of freedom with noise alone; NaN without noise or freedom.
     pub chi2: f64,
-    /// Places of the cells that were fitted: those for which the model has solutions.
+    /// Indices of the fitted cells: those for which the model has solutions.
     pub cells: Vec<usize>,
-    /// d reading/dp of each of these.
+    /// d reading/dp of the fitted cells.
     pub slopes: DMatrix<f64>,
-    /// measured − expected of each.
+    /// Measured − expected reading of the fitted cells.
     pub residuals: DVector<f64>,
-    /// Standard deviation of each.
+    /// Standard deviations of the fitted cells.
     pub deviations: DVector<f64>,
 }
 
-/// A tap of a fitted cell.
+/// Tap of a fitted cell.
 #[derive(Debug, Clone, Copy)]
 pub struct Ordered {
-    /// Place of its cell among those that were fitted.
+    /// Index of its cell among the fitted ones.
     pub cell: usize,
-    /// Taps of this cell.
+    /// Number of taps of this cell.
     pub of: f64,
-    /// Place of the tap in the file.
+    /// Index of the tap in the file.
     pub order: f64,
-    /// Measured − expected.
+    /// Measured − expected reading.
     pub left: f64,
 }
 
 impl Fit {
-    /// The constant of the signal, which was fitted, and its standard error where the zero may also drift in the order of `rows`: a straight
-    /// drift over rows that go with the distance passes for one; and what both leave of each row. `None` where nothing tells them apart.
+    /// Fitted constant of the signal, its error if the zero may also drift in the order of `rows`, and the residuals; `None` if they are inseparable.
     pub fn constant(&self, rows: &[Ordered]) -> Option<([f64; 2], DVector<f64>)> {
         let k = self.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
         let (n, m) = (rows.len(), self.slopes.ncols());
@@ -83,8 +79,7 @@ impl Fit {
         Some(([value, error], DVector::from_fn(n, |i, _| rest[i] * deviation(&rows[i]))))
     }
 
-    /// Standard errors of the fitted parameters where the zero of the signal, of which every reading is taken off, has one itself: as if all
-    /// were fitted together.
+    /// Standard errors of the fitted parameters, with that of the subtracted `zero`.
     pub fn errors(&self, zero: f64) -> Vec<f64> {
         let weights = self.deviations.map(|d| 1.0 / (d * d));
         let pulled = self.slopes.tr_mul(&weights);
@@ -94,25 +89,25 @@ impl Fit {
     }
 }
 
-/// What is fitted to.
+/// Inputs of a fit.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
     /// The whisker.
     pub rig: &'a Rig,
-    /// Where the model is solved.
+    /// Range in which the model is solved.
     pub at: Extent,
-    /// The data.
+    /// Cells of the data.
     pub cells: &'a [Cell],
     /// Standard deviation of one reading.
     pub noise: f64,
-    /// Whether the zero of the signal is looked for too; else it was taken off, or is zero.
+    /// True if the zero of the signal is fitted; else it is already subtracted or 0.
     pub sought: bool,
     /// Solves models.
     pub open: Opener<'a>,
 }
 
 impl Task<'_> {
-    /// Fits factor, drive offset and whatever is `asked` to the cells for which the model has solutions.
+    /// Fits factor, drive offset and the `asked` parameters to the cells for which the model has solutions.
     ///
     /// # Errors
     /// Too few such cells; a backend that fails.
@@ -133,7 +128,6 @@ impl Task<'_> {
         Ok(Fit { cells: places, ..fit })
     }
 
-    /// Fits all cells, from the factor and the parameters `start`.
     fn fit_from(&self, start: Values, asked: &[Parameter]) -> Result<Fit, ModelError> {
         let mut free = vec![Parameter::Factor, Parameter::DriveOffset];
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
@@ -150,26 +144,22 @@ impl Task<'_> {
             undetermined.sort_by_key(|p| *p as usize);
         };
         let misfit = self.misfit(&model);
-        // A misfit weighs the cells another way.
         let model = if misfit <= MODEL { model } else { self.minimise(model.values, &free, misfit)? };
         self.finish(model, free, undetermined, misfit)
     }
 
-    /// What each of the parameters could be off by.
     fn widths(&self, values: &Values, parameters: &[Parameter]) -> Vec<f64> {
         let size = crate::reduce::median(&mut self.cells.iter().map(|c| c.signal).collect::<Vec<_>>());
         let one = |p: &Parameter| width(*p, values, self.at.drives, [size, self.rig.before]);
         parameters.iter().map(one).collect()
     }
 
-    /// Standard deviation of a cell's mean.
     fn deviation(&self, c: &Cell, misfit: f64) -> f64 {
         let noise = self.noise * self.noise * c.share;
         (noise + (misfit * c.signal).powi(2) + (MODEL * c.signal).powi(2)).sqrt()
     }
 
-    /// Relative standard deviation of residuals beyond noise: the most likely one of a normal distribution that has both, where it is more likely
-    /// than none by [`BEYOND_NOISE`]. A mean of squares relative to the signal would be that of the weakest taps, which are noise.
+    /// Most likely relative deviation beyond noise, if significant. A mean of relative squares would be dominated by the noise of the weakest taps.
     fn misfit(&self, model: &Exact) -> f64 {
         let of = |c: &Cell| {
             let e = c.signal - model.expected(c.a, c.drive);
@@ -187,7 +177,6 @@ impl Task<'_> {
         let steps = 64;
         let best = (0..=steps).map(|k| f64::from(k) / f64::from(steps));
         let best = best.min_by(|p, q| unlikely(at(*p)).total_cmp(&unlikely(at(*q)))).unwrap_or(0.0);
-        // Between its neighbours, by thirds.
         let (mut lo, mut hi) = (best - 1.0 / f64::from(steps), best + 1.0 / f64::from(steps));
         for _ in 0..40 {
             let (p, q) = (lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0);
@@ -197,7 +186,6 @@ impl Task<'_> {
         if unlikely(0.0) - unlikely(best) > BEYOND_NOISE { best } else { 0.0 }
     }
 
-    /// Sets `free` by least squares, starting from `values`.
     fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, ModelError> {
         let scale = self.widths(&values, free);
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
@@ -215,7 +203,6 @@ impl Task<'_> {
         Ok(found)
     }
 
-    /// d reading/dp of each cell, in these scales of the parameters, over these deviations of the cells.
     fn slopes(&self, model: &Exact, scale: &[f64], deviations: &[f64]) -> DMatrix<f64> {
         let of_cell = |(c, deviation): (&Cell, &f64)| {
             let gradient = model.gradient(c.a, c.drive).into_iter().zip(scale);
@@ -225,7 +212,7 @@ impl Task<'_> {
         DMatrix::from_row_slice(self.cells.len(), model.fitted.len(), &rows)
     }
 
-    /// Covariance for cells with these standard deviations; `None` where some combination is free.
+    /// Covariance for cells with these standard deviations; `None` if it is singular.
     fn covariance(&self, model: &Exact, deviation: impl Fn(&Cell) -> f64) -> Option<DMatrix<f64>> {
         let scale = self.widths(&model.values, &model.fitted);
         let deviations: Vec<f64> = self.cells.iter().map(deviation).collect();
@@ -244,7 +231,7 @@ impl Task<'_> {
         Some(DMatrix::from_fn(scale.len(), scale.len(), |i, k| c[(i, k)] * scale[i] * scale[k]))
     }
 
-    /// What cells share beyond what each has for itself: Jᵀ D⁻¹ (Σ − D) D⁻¹ J, Σ the covariance of means above the same zero readings.
+    /// Shared part of the information: Jᵀ D⁻¹ (Σ − D) D⁻¹ J, with the covariance Σ of means above the same zero readings.
     fn of_zeros(&self, slopes: &DMatrix<f64>, misfit: f64) -> DMatrix<f64> {
         let mut runs = std::collections::BTreeMap::<usize, DVector<f64>>::new();
         let mut shared = DMatrix::zeros(slopes.ncols(), slopes.ncols());
@@ -259,7 +246,7 @@ impl Task<'_> {
         runs.values().fold(shared, |sum, of_run| sum + of_run * of_run.transpose())
     }
 
-    /// The parameter that the data determine least, if they do not determine it.
+    /// Parameter that the data determine least, if they do not determine it.
     fn worst(&self, model: &Exact, free: &[Parameter]) -> Option<usize> {
         let judged = |limit: f64, deviation: &dyn Fn(&Cell) -> f64| {
             let Some(c) = self.covariance(model, deviation) else {
@@ -271,7 +258,7 @@ impl Task<'_> {
         let misfit = self.misfit(model);
         let noisy = judged(DETERMINED, &|c| self.deviation(c, misfit));
         let clean = judged(SOLVABLE, &|c| MODEL * c.signal);
-        // The gauge factor is always there: something has to carry the size of the signal.
+        // The gauge factor is always fitted: it carries the size of the signal.
         let shares = noisy.iter().zip(&clean).map(|(a, b)| a.max(*b)).enumerate().skip(1);
         shares.filter(|(_, s)| s.is_nan() || *s > 1.0).max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _)| i)
     }
@@ -303,7 +290,6 @@ impl Task<'_> {
     }
 }
 
-/// The least-squares problem in parameters divided by their widths.
 struct Problem<'a> {
     task: Task<'a>,
     free: &'a [Parameter],

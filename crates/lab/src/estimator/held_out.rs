@@ -1,5 +1,4 @@
-//! Leave one distance out: every estimator is calibrated on the other distances and asked for the one it has not seen; of many distances some
-//! neighbours at a time.
+//! Cross-validation: each estimator is calibrated without one distance (of many, without some neighbours) and asked for it.
 
 use std::ops::Range;
 
@@ -15,7 +14,6 @@ use super::{Estimator, curve, exact, learned};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
-/// Parts into which more distances than these are divided, to be left out in turn.
 const PARTS: usize = 40;
 
 /// Used data of one side.
@@ -25,7 +23,7 @@ pub struct Side<'a> {
     pub rig: &'a Rig,
     /// All taps of the file.
     pub taps: &'a [Tap],
-    /// Cells of the used ones.
+    /// Cells of the used taps.
     pub cells: &'a [Cell],
     /// Calibrated drives.
     pub drives: &'a [f64],
@@ -33,23 +31,23 @@ pub struct Side<'a> {
     pub distances: usize,
     /// Standard deviation of one reading.
     pub noise: f64,
-    /// What was learned of it.
+    /// Learned model.
     pub learned: &'a Learnt,
 }
 
-/// What one estimator makes of distances it has not seen.
+/// Errors of an estimator on distances left out.
 #[derive(Debug, Clone, Default)]
 pub struct HeldOut {
-    /// Error of each tap of the file, mm; NaN where it is not used or has no answer.
+    /// Error of each tap of the file, mm; NaN if unused or without answer.
     pub taps: Vec<f64>,
-    /// Standard deviation of each, mm, where the estimator says it for one that is left out.
+    /// Standard deviation of each, mm, if the estimator gives it.
     pub sigmas: Vec<f64>,
-    /// Error of each cell's mean and its variance from noise; NaN without an answer.
+    /// Error of each cell's mean and its variance from noise; NaN without answer.
     pub cells: Vec<(f64, f64)>,
 }
 
 impl HeldOut {
-    /// Error beyond what noise explains at the distances `of`, per drive, mm; for a drive without an answer the largest of the others.
+    /// Error beyond the noise at the distances `of`, per drive, mm; for a drive without answer the largest of the others.
     pub fn bias(&self, cells: &[Cell], drives: usize, of: &Range<usize>) -> Vec<f64> {
         let bias = |j: usize| {
             let wanted = |c: &Cell, e: f64| c.j == j && of.contains(&c.i) && e.is_finite();
@@ -59,8 +57,7 @@ impl HeldOut {
             if n == 0.0 {
                 return f64::NAN;
             }
-            // Counted only where it is more than the noise of these few cells would do by chance in one case of a hundred: the
-            // quantile of χ²/n by Wilson and Hilferty (1931).
+            // Counted if above the 99 % quantile of χ²/n for the noise (Wilson and Hilferty 1931).
             let ninth = 2.0 / (9.0 * n);
             let usual = noise * (1.0 - ninth + 2.326 * ninth.sqrt()).powi(3);
             if errors > usual { ((errors - noise) / n).sqrt() } else { 0.0 }
@@ -70,7 +67,7 @@ impl HeldOut {
         known.iter().map(|b| if b.is_finite() { *b } else { most }).collect()
     }
 
-    /// Root mean square over the taps that `wanted` keeps, and their number.
+    /// RMS over the taps that `wanted` keeps, and their number.
     pub fn rms(&self, wanted: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
         let mut errors = Errors::default();
         let known = self.taps.iter().enumerate().filter(|(k, e)| e.is_finite() && wanted(*k));
@@ -78,7 +75,7 @@ impl HeldOut {
         (errors.rms(), n)
     }
 
-    /// Root mean square over the taps of each drive.
+    /// RMS over the taps of each drive.
     pub fn rms_by_drive(&self, cells: &[Cell], drives: usize) -> Vec<Option<f64>> {
         let mut errors = vec![Errors::default(); drives];
         for cell in cells {
@@ -89,15 +86,14 @@ impl HeldOut {
     }
 }
 
-/// Answers of `estimator` for every distance left out in turn; `None` where it cannot be calibrated so. `fit` is that of the model
-/// to all distances.
+/// Answers of `estimator` for each distance left out in turn; `None` if it cannot be calibrated so. `fit` is that of the model to all distances.
 pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Option<HeldOut> {
     match estimator {
         Estimator::Paper => parts(side, |gone| {
             let paper = Paper::without(side, gone)?;
             Some(move |_, drive, signal| paper.find(drive, signal))
         }),
-        // The model keeps its parameters; the reading is moved by what their step would do to it.
+        // The parameters stay; the reading is shifted by the effect of their step.
         Estimator::Exact => parts(side, |gone| {
             let (fit, shifts) = (fit?, exact::shifts(side, fit?, gone)?);
             Some(move |k, drive, signal| fit.exact.find(drive, signal - shifts.get(&k)?))
@@ -113,8 +109,7 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
     }
 }
 
-/// What `leave_out` answers of each distance where it is left out: it takes the numbers of some distances, and gives what answers a tap of a
-/// cell by drive and |signal|.
+/// Answers for each distance left out; `leave_out` takes distances and returns the function (cell, drive, |signal|) → distance.
 fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
     side: &Side<'_>,
     leave_out: impl Fn(&Range<usize>) -> Option<F> + Sync,
@@ -140,10 +135,9 @@ fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
     Some(out)
 }
 
-/// Place of a cell; error of its mean, and its variance from noise; place of each of its taps, its error and σ.
+/// Index of a cell; error of its mean and its variance from noise; index, error and σ of each of its taps.
 type CellAnswer = (usize, (f64, f64), Vec<(usize, [f64; 2])>);
 
-/// Answers for the cells of the distances `gone`.
 fn left_out(
     side: &Side<'_>,
     find: impl Fn(usize, f64, f64) -> Option<Found>,
@@ -151,7 +145,7 @@ fn left_out(
 ) -> Vec<CellAnswer> {
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
-        // The other of two distances is no bias: locate says that it is ambiguous.
+        // The other of two distances is not a bias: locate reports it as ambiguous.
         let other = |e: f64, f: &Found| f.near.is_some_and(|near| (near - cell.a).abs() < e.abs());
         let mean = error(cell.drive, cell.signal, cell.a).filter(|(e, f)| !other(*e, f));
         let mean = mean.map_or((f64::NAN, f64::NAN), |(e, f)| {

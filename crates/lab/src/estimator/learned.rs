@@ -1,4 +1,4 @@
-//! `learned`: one statistical model of the whisker's curve, the rig and its runs (crate `vibrissa-learned`).
+//! `learned`: statistical model of the whisker's curve, the rig and its runs (crate `vibrissa-learned`).
 
 use serde::{Deserialize, Serialize};
 use vibrissa_learned::base::{Base, Power};
@@ -15,52 +15,52 @@ use crate::estimator::model::Found;
 use crate::estimator::model::exact::{Exact, Opener, spec_values};
 use crate::measure::Rig;
 
-/// A curve that was learned.
+/// Learned curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearnedRecord {
-    /// Root mean square error on distances left out.
+    /// RMS error on distances left out.
     pub held_out_rms_mm: Option<f64>,
-    /// Nothing, per drive: σ is that of the model.
+    /// Zero for each drive: σ is that of the model.
     pub bias_mm: Vec<f64>,
-    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p (1/a − κ)^q as [u₀, p, q].
+    /// Offset of the drive of a known whisker.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whisker_drive_offset: Option<f64>,
-    /// See above.
+    /// [u₀, p, q] of the power law (u + u₀)^p (1/a − κ)^q of an unknown whisker.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<[f64; 3]>,
-    /// κ, 1/mm, where it is not 0.
+    /// κ, 1/mm, unless 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power_end: Option<f64>,
-    /// Whether zeros were read with the taps.
+    /// True if zeros were read with the taps.
     pub zero_read: bool,
-    /// Whether the zero is known: else the signal is taken as tared, and readings with a zero of their own are no other ones.
+    /// True if the zero is known; else the signal counts as tared, and readings with their own zero are the same as others.
     pub zero_known: bool,
-    /// The signal without contact, above what was subtracted from all of it.
+    /// Signal without contact, above the subtracted zero.
     pub zero: f64,
-    /// Signal of which all below are in units; what the base is divided by.
+    /// Unit of the signal for everything below, and divisor of the base.
     pub units: [f64; 2],
-    /// Middle and half range of ln a, of ln u; a middle distance, the largest drive, and what is added to u.
+    /// Middle and half range of ln a and of ln u; a middle distance and the largest drive.
     pub scales: [[f64; 2]; 3],
-    /// What is added to the drive before its logarithm is taken.
+    /// Offset added to the drive before its logarithm.
     pub drive_shift: f64,
-    /// Kind and degrees of each term: curve, wave, a, u, zero.
+    /// Kind (curve, wave, a, u, zero) and degrees of each term.
     pub terms: Vec<(String, u8, u8)>,
-    /// Their coefficients.
+    /// Coefficients of the terms.
     pub mean: Vec<f64>,
-    /// What moves them together, one standard deviation each.
+    /// Independent standard deviations of the coefficients.
     pub deviations: Vec<Vec<f64>>,
-    /// Runs in the data.
+    /// Number of runs in the data.
     pub runs: usize,
-    /// Variances beside the curve: noise of all readings and of such that go with the signal; of position, visit, gain and zero of a run, drift.
+    /// Variances of a reading about the curve: independent and proportional noise, position, visit, zero and gain of a run, drift.
     pub spread: [f64; 7],
-    /// Covariance of what is known of these: noise, that which goes with the signal, position, visit, zero and gain of a run.
+    /// Covariance of these variances: independent and proportional noise, position, visit, zero and gain of a run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_covariance: Option<[[f64; PARTS]; PARTS]>,
 }
 
 impl LearnedRecord {
-    /// Of a fit; `zero` was subtracted from the signals before.
+    /// Record of a fit; `zero` was subtracted from the signals before.
     pub fn new(learnt: &Learnt, judged: Judged) -> Self {
         let Learnt { fit, runs, zero_read, .. } = learnt;
         let Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread: s, tails } = &fit.curve;
@@ -117,7 +117,7 @@ impl LearnedRecord {
         })
     }
 
-    /// Whether its values belong together.
+    /// True if its values are consistent.
     pub fn is_sound(&self) -> bool {
         let n = self.terms.len();
         let mut numbers = self
@@ -139,7 +139,6 @@ impl LearnedRecord {
             && numbers.all(|x| x.is_finite())
     }
 
-    /// The curve, read backwards.
     pub(super) fn open(
         &self,
         rig: &Rig,
@@ -163,7 +162,7 @@ impl LearnedRecord {
     }
 }
 
-/// What was learned without the distances of the numbers `gone`: it answers a tap of cell `k` by drive and |signal|.
+/// Fit without the distances `gone`: a function (cell, drive, |signal|) → distance.
 pub fn without<'a>(
     side: &Side<'a>,
     gone: &std::ops::Range<usize>,
@@ -177,7 +176,6 @@ pub fn without<'a>(
     let places: Vec<usize> = learnt.places.iter().filter(kept).copied().collect();
     let answers = learnt.without(&places, &drives)?;
     Some(move |k: usize, drive: f64, signal: f64| {
-        // The taps of a cell are above zeros that were read.
         let of_cell = &cells[k].taps;
         let share = of_cell.iter().map(|t| taps[*t].zero_share()).sum::<f64>() / of_cell.len() as f64;
         answers.find(drive, signal, Known { share, same_run: false }).ok()

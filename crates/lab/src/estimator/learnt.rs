@@ -1,4 +1,4 @@
-//! What was learned of a side of the whisker, and a learned curve read backwards.
+//! Learned model of a side, and its inversion.
 
 use std::sync::{Arc, OnceLock};
 
@@ -14,46 +14,44 @@ use super::{Known, SideRecord};
 use crate::measure::Rig;
 use crate::status::Status;
 
-/// The curve of a whisker that is known, and the distances at which it and its slope are known, mm.
+/// Curve of a known whisker, and the range of distances with value and slope, mm.
 pub fn whisker(exact: Exact) -> (Whisker, [f64; 2]) {
     let [near, far] = exact.reach();
     (Arc::new(move |a, u| exact.expected(a, u)), [near * 1.002, far * 0.998])
 }
 
-/// The distances at which a power law is known.
+/// Range of distances of a power law, mm.
 pub const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
 
-/// Where the whisker of `rig` is solved for what was learned of it.
 pub(super) fn extent(rig: &Rig, record: &SideRecord) -> Extent {
     let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), rig.before);
     Extent { hard: HARD, ..at }
 }
 
-/// What was learned of a side, and from what.
+/// Learned model of a side with its data.
 #[derive(Clone)]
 pub struct Learnt {
-    /// Rows of taps and zero readings, whose signals have the sign of the side; the whisker, where it is known; the standard error of the
-    /// zero, where taps of both sides told it.
+    /// Rows of taps and zero readings in the sign of the side; the whisker if known; the standard error of a zero from taps of both sides.
     pub task: Task,
-    /// Distances at which the whisker, or the power law, is known.
+    /// Range of distances of the whisker or the power law, mm.
     pub reach: [f64; 2],
-    /// Of each row the place of its tap.
+    /// Index of the tap of each row.
     pub taps: Vec<Option<usize>>,
-    /// Of each row its place in the file.
+    /// Index in the file of each row.
     pub lines: Vec<usize>,
-    /// The sign of the side.
+    /// Sign of the side.
     pub sign: f64,
-    /// Rows that were used.
+    /// Indices of the used rows.
     pub places: Vec<usize>,
-    /// The fit.
+    /// Fit of the used rows.
     pub fit: Arc<Fit>,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// Whether zeros were read.
+    /// True if zeros were read.
     pub zero_read: bool,
-    /// Whether the zero is known.
+    /// True if the zero is known.
     pub zero_known: bool,
-    /// What was subtracted from the signals of the taps since, of the sign of the side.
+    /// Zero subtracted from the taps after the fit, in the sign of the side.
     pub subtracted: f64,
 }
 
@@ -64,13 +62,13 @@ impl std::fmt::Debug for Learnt {
 }
 
 impl Learnt {
-    /// Standard deviation of a usual reading.
+    /// Standard deviation of a typical reading.
     pub fn noise(&self) -> f64 {
         let curve = &self.fit.curve;
         curve.unit * (curve.spread.floor + curve.spread.relative).sqrt()
     }
 
-    /// What answers readings by these `drives` if only the rows at `places` are known; the learned numbers stay.
+    /// Model for readings at `drives`, from the rows at `places` only; the learned numbers are kept.
     pub fn without(&self, places: &[usize], drives: &[f64]) -> Option<LearnedCurve> {
         let fit = fit(&self.task, places, From::Held(&self.fit), true).ok()?;
         let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve };
@@ -78,26 +76,25 @@ impl Learnt {
         Some(LearnedCurve::new(curve, (fit.base, self.reach), zero, Some(drives)))
     }
 
-    /// What is expected of a tap at a (mm) by the drive u, above its zero.
+    /// Expected tap at a (mm) and drive u, above its zero.
     pub fn expected(&self, a: f64, u: f64) -> Expected {
         self.fit.curve.expected(&self.fit.base, a, u, true)
     }
 }
 
-/// A learned curve, read backwards.
+/// Inverted learned curve.
 pub struct LearnedCurve {
     curve: Curve,
     base: Base,
-    /// For readings above the zero of the calibration, and for such above their own.
+    /// Inverses for readings above the zero of the calibration, and above their own.
     inverse: [Option<Inverse>; 2],
-    /// Whether zeros were read with the taps.
     zero_read: bool,
-    /// What answers several taps, and strokes, made where it is asked for.
+    /// Models of several taps, and of strokes, made on first use.
     joints: [[OnceLock<Joint>; 2]; 2],
 }
 
 impl LearnedCurve {
-    /// Of any drive, or of these alone; the base is known at the distances of `reach`.
+    /// For any drive, or for these alone; the base is known within `reach`.
     pub(super) fn new(
         curve: Curve,
         (base, reach): (Base, [f64; 2]),
@@ -112,7 +109,7 @@ impl LearnedCurve {
         Self { inverse, curve, base, zero_read, joints: Default::default() }
     }
 
-    /// Whether a reading above a zero of this `share` is told above its own zero, the signal that counts, and the variance that its zero brings.
+    /// For a reading whose zero has this `share`: true if it counts above its own zero; the signal that counts; variance of the zero.
     pub fn read(&self, reading: f64, share: f64) -> (bool, f64, f64) {
         let tared = self.inverse[1].is_some() && (self.zero_read || share > 0.0);
         let of_zero = share * self.curve.spread.floor * self.curve.unit.powi(2);
@@ -124,19 +121,19 @@ impl LearnedCurve {
         made.unwrap_or_else(|| self.plain().0)
     }
 
-    /// What answers several taps of one object.
+    /// Model of several taps of one object.
     pub fn joint(&self, tared: bool) -> &Joint {
         let new = || Joint::new(&self.curve, &self.base, tared, self.of(tared));
         self.joints[0][usize::from(tared)].get_or_init(new)
     }
 
-    /// What answers strokes.
+    /// Model of strokes.
     pub fn joint_of_strokes(&self, tared: bool) -> &Joint {
         let new = || Joint::of_strokes(&self.curve, &self.base, tared, self.of(tared));
         self.joints[1][usize::from(tared)].get_or_init(new)
     }
 
-    /// The interval that holds the distance of an object with 95 %, mm.
+    /// 95 % interval of the distance of an object, mm.
     pub fn ends(&self, object: &Object, told: &Told, tared: bool, same_run: bool) -> [f64; 2] {
         let joint = self.joint(tared);
         let variance = (told.sigma / (told.a - object.frame())).powi(2);
@@ -145,13 +142,13 @@ impl LearnedCurve {
         stretched(told.a, told.ends, longer)
     }
 
-    /// What answers readings that have no zero beside that of the calibration, and that zero.
+    /// Inverse for readings without their own zero, and the zero of the calibration.
     pub fn plain(&self) -> (&Inverse, f64) {
         let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
         (inverse, if self.zero_read { 0.0 } else { self.curve.zero })
     }
 
-    /// As [`Answers::find`](super::Answers::find).
+    /// Distance for a reading, as [`Answers::find`](super::Answers::find).
     pub fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
         let (tared, y, of_zero) = self.read(reading, share);
         let inverse = self.of(tared);
@@ -171,13 +168,11 @@ impl LearnedCurve {
         self.curve.expected(&self.base, a, drive, self.zero_read).signal + zero
     }
 
-    /// Variance of that: of the curve and its position, and of a new run unless `same_run`.
     pub(super) fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {
         self.plain().0.at(drive, same_run).at(a.ln())[2]
     }
 }
 
-/// These ends `longer` times as far from the distance `a`.
 fn stretched(a: f64, ends: [f64; 2], longer: f64) -> [f64; 2] {
     ends.map(|end| a + longer * (end - a))
 }

@@ -1,7 +1,5 @@
-//! The ways to a distance, by the names users know: how each is calibrated, judged, written and opened.
-//!
-//! An estimator is a variant of [`Estimator`], a section of [`SideRecord`], and one file: how its section is calibrated and checked, and
-//! what [`Answers`] readings as it says.
+//! Estimators of the distance: how each is calibrated, judged, written and opened.
+//! An estimator is a variant of [`Estimator`], a section of [`SideRecord`], and a file that calibrates, checks and opens its section as [`Answers`].
 
 pub mod cells;
 pub mod curve;
@@ -29,24 +27,24 @@ use paper::Paper;
 pub use record::SideRecord;
 pub use vibrissa_learned::least;
 
-/// A way to a distance.
+/// Estimator of the distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
-    /// The paper's own: its K̄ and its errors stand in the tables of every calibration.
+    /// Closed form with K̄ per drive; its K̄ and errors are in every calibration.
     Paper,
-    /// The configured model, whose fit every calibration reports.
+    /// Configured model; every calibration reports its fit.
     Exact,
-    /// A smooth curve through the data.
+    /// Smooth curve through the data.
     Curve,
-    /// One statistical model: the default.
+    /// Statistical model, the default.
     Learned,
 }
 
 impl Estimator {
-    /// All, simplest first: of equals the first is taken.
+    /// All estimators, simplest first; the first of equals is taken.
     pub const ALL: [Self; 4] = [Self::Paper, Self::Exact, Self::Curve, Self::Learned];
 
-    /// Name in files and on the command line.
+    /// Name in files and flags.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -56,7 +54,7 @@ impl Estimator {
         }
     }
 
-    /// What it is, in a few words.
+    /// Short description.
     pub fn help(self) -> &'static str {
         match self {
             Self::Paper => "The closed form f and one K̄ per drive",
@@ -66,12 +64,12 @@ impl Estimator {
         }
     }
 
-    /// The estimator of this name.
+    /// Estimator with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|e| e.name() == name)
     }
 
-    /// Bias per drive of its section, mm; `None` where `record` has no such section.
+    /// Bias per drive in its section, mm; `None` without a section in `record`.
     pub fn bias_mm(self, record: &SideRecord) -> Option<&[f64]> {
         match self {
             Self::Paper => record.paper.as_ref().map(|r| &r.bias_mm[..]),
@@ -81,13 +79,12 @@ impl Estimator {
         }
     }
 
-    /// Whether `record` has its section.
+    /// True if `record` has its section.
     pub fn is_in(self, record: &SideRecord) -> bool {
         self.bias_mm(record).is_some()
     }
 
-    /// What answers readings of one side of the gauge as its section of `record` says; `None` where there is no such section, or it is of
-    /// the other side.
+    /// Opens its section of `record`; `None` if that section is missing or for the other side of the gauge.
     ///
     /// # Errors
     /// A backend that fails; a model without taps.
@@ -117,30 +114,29 @@ impl Estimator {
     }
 }
 
-/// What is known of a reading beside what it says.
+/// Conditions of a reading.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
-    /// Variance of its own zero in units of that of one reading; 0 where it has none.
+    /// Variance of its zero reading in units of that of one reading; 0 without one.
     pub share: f64,
-    /// Whether it is of a run of the calibration.
+    /// True for a run of the calibration.
     pub same_run: bool,
 }
 
-/// What answers the readings of one side of a calibrated whisker.
+/// Opened estimator for one side of a whisker.
 pub enum Answers {
-    /// The closed form with its K̄.
+    /// Closed form with K̄.
     Paper(Paper),
-    /// The model, inverted.
+    /// Model, inverted.
     Exact(Inverted),
     /// Distance as a polynomial of signal and drive.
     Curve(Polynomial),
-    /// The posterior of a learned curve.
+    /// Posterior of a learned curve.
     Learned(Box<LearnedCurve>),
 }
 
 impl Answers {
-    /// Distance at which `reading` > 0 (strain, or the unit of the reading) comes of a tap by `drive` (degrees or mm). `of` says what else is
-    /// known of it.
+    /// Distance for a `reading` > 0 (strain, or the unit of the reading) of a tap at `drive` (degrees or mm) under the conditions `of`.
     pub fn find(&self, drive: f64, reading: f64, of: Known) -> Result<Found, Status> {
         match self {
             Self::Paper(paper) => paper.find(drive, reading).ok_or(Status::NO_ROOT),
@@ -150,7 +146,7 @@ impl Answers {
         }
     }
 
-    /// Reading expected of a tap at a (mm) by `drive`; NaN where none is.
+    /// Expected reading of a tap at a (mm) and `drive`; NaN without one.
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         match self {
             Self::Paper(paper) => paper.expected(a, drive),
@@ -160,8 +156,7 @@ impl Answers {
         }
     }
 
-    /// Variance of that reading from the noise of the calibration, and of `learned` from the position and, unless `same_run`, from a new run;
-    /// NaN where it is not known.
+    /// Variance of the expected reading from the calibration; for `learned` with position and, unless `same_run`, a new run. NaN if unknown.
     pub fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {
         match self {
             Self::Paper(paper) => paper.variance(a, drive),
@@ -173,17 +168,17 @@ impl Answers {
         }
     }
 
-    /// The learned curve, if it is one.
+    /// Learned curve, if it is one.
     pub fn learned(&self) -> Option<&LearnedCurve> {
         if let Self::Learned(curve) = self { Some(curve) } else { None }
     }
 }
 
-/// What an estimator is worth on distances it has not seen.
+/// Errors on distances left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
-    /// Root mean square error, mm; `None` where it answers nothing.
+    /// RMS error, mm; `None` without answers.
     pub rms_mm: Option<f64>,
-    /// Error beyond what noise explains, per drive, mm.
+    /// Error beyond the noise, per drive, mm.
     pub bias_mm: Vec<f64>,
 }

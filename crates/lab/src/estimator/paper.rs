@@ -12,29 +12,29 @@ use crate::measure::Rig;
 use crate::physics::inverse::Inverse;
 use crate::scene::{Drive, Theory};
 
-/// One K per drive.
+/// Record of `paper`: a K̄ for each drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct FactorRecord {
-    /// Root mean square error on distances left out.
+    /// RMS error on distances left out.
     pub held_out_rms_mm: Option<f64>,
     /// K̄ per drive.
     pub K: Vec<f64>,
     /// Variance of ln K̄.
     pub K_variance: Vec<f64>,
-    /// Error on distances left out beyond what noise explains, per drive.
+    /// Error on distances left out beyond the noise, per drive.
     pub bias_mm: Vec<f64>,
 }
 
 impl FactorRecord {
-    /// Of all of `side`.
+    /// Factors from all of `side`.
     pub fn calibrated(side: &Side<'_>, Judged { rms_mm, bias_mm }: Judged) -> Option<Self> {
         let [k, variance] = factors(side, |_| true)?;
         Some(Self { held_out_rms_mm: rms_mm, K: k, K_variance: variance, bias_mm })
     }
 
-    /// Whether there is one factor for each of so many drives.
+    /// True if there is a valid factor for each of `drives`.
     pub fn is_sound(&self, drives: usize) -> bool {
         [&self.K, &self.K_variance].iter().all(|all| all.len() == drives)
             && positive(&self.K)
@@ -42,14 +42,14 @@ impl FactorRecord {
     }
 }
 
-/// K̄ and the variance of its logarithm per drive from the cells that `wanted` keeps; `None` where a drive has none of them.
+/// K̄ and the variance of its logarithm per drive, from the `wanted` cells; `None` if a drive has none.
 fn factors(side: &Side<'_>, wanted: impl Fn(&Cell) -> bool) -> Option<[Vec<f64>; 2]> {
     let curve = side.rig.curve(Theory::EulerBernoulli, side.rig.setup.hub);
     let kind = side.rig.setup.drive;
     let spec = side.rig.shared().theory.curve();
     let mut sums = vec![(0.0, 0.0, 0usize); side.drives.len()];
     for c in side.cells.iter().filter(|c| wanted(c)) {
-        // The mean of θ f over a level is known for the theory of the spec.
+        // The cell's mean of θ f uses the theory of the spec.
         let linear = if *spec == curve { c.linear } else { amount(kind, c.drive) * curve.value(c.a) };
         let sum = &mut sums[c.j];
         sum.0 += linear / c.signal;
@@ -63,32 +63,31 @@ fn factors(side: &Side<'_>, wanted: impl Fn(&Cell) -> bool) -> Option<[Vec<f64>;
     Some([k, sums.iter().map(|s| s.1 / (s.2 * s.2) as f64).collect()])
 }
 
-/// f with its factors.
+/// Closed form f with its factors.
 #[derive(Debug, Clone)]
 pub struct Paper {
     inverse: Inverse,
     kind: Drive,
     drives: Vec<f64>,
     k: Vec<f64>,
-    /// Of ln K̄.
     variance: Vec<f64>,
 }
 
 impl Paper {
-    /// f of the whisker of `rig` with K̄, whose logarithms have these variances, at `drives`, ascending.
+    /// f of the whisker of `rig`, with K̄ and the variances of ln K̄ at `drives`, ascending.
     pub fn new(rig: &Rig, drives: &[f64], k: &[f64], variance: &[f64]) -> Self {
         let inverse = Inverse::new(rig.curve(Theory::EulerBernoulli, rig.setup.hub));
         let [drives, k, variance] = [drives, k, variance].map(<[f64]>::to_vec);
         Self { inverse, kind: rig.setup.drive, drives, k, variance }
     }
 
-    /// Of `side` without the distances of the numbers `gone`.
+    /// Factors from `side` without the distances `gone`.
     pub fn without(side: &Side<'_>, gone: &std::ops::Range<usize>) -> Option<Self> {
         let [k, variance] = factors(side, |c| !gone.contains(&c.i))?;
         Some(Self::new(side.rig, side.drives, &k, &variance))
     }
 
-    /// Distance at which the theory gives `reading` > 0.
+    /// Distance for a `reading` > 0.
     pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
         let k = between(&self.drives, &self.k, drive);
         let amount = amount(self.kind, drive);
@@ -100,12 +99,12 @@ impl Paper {
         Some(Found::root(roots.far, near, slope, variance))
     }
 
-    /// Reading that the theory expects at a, mm.
+    /// Expected reading at a (mm).
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         amount(self.kind, drive) * self.inverse.curve().value(a) / between(&self.drives, &self.k, drive)
     }
 
-    /// Variance of that, which the noise of the calibration leaves.
+    /// Variance of the expected reading from the calibration.
     pub fn variance(&self, a: f64, drive: f64) -> f64 {
         self.expected(a, drive).powi(2) * between(&self.drives, &self.variance, drive)
     }

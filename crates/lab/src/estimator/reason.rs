@@ -1,26 +1,26 @@
-//! Why a row is not used.
+//! Reasons for which a row is not used.
 
 use crate::fields::plain;
 use crate::scene::Drive;
 
-/// A reason, with what makes it plausible.
+/// Reason for which a row is not used, with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reason {
-    /// A field is empty or no finite number.
+    /// A field is empty or not a finite number.
     NotANumber,
-    /// It stands for no value: what is usual for that, or the same value at several places, far from all others.
+    /// The value means "missing": a usual code, or one value at several places far from all others.
     Missing(f64),
-    /// The labels lie outside the whisker or outside the domain of the drive.
+    /// The labels are outside the whisker or the domain of the drive.
     OutsideDomain,
     /// The contact is at or inside the gauge's near end.
     NoStrain,
-    /// The signal is exactly zero although there is contact.
+    /// The signal is exactly 0 despite contact.
     ZeroSignal,
-    /// The sign is that of the other side, of which there is too little to calibrate.
+    /// The sign is that of the other side, which has too few taps to be calibrated.
     OtherSide,
-    /// The sensor stands at its end stop.
+    /// The sensor is at its end stop.
     Saturated,
-    /// Off by so many decades: another unit.
+    /// The signal is off by this number of decades: another unit.
     Unit(i32),
     /// The signal fits another distance, mm.
     LooksLikeDistance(f64),
@@ -35,7 +35,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// The reason in one word.
+    /// Reason as one word.
     pub fn word(&self) -> &'static str {
         match self {
             Self::NotANumber => "not_a_number",
@@ -53,12 +53,12 @@ impl Reason {
         }
     }
 
-    /// Whether the row is in doubt, and not only of no use here.
+    /// True if the row is suspect; false if it is valid but not used here.
     pub fn is_doubt(&self) -> bool {
         *self != Self::Tilted
     }
 
-    /// The reason and what makes it plausible, for a table.
+    /// Reason with its evidence, for a table.
     pub fn text(&self, kind: Drive) -> String {
         let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
         let more = match self {

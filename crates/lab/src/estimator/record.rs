@@ -1,4 +1,4 @@
-//! What a calibration keeps of one side: a section for each estimator.
+//! Record of one side of a calibration: a section for each estimator.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,50 +17,50 @@ pub struct SideRecord {
     pub sign: i8,
     /// Side of the gauge that this sign means: contact or far.
     pub gauge_side: String,
-    /// Smallest and largest calibrated distance.
+    /// Smallest and largest calibrated distance, mm.
     pub distances_mm: [f64; 2],
-    /// Calibrated drives, ascending: of each that was reached with jitter the mean.
+    /// Calibrated drives, ascending; a drive with jitter as its mean.
     pub drives: Vec<f64>,
-    /// Smallest and largest drive among the taps, where that is not the first and the last of these.
+    /// Smallest and largest drive of the taps, if they differ from the first and last of `drives`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_ends: Option<[f64; 2]>,
-    /// |signal| at which the sensor stands still, where the data show one.
+    /// |signal| at the sensor's end stop, if the data show it.
     pub end_stop: Option<f64>,
-    /// Why `exact` is not there, where the whisker and its drives are known.
+    /// Reason why `exact` is missing, if whisker and drives are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_exact: Option<String>,
-    /// f and K̄ per drive.
+    /// Section of `paper`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<FactorRecord>,
-    /// The model.
+    /// Section of `exact`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactRecord>,
-    /// A smooth curve through the data.
+    /// Section of `curve`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<SmoothRecord>,
-    /// Curve, rig and runs.
+    /// Section of `learned`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<LearnedRecord>,
 }
 
-/// A key of a record whose value contradicts others.
+/// Key of a record with a contradictory value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fault {
     /// The key.
     pub key: &'static str,
-    /// What is wrong.
+    /// Description of the fault.
     pub message: &'static str,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: &'static str,
 }
 
 impl SideRecord {
-    /// Side of the gauge that was calibrated.
+    /// Calibrated side of the gauge.
     pub fn gauge(&self) -> Side {
         if self.gauge_side == "far" { Side::Far } else { Side::Contact }
     }
 
-    /// The other one.
+    /// Other side of the gauge.
     pub fn other_gauge(&self) -> Side {
         if self.gauge() == Side::Far { Side::Contact } else { Side::Far }
     }
@@ -71,10 +71,10 @@ impl SideRecord {
         self.drive_ends.map_or([first, last], |[lo, hi]| [lo.min(first), hi.max(last)])
     }
 
-    /// Refuses values that contradict each other.
+    /// Refuses contradictory values.
     ///
     /// # Errors
-    /// The first key at fault, and what is wrong with it.
+    /// The first key at fault.
     pub fn check(&self) -> Result<(), Fault> {
         let [lo, hi] = self.distances_mm;
         let n = self.drives.len();
@@ -109,17 +109,14 @@ impl SideRecord {
     }
 }
 
-/// Whether all are finite and > 0.
 pub(super) fn positive(values: &[f64]) -> bool {
     values.iter().all(|x| *x > 0.0 && x.is_finite())
 }
 
-/// Whether all are finite and ≥ 0.
 pub(super) fn known(values: &[f64]) -> bool {
     values.iter().all(|x| *x >= 0.0 && x.is_finite())
 }
 
-/// Whether each is larger than the one before.
 fn ascending(values: &[f64]) -> bool {
     values.windows(2).all(|w| w[0] < w[1])
 }

@@ -1,4 +1,4 @@
-//! Rows of a data file as taps: which are zero readings, what is subtracted, which belong to one distance and one drive.
+//! Rows of a data file as taps and zero readings, tared and grouped.
 
 use crate::measure::group::Groups;
 use crate::measure::rest::Rest;
@@ -8,42 +8,42 @@ use crate::reduce::median;
 
 use super::reason::Reason;
 
-/// A row with a drive.
+/// Row with a drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tap {
-    /// Place among the rows of the file.
+    /// Index among the rows of the file.
     pub place: usize,
     /// 1-based line.
     pub line: usize,
     /// Contact distance as labelled, mm.
     pub a: f64,
-    /// Drive, degrees or mm, from the one that counts as 0; 1 where it was not recorded.
+    /// Drive above its origin, degrees or mm; 1 if it was not recorded.
     pub drive: f64,
-    /// Means of the distances and of the drives that are one with those of this tap.
+    /// Means of the groups of its distance and of its drive.
     pub group: [f64; 2],
     /// Signal as recorded.
     pub value: f64,
-    /// The same in the unit of `signal`, of counts that begin anew joined.
+    /// Signal in the unit of `signal`, with counter overflows undone.
     pub raw: f64,
-    /// Zero that was subtracted, in the unit of `signal`.
+    /// Subtracted zero, in the unit of `signal`.
     pub zero: f64,
-    /// Variance that each run of zero readings brings: its place, weight, and share of a reading's variance.
+    /// Runs of zero readings in its zero: index, weight, variance in units of a reading's.
     pub zeros: [(usize, f64, f64); 2],
-    /// Strain, or the reading; tension positive.
+    /// Tared strain or reading; tension positive.
     pub signal: f64,
-    /// Why it is not used.
+    /// Reason why it is not used.
     pub reason: Option<Reason>,
     /// First line with the same text.
     pub twin: Option<usize>,
 }
 
 impl Tap {
-    /// The drive as a locator takes it: that of its row, where `data` have drives.
+    /// Drive as a locator takes it: that of its row, if `data` have drives.
     pub fn recorded(&self, data: &Data) -> f64 {
         if data.drive.is_some() { data.rows[self.place].drive } else { self.drive }
     }
 
-    /// Variance of the zero that was subtracted, in units of a reading's.
+    /// Variance of its zero in units of a reading's.
     pub fn zero_share(&self) -> f64 {
         self.zeros.iter().map(|(_, weight, share)| weight * weight * share).sum()
     }
@@ -52,35 +52,34 @@ impl Tap {
 /// A zero reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZeroReading {
-    /// Place among the rows of the file.
+    /// Index among the rows of the file.
     pub place: usize,
-    /// Strain, or the reading.
+    /// Tared strain or reading.
     pub signal: f64,
-    /// Why it is not used.
+    /// Reason why it is not used.
     pub reason: Option<Reason>,
 }
 
-/// The rows of a file.
+/// Sorted rows of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sorted {
     /// Rows with a drive.
     pub taps: Vec<Tap>,
-    /// Rows without contact.
+    /// Zero readings.
     pub zeros: Vec<ZeroReading>,
-    /// The zero that was subtracted.
+    /// Subtracted zero.
     pub zero: Zero,
-    /// How it was found.
+    /// Method that found the zero.
     pub tared: Tared,
-    /// Distances and drives that are one.
+    /// Groups of distances and of drives.
     pub groups: [Groups; 2],
-    /// How far below its zero the drive was without contact, in its unit; 0 where it was not.
+    /// Largest movement of the drive below its zero without contact, in its unit; else 0.
     pub before: f64,
-    /// The drive that counts as 0.
+    /// Drive that counts as 0.
     pub origin: f64,
 }
 
-/// Sorts the rows of `data` into taps, by `drive` where no column says, and zero readings; `group` are the widths within which distances, and
-/// drives, are one, by default from the data. Rows that cannot be taps of this whisker have their reason.
+/// Sorts rows into taps and zero readings and marks unusable ones. `drive` serves rows without one; `group` are the widths of equal labels.
 pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2]) -> Sorted {
     let factor = rig.setup.gauge.factor;
     let groups = [
@@ -110,7 +109,7 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
             continue;
         }
         let twin = match first_lines.entry(row.text) {
-            // Rows of a plan that are not measured yet are no repeats.
+            // Unmeasured rows of a plan are not repeats.
             _ if !signal.is_finite() => None,
             std::collections::hash_map::Entry::Occupied(e) => Some(*e.get()),
             std::collections::hash_map::Entry::Vacant(e) => {
@@ -165,7 +164,7 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
     Sorted { taps, zeros, zero, tared, groups, before, origin }
 }
 
-/// Why a row is not one of the first gauge alone.
+/// Reason why a row does not serve the first gauge alone.
 fn tilted(data: &Data, rig: &Rig, place: usize) -> Option<Reason> {
     data.beside.tilt.as_ref().filter(|_| rig.setup.gauge.second)?;
     match data.beside.values[place][1] {
@@ -175,7 +174,6 @@ fn tilted(data: &Data, rig: &Rig, place: usize) -> Option<Reason> {
     }
 }
 
-/// Why the row at `place`, which lacks a number, has none.
 fn nothing(data: &Data, place: usize) -> Reason {
     let missing = data.missing.iter().find(|m| m.place == place);
     missing.map_or(Reason::NotANumber, |m| Reason::Missing(m.value))

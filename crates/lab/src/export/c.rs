@@ -1,4 +1,4 @@
-//! The file in C: its comment, its table, and the function for double and for float.
+//! The C file: its comment, its table, and its functions for double and float.
 
 use super::Export;
 use super::grid::{FIRST, POINTS, Side};
@@ -14,18 +14,16 @@ use crate::status::Status;
 const HEAD: &str = include_str!("template/head.c");
 const LOCATE: &str = include_str!("template/locate.c");
 
-/// Functions that end with the suffix of their number type.
+/// Functions whose names take the suffix of the number type.
 const SHARED: [&str; 6] = ["cos", "fabs", "floor", "log", "sqrt", "vibrissa_locate"];
 
-/// A number type of C.
 #[derive(Clone, Copy)]
 struct Real {
     name: &'static str,
-    /// End of the names of <math.h> and of `vibrissa_locate`, and of numbers.
+    /// Suffix of <math.h>, of `vibrissa_locate`, and of numbers.
     suffix: &'static str,
-    /// End of all other names.
+    /// Suffix of all other names.
     own: &'static str,
-    /// Relative slack of drives.
     same: f64,
 }
 
@@ -43,7 +41,6 @@ impl Real {
         }
     }
 
-    /// `code` with the names of this number type.
     fn own_names(self, code: &str) -> String {
         let shared =
             |text: String, f: &&str| text.replace(&format!("{f}_F("), &format!("{f}{}(", self.suffix));
@@ -51,7 +48,6 @@ impl Real {
     }
 }
 
-/// Lines of `parts`, each at most so long.
 fn wrapped(parts: impl IntoIterator<Item = String>) -> String {
     let mut lines: Vec<String> = Vec::new();
     for part in parts {
@@ -63,12 +59,11 @@ fn wrapped(parts: impl IntoIterator<Item = String>) -> String {
     lines.join("\n")
 }
 
-/// A name of a file, safe in a comment of C.
+/// File name, safe in a comment of C.
 fn harmless(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-/ ".contains(c) { c } else { '_' }).collect()
 }
 
-/// The number of a status in the file.
 fn code(status: Status) -> u8 {
     let bits = [
         (Status::NO_STRAIN, 1),
@@ -81,7 +76,6 @@ fn code(status: Status) -> u8 {
     bits.iter().filter(|(s, _)| status.has(*s)).map(|(_, bit)| bit).sum()
 }
 
-/// Unit of the signal.
 fn unit(locator: &Locator) -> &'static str {
     match locator.unit {
         Unit::Strain => "strain, tension positive",
@@ -93,7 +87,6 @@ fn unit(locator: &Locator) -> &'static str {
     }
 }
 
-/// What the drive is.
 fn drive(locator: &Locator) -> &'static str {
     match (locator.drive_recorded, locator.rig.setup.drive) {
         (false, _) => "was not recorded and is ignored",
@@ -102,7 +95,7 @@ fn drive(locator: &Locator) -> &'static str {
     }
 }
 
-/// The size of the recorded value of a strain, or of what else is calibrated, of this sign.
+/// |recorded value| of a strain or reading of this sign.
 pub(super) fn size(locator: &Locator, sign: f64, strain: f64) -> f64 {
     match strain.is_finite() {
         true => locator.unit.value(sign * strain, locator.rig.setup.gauge.factor).abs(),
@@ -110,14 +103,14 @@ pub(super) fn size(locator: &Locator, sign: f64, strain: f64) -> f64 {
     }
 }
 
-/// |signal| of the strain limit on a side with so many readings per strain; infinite where it is not known.
+/// |signal| of the strain limit on a side with `factor` readings per strain; infinite if unknown.
 fn limit(locator: &Locator, sign: f64, factor: f64) -> f64 {
     let limit = locator.rig.strain_limit() * if locator.unit.is_absolute() { 1.0 } else { factor.abs() };
     if locator.rig.setup.signal == Signal::Strain { size(locator, sign, limit) } else { f64::INFINITY }
 }
 
 impl Export<'_> {
-    /// The file.
+    /// Text of the file.
     pub fn text(&self) -> String {
         let values = self.sides.iter().flat_map(|side| &side.strips).flat_map(|s| s.values.iter().flatten());
         // Rounded far below the error of the table.
@@ -135,7 +128,6 @@ impl Export<'_> {
         head + &REALS.map(|real| self.code(real)).concat() + "\n#endif\n"
     }
 
-    /// What the file is, line by line.
     fn comment(&self) -> String {
         let (l, c, t) = (self.locator, self.calibration, &self.locator.rig.design.tuple);
         let mut lines = vec![
@@ -218,7 +210,7 @@ impl Export<'_> {
         real.own_names(&code)
     }
 
-    /// The row of `sides` for this sign; without strips where that side has no answer.
+    /// Row of `sides` for this sign; without strips if the side has no answer.
     fn side(&self, sign: f64, real: Real) -> String {
         let n = |x: f64| real.number(x);
         let Some(k) = self.sides.iter().position(|side| side.of.sign == sign) else {
@@ -233,7 +225,7 @@ impl Export<'_> {
         format!("    {{{first}, {}, {reals}, {}, {}}},", strips.len(), code(without[0]), code(without[1]))
     }
 
-    /// Lines of C that turn the arguments into the drive and the signal of the table.
+    /// Lines of C that convert the arguments to the drive and signal of the table.
     fn prepare(&self, real: Real) -> String {
         let (l, n) = (self.locator, |x: f64| real.number(x));
         let mut lines = Vec::new();

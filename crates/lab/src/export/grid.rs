@@ -1,10 +1,9 @@
-//! What `locate` answers on one side, as a table over drive and reading.
+//! Answers of `locate` on one side as a table over drive and reading.
 //!
-//! A row is one drive. Along a row readings fall from the strongest that has a distance to the weakest. A row has up to four parts: the median of
-//! a wide posterior near the peak of the signal, the root on the far side of the peak, a wide posterior again, the root on the near side of the
-//! peak. The answer may jump between parts. Within a part s = √(ln(first/reading)/ln(first/last)) grows from 0 to 1. The table holds the distance
-//! and s σ at even s: both are smooth in s, also at a peak, where σ is infinite. Rows are the Chebyshev–Lobatto points of ln drive in strips that
-//! end at calibrated drives. A polynomial interpolates between rows, and between the points of a row.
+//! A row is one drive; along it readings fall from the strongest with a distance to the weakest. It has up to four parts, between which the answer
+//! may jump: the median of a wide posterior near the peak of the signal, the root on the far side, a wide posterior again, the root on the near side.
+//! In a part s = √(ln(first/reading)/ln(first/last)) grows from 0 to 1. The table holds the distance and s σ at even s: both are smooth, also at a
+//! peak, where σ is infinite. Rows are Chebyshev-Lobatto points of ln drive in strips between calibrated drives, interpolated by polynomials.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -16,79 +15,71 @@ use crate::locate::Locator;
 use crate::locate::opened::Opened;
 use crate::status::Status;
 
-/// How far beyond the calibrated range distances are known, in shares of it. A distance more than half of it away is always outside.
+/// Range of known distances beyond the calibration, in shares of its range. More than half of it beyond counts as outside.
 const BEYOND: f64 = 0.55;
-/// Ratio of readings at which the ends of a row are looked for, and most steps to either of them.
+/// Ratio of readings in the search for the ends of a row, and maximum of steps.
 const STEP: (f64, usize) = (1.02, 400);
-/// Readings of a row at which its parts are looked for.
+/// Readings of a row in the search for its parts.
 const LOOKS: usize = 400;
-/// Parts of a row.
 const PARTS: usize = 4;
-/// Numbers of rows of a strip, and of cells of a part, tried in this order.
+/// Trial numbers of rows of a strip, and of cells of a part.
 const ROWS: [usize; 3] = [3, 5, 9];
 const CELLS: [usize; 5] = [32, 64, 128, 256, 512];
-/// Numbers of a side beyond which no strip is divided.
+/// Numbers of a side above which strips are no longer divided.
 const MOST: usize = 40_000;
-/// Where the first node of a part is looked at: at s = 0, a peak, there may be no answer.
+/// s at which the first node of a part is evaluated: at the peak s = 0 there may be no answer.
 pub(super) const FIRST: f64 = 1e-4;
-/// Readings of a part at which the error is measured, and the first s in the first part: σ has no bound at the peak.
+/// Readings of a part at which the error is measured, and first s in the first part: σ is unbounded at the peak.
 const TRIED: usize = 121;
 const PEAK: f64 = 0.03;
-/// Nodes of the polynomial in s.
 pub(super) const POINTS: usize = 6;
-/// Errors that are small enough. So is this share of σ of any distance.
+/// Sufficient accuracy; also this share of σ of any distance.
 const FINE: Off = Off { distance: 3e-5, sigma: 5e-3, rest: [0.02, 0.1] };
 const SHARE: f64 = 1e-3;
-/// From this σ/a on the error is measured in shares of σ.
+/// σ/a above which the error is measured in shares of σ.
 const WIDE: f64 = 0.05;
 
-/// What is answered to one reading.
 #[derive(Clone, Copy)]
 struct Told {
     a: f64,
     sigma: f64,
-    /// Whether it is the middle of a wide posterior, and else whether readings rise with the distance.
+    /// True for the median of a wide posterior; true if readings rise with the distance.
     kind: (bool, bool),
     ambiguous: bool,
     outside: bool,
 }
 
-/// One side of the whisker.
 pub(super) struct Side<'a> {
     locator: &'a Locator,
     pub(super) of: &'a Opened,
-    /// Distances that are in the table, mm.
     pub(super) reach: [f64; 2],
     pub(super) strips: Vec<Strip>,
-    /// Status of readings above and below the table.
     pub(super) without: [Status; 2],
 }
 
-/// One row.
 struct Row {
-    /// ln(reading/drive) of the ends of its parts.
+    /// ln(reading/drive) at the ends of its parts.
     ends: [f64; PARTS + 1],
-    /// Interval of s in which a second distance is ambiguous, of each part.
+    /// Interval of s of each part in which a second distance makes it ambiguous.
     ambiguous: [[f64; 2]; PARTS],
 }
 
-/// Rows of an interval of the drive.
 pub(super) struct Strip {
     pub(super) drives: [f64; 2],
-    /// Of each row: of each part ln(reading/drive) at its beginning and the interval of s that is ambiguous; then the last ln(reading/drive).
+    /// For each row: for each part ln(reading/drive) at its beginning and the ambiguous interval of s; then the last ln(reading/drive).
     pub(super) heads: Vec<Vec<f64>>,
-    /// Of each row and part: distance and s σ at the ends of its cells.
+    /// For each row and part: distance and s σ at the ends of its cells.
     pub(super) values: Vec<Vec<Vec<[f64; 2]>>>,
 }
 
 /// Largest differences to `locate`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Off {
-    /// Of a distance that is more than a thousandth of σ off, mm.
+    /// Difference of a distance, mm, if more than a thousandth of σ.
     pub distance: f64,
-    /// Of σ, relative.
+    /// Relative difference of σ.
     pub sigma: f64,
-    /// The same outside the calibration, and where σ is more than a twentieth of the distance: of a distance in shares of σ.
+    /// Both outside the calibration and where σ/a > 0.05: distance in shares of σ.
     pub rest: [f64; 2],
 }
 
@@ -118,7 +109,7 @@ impl fmt::Display for Off {
     }
 }
 
-/// The last of the values from `inside` towards `outside` for which `is` holds.
+/// Bisection: last value from `inside` towards `outside` for which `is` holds.
 fn border(mut inside: f64, mut outside: f64, is: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (inside + outside);
@@ -127,13 +118,11 @@ fn border(mut inside: f64, mut outside: f64, is: impl Fn(f64) -> bool) -> f64 {
     inside
 }
 
-/// Chebyshev–Lobatto points, −1 … 1.
 fn nodes(n: usize) -> Vec<f64> {
     let node = |k: usize| if n == 1 { 0.0 } else { -(PI * k as f64 / (n - 1) as f64).cos() };
     (0..n).map(node).collect()
 }
 
-/// Weights at x of values at the `nodes` (Lagrange).
 fn weights(nodes: &[f64], x: f64) -> Vec<f64> {
     let weight = |k: usize| {
         let others = nodes.iter().enumerate().filter(|(j, _)| *j != k);
@@ -143,10 +132,7 @@ fn weights(nodes: &[f64], x: f64) -> Vec<f64> {
 }
 
 impl<'a> Side<'a> {
-    /// The table of `of`, and its largest errors. `length` is that of the whisker, mm.
-    ///
-    /// # Errors
-    /// A drive at which nothing is answered.
+    /// Table of `of` and its largest errors; `length` of the whisker in mm.
     pub(super) fn new(locator: &'a Locator, of: &'a Opened, length: f64) -> Result<(Self, Off), InputError> {
         let [first, last] = of.distances;
         let beyond = BEYOND * (last - first);
@@ -157,7 +143,7 @@ impl<'a> Side<'a> {
         let mut side = Self { locator, of, reach, strips: Vec::new(), without: [Status::OK; 2] };
         let middle = of.drives[of.drives.len() / 2];
         let row = side.row(middle)?;
-        // A distance beyond the ends of the table is out of reach.
+        // A distance beyond the table is outside the calibration.
         let why = |x: f64| {
             let found = locator.on_side(of, middle, side.strain(x.exp() * middle), Known::default());
             found.err().unwrap_or(Status::OUTSIDE_CALIBRATION)
@@ -178,7 +164,6 @@ impl<'a> Side<'a> {
         Ok((side, off))
     }
 
-    /// |strain|, or what else is calibrated, of a reading of this size.
     fn strain(&self, size: f64) -> f64 {
         self.locator.unit.strain(self.of.sign * size, self.locator.rig.setup.gauge.factor).abs()
     }
@@ -249,7 +234,6 @@ impl<'a> Side<'a> {
         Ok(row)
     }
 
-    /// What is answered at s of a part.
     fn at(&self, drive: f64, row: &Row, part: usize, s: f64) -> Option<Told> {
         let [from, to] = [row.ends[part], row.ends[part + 1]];
         let [top, bottom] = [row.ends[0], row.ends[PARTS]];
@@ -258,12 +242,11 @@ impl<'a> Side<'a> {
         self.told(drive, x.exp() * drive)
     }
 
-    /// Distance and s σ at the ends of so many cells of a part.
+    /// Distance and s σ at the ends of `cells` cells of a part.
     fn values(&self, drive: f64, row: &Row, part: usize, cells: usize) -> Vec<[f64; 2]> {
         let at = |s: f64| self.at(drive, row, part, s).map_or([f64::NAN; 2], |t| [t.a, s * t.sigma]);
         let mut all: Vec<[f64; 2]> =
             (0..=cells).map(|k| at((k as f64 / cells as f64).clamp(FIRST, 1.0 - 1e-9))).collect();
-        // On to s = 0.
         let w = weights(&[FIRST, 1.0 / cells as f64, 2.0 / cells as f64], 0.0);
         all[0] = [0, 1].map(|i| w.iter().zip(&all).map(|(w, value)| w * value[i]).sum());
         all
@@ -274,7 +257,7 @@ impl<'a> Side<'a> {
         let fine = |drive: f64, cells: usize| -> Result<bool, InputError> {
             Ok(self.off(&self.built([drive; 2], 1, cells)?, drive)?.is_within(FINE))
         };
-        // Where the answer itself jumps, more cells help little.
+        // At a jump of the answer, more cells do not help.
         let mut cells = CELLS[2];
         for less in CELLS {
             if fine(drives[0], less)? && fine(drives[1], less)? && fine(middle, less)? {
@@ -286,7 +269,7 @@ impl<'a> Side<'a> {
         let tried: &[usize] = if one { &[1] } else { &ROWS };
         for &rows in tried {
             let strip = self.built(drives, rows, cells)?;
-            // Between the rows, and at and between the calibrated drives, where there may be kinks.
+            // Test between the rows, and at and between the calibrated drives, where kinks may be.
             let mut at: Vec<f64> = nodes(2 * rows).iter().map(|x| strip.drive(*x)).collect();
             for w in self.of.drives.windows(2).filter(|w| drives[0] <= w[0] && w[1] <= drives[1]) {
                 at.extend([w[0], 0.5 * (w[0] + w[1])]);
@@ -316,7 +299,6 @@ impl<'a> Side<'a> {
         Ok(strip)
     }
 
-    /// Largest errors of a strip at this drive.
     fn off(&self, strip: &Strip, drive: f64) -> Result<Off, InputError> {
         let [from, to] = strip.drives;
         let x = if from < to { 2.0 * (drive / from).ln() / (to / from).ln() - 1.0 } else { 0.0 };
@@ -349,18 +331,15 @@ impl<'a> Side<'a> {
 }
 
 impl Strip {
-    /// The drive at x, −1 … 1.
     fn drive(&self, x: f64) -> f64 {
         let [from, to] = self.drives;
         if from < to { (from * to).sqrt() * (to / from).powf(0.5 * x) } else { from }
     }
 
-    /// Numbers of its table.
     pub(super) fn count(&self) -> usize {
         2 * self.values.iter().flatten().map(Vec::len).sum::<usize>()
     }
 
-    /// Reading per drive in its middle.
     pub(super) fn scale(&self) -> f64 {
         (0.5 * (self.heads[0][0] + self.heads[0][self.heads[0].len() - 1])).exp()
     }
@@ -370,7 +349,6 @@ impl Strip {
         (0..self.heads[0].len()).map(sum).collect()
     }
 
-    /// Distance and σ, of rows with these weights.
     fn at(&self, rows: &[f64], part: usize, s: f64) -> [f64; 2] {
         let cells = self.values[0][part].len() - 1;
         let first = ((s * cells as f64) as usize).clamp(POINTS / 2 - 1, cells - POINTS / 2) + 1 - POINTS / 2;

@@ -1,7 +1,5 @@
-//! A calibration as a program for a robot: one file of C without dependencies that answers as `locate` does.
-//!
-//! Whatever the estimator, the file is one table of drive × reading → distance and σ. Its error is measured against `locate`
-//! between the nodes of the table, and stands in the head of the file.
+//! A calibration as one C file without dependencies that answers as `locate` does: a table of drive × reading → distance and σ for every estimator.
+//! Its error against `locate` is measured between the nodes of the table and written into the file.
 
 mod c;
 mod grid;
@@ -14,10 +12,9 @@ use grid::Side;
 /// Name of the file.
 pub const FILE: &str = "locate.c";
 
-/// Largest errors that a file may have.
 const LARGEST: Off = Off { distance: 1e-3, sigma: 0.02, rest: [0.25, 0.5] };
 
-/// A calibration, ready to be written.
+/// Calibration ready for export.
 pub struct Export<'a> {
     locator: &'a Locator,
     calibration: &'a Calibration,
@@ -27,10 +24,10 @@ pub struct Export<'a> {
 }
 
 impl<'a> Export<'a> {
-    /// The program that answers as `locator`, which was opened from `calibration`.
+    /// Export of `locator`, which was opened from `calibration`.
     ///
     /// # Errors
-    /// A calibration of two signals; an estimator that is not smooth enough, or answers nothing at some drive.
+    /// A calibration of two signals; an estimator that is not smooth enough, or has no answer at some drive.
     pub fn new(locator: &'a Locator, calibration: &'a Calibration) -> Result<Self, Error> {
         if locator.is_twofold() {
             let error = InputError::new(

@@ -8,31 +8,31 @@ use crate::contour::truth::Pose;
 use crate::error::InputError;
 use crate::spec::{self, Item};
 
-/// A whisker and where it is mounted.
+/// A whisker and its mounting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mount {
-    /// Its name.
+    /// Name of the whisker.
     pub name: String,
-    /// Its calibration, from where the program runs.
+    /// Path of its calibration.
     pub calibration: PathBuf,
-    /// Where.
+    /// Position and direction.
     pub pose: Pose,
 }
 
-/// An array as its file says it.
+/// Array as read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
-    /// At least one, of different names.
+    /// At least one mount; names are unique.
     pub mounts: Vec<Mount>,
-    /// What is not certain beside the signals.
+    /// Uncertainties besides the signals.
     pub noise: Noise,
 }
 
 impl Array {
-    /// Of a `text` that `label` names; calibrations are relative to `folder`.
+    /// Parses `text` of the file `label`; calibrations are relative to `folder`.
     ///
     /// # Errors
-    /// A text that says something else; two whiskers of one name.
+    /// A text that is not an array; two whiskers with one name.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described(label, text, "array", |file| Self::of(file, folder))
     }

@@ -1,4 +1,4 @@
-//! `calibration.toml`: what `calibrate` found, for people to read and for `locate` to use.
+//! `calibration.toml`: the result of `calibrate`, readable, for `locate`.
 
 use std::ops::Range;
 use std::path::Path;
@@ -17,7 +17,6 @@ use crate::sink::folder::hash;
 use crate::text_file::{Limit, TextFile};
 
 impl Calibration {
-    /// Refuses values that contradict each other.
     fn check(&self, label: &str) -> Result<(), InputError> {
         let fault =
             |key: &str, message: &str, allowed: &str| Err(refused(label, key, message).allowed(allowed));
@@ -51,17 +50,16 @@ impl Calibration {
         }
     }
 
-    /// The text of the file without its head, with this checksum.
     fn text(&self, checksum: String) -> String {
         toml::to_string(&Self { checksum, ..self.clone() }).expect("plain numbers and words are TOML")
     }
 
-    /// The same with the checksum that its file has.
+    /// Calibration with the checksum of its file.
     pub fn sealed(self) -> Self {
         Self { checksum: hash(&self.text(String::new())), ..self }
     }
 
-    /// The file's text, with its checksum.
+    /// Text of the file, with its checksum.
     pub fn to_text(&self) -> String {
         format!(
             "# Calibration of a whisker, written by vibrissa. Lengths in mm, angles in degrees.\n\
@@ -70,7 +68,7 @@ impl Calibration {
         )
     }
 
-    /// What answers by the file that will be written, opened as `locate` does.
+    /// Locator from the file's text, opened as `locate` does.
     ///
     /// # Errors
     /// A calibration that `locate` refuses; a backend that fails.
@@ -89,7 +87,7 @@ impl Calibration {
         })
     }
 
-    /// Reads the file at `path`; `trust` takes one that was edited by hand.
+    /// Reads the file at `path`; with `trust` also one that was edited by hand.
     ///
     /// # Errors
     /// A file that is missing, of another format, edited, or contradictory.
@@ -100,7 +98,7 @@ impl Calibration {
     /// Text of the file at `path`.
     ///
     /// # Errors
-    /// A file that is missing, or is none.
+    /// A missing file, or a folder.
     pub fn load(path: &Path) -> Result<String, InputError> {
         if path.is_dir() {
             let error = InputError::new("this is a folder; the calibration file in it is needed");
@@ -111,7 +109,7 @@ impl Calibration {
         TextFile::open(path, "calibration", Limit::Whole)?.toml()
     }
 
-    /// As [`Self::read`], from `text`.
+    /// Parses `text` as [`Self::read`] does.
     pub fn parse(label: &str, text: &str, trust: bool) -> Result<Self, InputError> {
         let again = "a calibration.toml as `vibrissa calibrate` wrote it";
         let line =
@@ -158,7 +156,7 @@ impl Calibration {
             );
         }
         read.check(label)?;
-        // Once more, with the places of the values: the spec is judged like any other.
+        // The spec is checked again with the places of its values.
         let placed = DeTable::parse(text).map_err(|e| broken(&e))?;
         let spec = placed.get_ref().get("spec").and_then(|s| s.get_ref().as_table());
         let furthest = read.sides.iter().map(|s| s.distances_mm[1]).fold(0.0, f64::max);
@@ -167,15 +165,13 @@ impl Calibration {
     }
 }
 
-/// That the file `label` has something wrong at `key`.
 fn refused(label: &str, key: &str, message: &str) -> InputError {
     InputError::new(message).at(label, None).key(key)
 }
 
-/// Estimators of older programs.
 const GONE: [&str; 2] = ["timoshenko", "table"];
 
-/// What a reader of TOML complains of at bytes `at` of a calibration's `text`, in the words of this program.
+/// Error of the TOML reader at bytes `at` of `text`, in the words of this program.
 fn misfit(text: &str, at: &Range<usize>, complaint: &str, again: &str) -> InputError {
     let named = complaint.split('`').nth(1).unwrap_or_default();
     let above = text.get(..at.end).unwrap_or(text);
@@ -209,7 +205,7 @@ fn misfit(text: &str, at: &Range<usize>, complaint: &str, again: &str) -> InputE
 }
 
 impl Locator {
-    /// Opens the calibration file at `path` with the estimator that won.
+    /// Opens the calibration file at `path` with the chosen estimator.
     ///
     /// # Errors
     /// A file that cannot be used; a backend that fails.

@@ -1,4 +1,4 @@
-//! What users write and keep as TOML beside the [`spec`](crate::spec): a rig, a calibration, the values in force of a run.
+//! TOML files besides the [`spec`](crate::spec): rigs, calibrations, arrays, strokes, values in force of a run.
 
 mod array;
 mod calibration;
@@ -12,7 +12,7 @@ pub use sensor::settle;
 use crate::error::InputError;
 use crate::spec::Item;
 
-/// The sense in which the whisker of `table` turns: 1 counterclockwise, the usual one, or -1.
+/// Sense of rotation of the whisker of `table`: 1 (counterclockwise, default) or −1.
 fn sense(table: &Item<'_>) -> Result<f64, InputError> {
     table.or("sense", 1.0, |sense| match sense.ranged()? {
         value if value.abs() == 1.0 => Ok(value),

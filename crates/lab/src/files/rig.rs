@@ -1,4 +1,4 @@
-//! A rig in TOML: a spec of one whisker, or the `[spec]` of a calibration.
+//! Rig in TOML: a spec of one whisker, or the `[spec]` of a calibration.
 
 use std::path::Path;
 
@@ -20,13 +20,13 @@ use crate::scene::{
 use crate::spec;
 
 impl Rig {
-    /// Reads the whisker of the spec at `path`, driven by `drive` where the spec does not say. `[tap]` need not be there.
+    /// Reads the whisker of the spec at `path`; `drive` serves a spec without a drive. `[tap]` is optional.
     pub fn read(path: &Path, drive: Option<Drive>) -> Result<Self, InputError> {
         let (label, base) = (path.display().to_string(), path.parent().unwrap_or(Path::new("")));
         Ok(Self::parse_with(&label, &spec::load(path, "spec")?, base, drive)?.0)
     }
 
-    /// As [`Self::read`], with the spec, from its `text`, which `label` names; its relative paths start at `base`.
+    /// Rig and spec from `text` of the file `label`; relative paths start at `base`.
     pub fn parse_with(
         label: &str,
         text: &str,
@@ -38,7 +38,7 @@ impl Rig {
         Ok((Self::of_spec(&spec, label)?, spec))
     }
 
-    /// Everything in force as a spec: tables that [`Self::of_table`] reads back, no file needed.
+    /// Values in force as a spec of tables that [`Self::of_table`] reads back, without files.
     pub fn to_table(&self) -> Table {
         let (s, t, m) = (&self.setup, &self.design.tuple, &self.setup.model);
         let word = |w: &str| Value::from(w);
@@ -107,11 +107,11 @@ impl Rig {
         named(entries.into_iter().chain(sensor))
     }
 
-    /// The whisker of a spec that is a `table` of the `text` of the file `label`, as [`Self::to_table`] wrote it; without a whisker in
-    /// it, one of which nothing is known but that it taps as far as `furthest` mm.
+    /// Whisker of the spec in `table` of the `text` of file `label`, as written by [`Self::to_table`]. Without a whisker: an unknown one that
+    /// taps up to `furthest` mm.
     ///
     /// # Errors
-    /// As of a spec: what is wrong, with its place in `text`.
+    /// An invalid spec, with the place in `text`.
     pub fn of_table(label: &str, text: &str, table: &DeTable<'_>, furthest: f64) -> Result<Self, InputError> {
         let drive = table.get("tap").and_then(|t| t.get_ref().get("drive")?.get_ref().as_str());
         let drive = if drive == Some("displacement") { Drive::Displacement } else { Drive::Angle };
@@ -129,8 +129,7 @@ impl Rig {
     }
 }
 
-/// The fallback of a spec with this `text`. What it says itself of the drive goes before what the data let expect; it is judged when it is
-/// read.
+/// Fallback for a spec with this `text`: its own drive takes precedence over that of the data.
 fn beside(text: &str, drive: Option<Drive>) -> &'static str {
     let table: Table = text.parse().unwrap_or_default();
     let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
@@ -138,7 +137,7 @@ fn beside(text: &str, drive: Option<Drive>) -> &'static str {
     fallback(if displaced { Drive::Displacement } else { Drive::Angle })
 }
 
-/// Values for the keys of `[tap]` that a rig does not need; they satisfy every whisker.
+/// Values for the keys of `[tap]` that a rig does not need, valid for every whisker.
 fn fallback(drive: Drive) -> &'static str {
     match drive {
         Drive::Angle => "[tap]\na = 1e-6\ntheta = 1\n",
@@ -146,12 +145,11 @@ fn fallback(drive: Drive) -> &'static str {
     }
 }
 
-/// A table of these entries.
 fn named<'k>(entries: impl IntoIterator<Item = (&'k str, Value)>) -> Table {
     entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
-/// What `[whisker]` says of a whisker beyond D, d, L_a and hub.
+/// Keys of `[whisker]` beyond D, d, L_a and hub.
 fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
     let pairs = |all: &[[f64; 2]]| {
         Value::Array(all.iter().map(|pair| Value::Array(pair.map(Value::from).to_vec())).collect())
@@ -164,7 +162,6 @@ fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
     }
     if let Some(Inner { modulus, diameter }) = &built.inner {
         let diameter = match diameter[..] {
-            // The same all along.
             [[_, first], [end, last]] if first == last && end == MOST => first.into(),
             _ => pairs(diameter),
         };
@@ -188,7 +185,7 @@ fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
     all
 }
 
-/// Refuses a curved whisker whose measured distances would be abscissae: calibrations know arcs.
+/// Refuses a curved whisker labelled by abscissae: calibrations use arc lengths.
 fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
     let asked = spec.in_force.iter().any(|(key, value, _)| key == "tap.abscissa" && value == "true");
     if !asked || !spec.study.setup.is_curved() {
@@ -202,10 +199,10 @@ fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
 }
 
 impl Mount {
-    /// Its whisker by its `calibration`, with the estimator that won if no other is named.
+    /// Opens the whisker by its `calibration`, with the chosen estimator unless `estimator` is given.
     ///
     /// # Errors
-    /// An estimator that the calibration does not hold; a backend that fails.
+    /// An estimator that is not in the calibration; a backend that fails.
     pub fn open(
         &self,
         calibration: &Calibration,

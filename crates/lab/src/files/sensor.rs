@@ -1,4 +1,4 @@
-//! `calibration.toml` of a sensor with several channels: the calibration of each as a text of its own, and the covariance of their noise.
+//! `calibration.toml` of a sensor with several channels: calibrations of the channels as text, and the covariance of their noise.
 
 use std::path::Path;
 
@@ -12,7 +12,6 @@ use crate::locate::{Calibration, Sensor};
 use crate::scene::{BackendChoice, Precision, RunOptions, Spec};
 use crate::sink::folder::hash;
 
-/// As it stands in the file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -30,12 +29,12 @@ struct Channel {
 }
 
 impl Sensor {
-    /// Whether `text` is that of several channels.
+    /// True if `text` has several channels.
     pub fn is_text(text: &str) -> bool {
         text.parse::<toml::Table>().is_ok_and(|t| t.contains_key("channels"))
     }
 
-    /// The text of its file.
+    /// Text of the file.
     pub fn to_text(&self) -> String {
         let channel =
             |(name, c): &(String, Calibration)| Channel { name: name.clone(), calibration: c.to_text() };
@@ -48,22 +47,21 @@ impl Sensor {
         )
     }
 
-    /// Refuses a calibration whose file `locate` would not open.
+    /// Refuses a calibration that `locate` would not open.
     pub fn check(&self, open: Opener<'_>) -> Result<(), Error> {
         self.channels.iter().try_for_each(|(_, calibration)| calibration.opened(open).map(drop))?;
         Ok(Self::parse("calibration.toml", &self.to_text(), false).map(drop)?)
     }
 
-    /// Of the covariance and the calibrations it belongs to.
     fn sum(&self) -> String {
         let calibrations = self.channels.iter().map(|(name, c)| format!("{name} {}", c.checksum));
         hash(&format!("{:?} {:?}", self.covariance, calibrations.collect::<Vec<_>>()))
     }
 
-    /// Reads `text` of the file `label`; `trust` takes calibrations that were edited by hand.
+    /// Parses `text` of the file `label`; with `trust` also calibrations that were edited by hand.
     ///
     /// # Errors
-    /// What is no such file; those of a calibration.
+    /// A text that is not such a file; errors of its calibrations.
     pub fn parse(label: &str, text: &str, trust: bool) -> Result<Self, InputError> {
         let again = "a calibration.toml as `vibrissa calibrate` wrote it";
         let broken = |message: &str| InputError::new(message).at(label, None).allowed(again);
@@ -97,8 +95,7 @@ impl Sensor {
     }
 }
 
-/// Puts the `[run]` values that are really in force into `spec`: those of `options` (spec and command line) where they
-/// decide, else what `backend` took. A value counts as written only if it was typed as it stands.
+/// Writes the `[run]` values in force into `spec`: those of `options`, else of `backend`. Only a value typed as it stands counts as written.
 pub fn settle(spec: &mut Spec, options: &RunOptions, backend: &Backend, out: &Path) {
     let text = |s: &str| toml::Value::from(s).to_string();
     let typed = |choice: Option<BackendChoice>| choice.is_some_and(|c| c != BackendChoice::Auto);

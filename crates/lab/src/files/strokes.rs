@@ -1,4 +1,4 @@
-//! What a whisker strokes, and from where, as TOML: the file of `simulate --object`.
+//! Strokes of a whisker over an object as TOML: the file of `simulate --object`.
 
 use std::path::Path;
 
@@ -17,10 +17,10 @@ enum Shape {
 }
 
 impl Strokes {
-    /// Of a `text` that `label` names; the files it names are relative to `folder`.
+    /// Parses `text` of the file `label`; its files are relative to `folder`.
     ///
     /// # Errors
-    /// A text that says something else; an object that is none.
+    /// A text that is not such a file; an invalid object.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described(label, text, "object", |file| Self::of(file, folder))
     }
@@ -79,7 +79,7 @@ fn start(table: &Item<'_>) -> Result<Pose, InputError> {
     Ok(Pose { base, heading: number("heading")?.to_radians(), sense: sense(table)? })
 }
 
-/// Starts on a circle about the object, the whisker first square to the way to its centre.
+/// Starts on a circle about the object; the whisker points across the direction to its centre.
 fn around(table: &Item<'_>, [x, y]: [f64; 2]) -> Result<Vec<Pose>, InputError> {
     table.only_known()?;
     let n = table.needs("starts")?.whole()?;
@@ -95,7 +95,6 @@ fn around(table: &Item<'_>, [x, y]: [f64; 2]) -> Result<Vec<Pose>, InputError> {
     Ok((0..n).map(pose).collect())
 }
 
-/// A curve through the points of the CSV file that `file` names, with the columns x_mm and y_mm.
 fn curve(file: &Item<'_>, folder: &Path, closed: bool) -> Result<Curve, InputError> {
     let (label, points) = spec::columns(file, folder, "curve", ["x_mm", "y_mm"], |_| "a number in mm")?;
     Curve::new(points, closed).ok_or_else(|| {

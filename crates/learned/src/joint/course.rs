@@ -1,8 +1,6 @@
-//! What a stroke tells: one posterior of the distance and of the drive at which the whisker touched.
-//!
-//! A reading by the drive u is one of the sensor at rest before the drive c of the touch, and after it that of a tap by u − c − o, where o is by how
-//! much the drives of the calibration are off. All of a stroke share its touch, o, the errors of the calibration and of the run ([`Joint`]), and what
-//! is noise between taps: a gain and a zero of their own. Only what readings of one stroke scatter is noise.
+//! Posterior of a stroke: of the distance, and of the drive at which the whisker touched.
+//! Above the touch c, a reading at drive u is that of a tap at u − c − o, with the offset o of the calibrated drives. The readings share c, o, the
+//! errors of calibration and run ([`Joint`]), a gain and a zero; only the scatter within the stroke is noise.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -12,79 +10,73 @@ use super::{Joint, Nuisance, SECOND, Stroke};
 use crate::evidence::ln_det;
 use crate::invert::POINTS;
 
-/// Bins and places where the posterior is looked for, in ln a and in the drive of the touch.
+/// First search: bins, grid points in ln a, grid points of the touch.
 pub(super) const COARSE: [usize; 3] = [24, 25, 33];
-/// Bins that are told by.
 const BINS: usize = 64;
-/// Points of the posterior in ln a, of which as many as [`FINE`] are made, and in the drive of the touch.
 pub(super) const POSTERIOR: [usize; 2] = [17, 9];
-/// How far starts are off a mode, as shares of what is looked at: of a grid, and of a few readings less.
+/// Distance of starts from the mode as a share of the ranges: from the grid, and from the last search.
 const FAR_OFF: f64 = 0.02;
 const NEAR_IT: f64 = 0.003;
-/// Numbers that only a stroke has beside those of its object: its gain, its zero, the error of the zero, three shares, the offset of the drive.
+/// Shared numbers of a stroke alone: gain, zero, error of the zero, three shares of the line, offset of the drive.
 const OWN: usize = 7;
-/// The last reading is of a drive that is no more than so many times the largest calibrated one.
+/// The last reading is at most this many times the largest calibrated drive beyond the touch.
 const PAST: f64 = 1.25;
-/// By how much −2 ln p must fall for a contact to be seen.
+/// Fall of −2 ln p that shows a contact.
 const SEEN: f64 = 16.0;
 
-/// What is known of a stroke beside its readings.
+/// Conditions of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Course<'a> {
-    /// Whether it is of a run of the calibration.
+    /// True for a run of the calibration.
     pub same_run: bool,
-    /// Variance that its zero brings.
+    /// Variance of its zero.
     pub of_zero: f64,
-    /// Least drive at which the whisker may touch.
+    /// Least drive of the touch.
     pub least: f64,
-    /// The drive of the touch, where it is known.
+    /// Drive of the touch, if known.
     pub touch: Option<f64>,
-    /// What its object may have of its own.
+    /// Uncertain numbers of the object.
     pub nuisances: &'a [Nuisance],
 }
 
-/// What a stroke tells.
+/// Result of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Told {
-    /// Distances, mm, below which 2.5, 15.9, 50, 84.1 and 97.5 % of the posterior lie.
+    /// Quantiles of the distance at 2.5, 15.9, 50, 84.1 and 97.5 %, mm.
     pub a: [f64; 5],
-    /// Drive at which the whisker touched, and its standard deviation.
+    /// Drive of the touch and its standard deviation.
     pub touch: [f64; 2],
     /// Another distance that fits, mm.
     pub near: Option<f64>,
-    /// Drive at which readings are farthest off the curve that fits best, and by how many of their standard deviations.
+    /// Drive at which readings deviate most from the best curve, and the deviation in standard deviations.
     pub apart: [f64; 2],
 }
 
-/// ln a and the drive of the touch.
 pub(super) type Place = [f64; 2];
 
-/// A stroke that is told.
 pub(super) struct Task<'a> {
     pub joint: &'a Joint,
     pub course: Course<'a>,
     pub bins: Vec<Bin>,
     /// Variance of one reading, and of any mean.
     pub noise: [f64; 2],
-    /// Ends of the calibrated drives.
     pub drives: [f64; 2],
-    /// Ends of ln a and of the drive of the touch.
+    /// Ranges of ln a and of the touch.
     pub ends: [[f64; 2]; 2],
 }
 
-/// A likely place.
 pub(super) struct Mode {
     pub at: Place,
     pub value: f64,
-    /// Deviation of ln a, by how much the touch moves with that, and its deviation with ln a held.
+    /// Standard deviation of ln a, d touch/d ln a, standard deviation of the touch at fixed ln a.
     pub shape: [f64; 3],
 }
 
 impl Stroke {
-    /// What the readings so far tell; `None` where no contact is seen.
+    /// Distance from the readings so far; `None` before a contact is seen.
     pub fn told(&mut self, joint: &Joint, course: Course<'_>) -> Option<Told> {
         let task = Task::new(self, joint, course, self.bins(BINS))?;
-        // What was likely a few readings ago is so still.
+        // Modes of a few readings ago are good starts.
         let (starts, near) = match self.recent() {
             Some(modes) => (modes.to_vec(), NEAR_IT),
             None => (Task::new(self, joint, course, self.bins(COARSE[0]))?.starts(), FAR_OFF),
@@ -99,7 +91,7 @@ impl Stroke {
             return None;
         }
         let (apart, excess) = task.misfit(best.at)?;
-        // Readings that no curve explains tell it less well than they scatter.
+        // A misfit inflates the variances.
         let noise = task.noise.map(|v| v * excess);
         let task = Task { noise, ..task };
         if excess > 2.0 {
@@ -109,7 +101,7 @@ impl Stroke {
         let told: Vec<(f64, [f64; 5], Place)> =
             modes.iter().take(3).filter_map(|mode| task.posterior(mode, least)).collect();
         let all: f64 = told.iter().map(|t| t.0).sum();
-        // As of several taps, the farthest that is likely is answered.
+        // The farthest likely distance is reported, as for several taps.
         let mut likely: Vec<_> = told.into_iter().filter(|t| t.0 >= SECOND * all).collect();
         likely.sort_by(|p, q| q.1[2].total_cmp(&p.1[2]));
         let (_, a, touch) = *likely.first()?;
@@ -123,7 +115,6 @@ impl<'a> Task<'a> {
         let ends = [f64::min, f64::max].map(|of| nodes.iter().copied().reduce(of));
         let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
         let [first, last] = stroke.drives()?;
-        // The last reading is of a calibrated tap, or one not far beyond them.
         let from = (last - PAST * (drives[1] + joint.offset.mean))
             .min(first - drives[0])
             .max(course.least.min(last));
@@ -132,12 +123,10 @@ impl<'a> Task<'a> {
         Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, ends })
     }
 
-    /// Number of what is shared.
     pub fn shared(&self) -> usize {
         self.joint.of_run.len() + OWN + self.course.nuisances.len()
     }
 
-    /// −2 ln of the posterior.
     pub fn value(&self, at: Place) -> f64 {
         if self.is_inside(at) { self.value_of(&self.across(at[0]), at) } else { f64::INFINITY }
     }
@@ -154,7 +143,7 @@ impl<'a> Task<'a> {
             .map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0], [0.0; 2]))
     }
 
-    /// −2 ln of the likelihood, and what is shared.
+    /// −2 ln likelihood, and the shared numbers.
     pub fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
         let (factor, b) = self.factor(off)?;
         let solved = factor.solve(&b);
@@ -163,16 +152,14 @@ impl<'a> Task<'a> {
         value.is_finite().then_some((value, solved))
     }
 
-    /// How many numbers bins leave for their noise, where distance and touch were found by them: the trace of (1 + sᵀ s)⁻¹, less those two.
+    /// Degrees of freedom for the noise: trace of (1 + sᵀ s)⁻¹, less 2 for distance and touch.
     pub fn freedom(&self, off: &Off) -> Option<f64> {
         let told = self.shared() as f64 - self.factor(off)?.0.inverse().trace();
         Some(off.left.len() as f64 - told - 2.0)
     }
 
-    /// Cholesky's factor of A = 1 + Σ s sᵀ, and Σ s × what is left.
     fn factor(&self, off: &Off) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
         let n = self.shared();
-        // Below its diagonal.
         let (mut a, mut b) = (DMatrix::<f64>::identity(n, n), DVector::<f64>::zeros(n));
         for (shared, left) in off.shared.column_iter().zip(&off.left) {
             let shared = shared.as_slice();

@@ -1,33 +1,29 @@
-//! What readings of a stroke are expected to be.
+//! Expected readings of a stroke.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::course::{Place, Task};
 use super::{NEAR, Nuisance, Offset, lagrange};
 
-/// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
+/// Uncertainty, as a share of the signal, of the straight line between touch and smallest calibrated drive.
 pub(super) const TOE: f64 = 0.05;
-/// And bends there by no more than this share, as a whisker's own curve does.
 pub(super) const BEND: f64 = 0.01;
-/// And beyond the largest one but for this share of what is beyond.
+/// Uncertainty of the line beyond the largest calibrated drive, as a share of the excess.
 pub(super) const BEYOND: f64 = 0.5;
-/// The smallest calibrated drive is at least so much of itself beyond the touch.
+/// The smallest calibrated drive is at least this share of itself beyond the touch.
 const LEAST: f64 = 0.1;
-/// Step of a slope over the drive, as a share of it.
 const STEP: f64 = 1e-3;
 
-/// Bins beside what is expected of them.
 pub(super) struct Off {
-    /// What each is off, in standard deviations of its noise.
+    /// Deviation of each bin, in standard deviations of its noise.
     pub left: DVector<f64>,
-    /// These.
     pub spread: DVector<f64>,
-    /// By how many of them what is shared moves each; a column is a bin.
+    /// Change by each shared number, in standard deviations; a column for each bin.
     pub shared: DMatrix<f64>,
 }
 
 impl Task<'_> {
-    /// What is expected at ln a = x, over the nodes of the drive.
+    /// Table at ln a = x: a row for each node of the drive.
     pub fn across(&self, x: f64) -> Vec<Vec<f64>> {
         let (k, t) = self.joint.place(x);
         let (weights, width) = (lagrange(t), self.joint.width());
@@ -41,7 +37,6 @@ impl Task<'_> {
         self.joint.table.iter().map(of).collect()
     }
 
-    /// Of a tap by the drive v: signal, deviation of its noise that goes with it, and shared numbers.
     fn tap(&self, across: &[Vec<f64>], v: f64) -> Vec<f64> {
         let u = v + self.joint.inverse.offset;
         let weights = self.joint.inverse.weights(u);
@@ -54,27 +49,24 @@ impl Task<'_> {
         all
     }
 
-    /// The signal of such a tap.
     fn signal(&self, across: &[Vec<f64>], v: f64) -> f64 {
         let u = v + self.joint.inverse.offset;
         let weights = self.joint.inverse.weights(u);
         u * weights.iter().zip(across).map(|(w, values)| w * values[0]).sum::<f64>()
     }
 
-    /// The bins where distance and touch are these.
     pub fn at(&self, across: &[Vec<f64>], [x, touch]: Place) -> Off {
         let joint = self.joint;
         let width = joint.width();
         let [lo, hi] = self.drives;
         let ends = self.drives.map(|v| self.tap(across, v));
         let Offset { mean, moved: ref by, own } = joint.offset;
-        // Of the calibrated drives beyond the touch.
         let mean = mean.max((LEAST - 1.0) * lo);
         let [from, to] = [lo + mean, hi + mean];
         let floor = joint.rest[1];
         let mut rest = joint.rest.clone();
         rest[1] = 0.0;
-        // In proportion to what is without contact, up to the first calibrated drive, and from the last one on.
+        // Linear from the touch to the first calibrated drive, and from the last one on.
         let part = |end: &[f64], share: f64| -> Vec<f64> {
             (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect()
         };
@@ -96,7 +88,6 @@ impl Task<'_> {
             let signal = values[0] - rest[0];
             let slope = match since {
                 s if s <= 0.0 => 0.0,
-                // A touch that comes earlier before the calibrated drives makes the way to them less steep.
                 s if s < from => signal / from,
                 s if s > to => signal / to,
                 s => (self.signal(across, (1.0 + STEP) * (s - mean)) - values[0]) / (STEP * (s - mean)),
@@ -105,9 +96,9 @@ impl Task<'_> {
             let bend = BEND * toe * since / from;
             let toe = TOE * toe;
             let beyond = if since > to { BEYOND * (1.0 - to / since) } else { 0.0 };
-            // Where the drives of the calibration begin is learned with its curve: whichever it is, contact begins where it is seen.
+            // The offset of the calibrated drives is learned with the curve; contact begins where the stroke shows it.
             let moved = own * slope;
-            // Noise of a tap that goes with its signal is a gain of the stroke.
+            // Proportional noise of a tap is a gain of the whole stroke.
             let own = [
                 values[1],
                 floor.sqrt(),

@@ -1,13 +1,8 @@
 //! Several taps of one object: one posterior of its distance.
 //!
-//! What one calibration and one run move, they move in all taps of an object. With these shared numbers s ~ N(0, 1) a signal at the distance a is
-//! y_i = m_i(a) + l_i(a)·s + e_i, e_i ~ N(0, d_i), so that at each of the points in ln a all taps together are told by A = 1 + Σ l lᵀ/d,
-//! b = Σ l (y − m)/d and c = Σ (y − m)²/d + ln d:
-//!
-//! −2 ln p(y | a) = c − bᵀ A⁻¹ b + ln det A.
-//!
-//! A, b and c are sums, so that a tap more costs the same after a thousand as after one. The product of single posteriors would count what is shared
-//! once for each tap, and be too sure.
+//! With the numbers s ~ N(0, 1) that taps of one calibration and run share, a signal at the distance a is y_i = m_i(a) + l_i(a)·s + e_i, with
+//! e_i ~ N(0, d_i). At each point in ln a, A = 1 + Σ l lᵀ/d, b = Σ l (y − m)/d and c = Σ (y − m)²/d + ln d give
+//! −2 ln p(y | a) = c − bᵀ A⁻¹ b + ln det A. Each tap costs the same. A product of single posteriors would count shared errors once per tap.
 
 mod course;
 mod expected;
@@ -31,85 +26,75 @@ use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
 use crate::invert::{Inverse, POINTS, prior};
 
-/// Shared numbers that move no signal by more than this share of a variance count as noise.
 const SMALL: f64 = 1e-4;
-/// Standard deviations on either side of a mode that are looked at.
 const WINDOW: f64 = 6.0;
-/// Points of the polynomial between points.
 const NEAR: usize = 6;
-/// Taps at most among which one that contradicts the others is looked for.
 const JUDGED: usize = 256;
-/// Standard deviation in ln a that is as good as none: the distance is free where taps are compared.
+/// Prior standard deviation in ln a of a free distance, when taps are compared.
 const FREE: f64 = 10.0;
-/// ln of the prior where no tap can be.
 const IMPOSSIBLE: f64 = -1e4;
-/// Mass below which a mode is none.
 const NONE: f64 = 1e-9;
-/// Mass below which another mode is no answer.
 const SECOND: f64 = 0.05;
 
-/// Signals of taps and what moves them, over ln a, at some drives.
+/// Signals of taps and their shared errors, tabulated over ln a at some drives.
 #[derive(Debug, Clone)]
 pub struct Joint {
     inverse: Inverse,
-    /// Of each node and point: signal/u, variance of noise/u², shared numbers/u.
+    /// At each node and point: signal/u, variance of noise/u², shared numbers/u.
     table: Vec<Vec<f64>>,
-    /// Which of the shared numbers are those of a new run.
     of_run: Vec<bool>,
-    /// Signal without contact, variance of its noise, and shared numbers.
     rest: Vec<f64>,
-    /// By how much the drive is off.
     offset: Offset,
 }
 
 /// One tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tap {
-    /// The drive.
+    /// Drive of the tap.
     pub u: f64,
-    /// The signal.
+    /// Signal of the tap.
     pub y: f64,
-    /// Variance that its own zero brings.
+    /// Variance of its zero.
     pub of_zero: f64,
-    /// Which zero that is: taps above the same one share its error.
+    /// Identifier of its zero: taps with the same zero share its error.
     pub zero: u64,
-    /// How much nearer to the object the base stands than where its distance is told from, mm.
+    /// Shift of the base towards the object, from the origin of the reported distance, mm.
     pub shift: f64,
 }
 
-/// A distance that is likely.
+/// Mode of the posterior.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
-    /// ln a at its highest.
+    /// ln a of the maximum.
     pub at: f64,
-    /// Standard deviation in ln a there.
+    /// Standard deviation in ln a.
     pub sd: f64,
-    /// Its share of the posterior.
+    /// Share of the posterior mass.
     pub share: f64,
 }
 
-/// What the taps of an object tell.
+/// Result of the taps of an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Told {
-    /// The distance, mm: the median of the mode that is answered.
+    /// Distance, mm: median of the reported mode.
     pub a: f64,
     /// Half of its 68 % interval, mm.
     pub sigma: f64,
-    /// The interval that holds it with 95 % if the variances are known, mm.
+    /// 95 % interval for known variances, mm.
     pub ends: [f64; 2],
     /// Another distance that fits, mm.
     pub near: Option<f64>,
 }
 
 impl Joint {
-    /// For taps: of `curve` over its base, at the points of `inverse`, which is of the same.
+    /// Table for taps of `curve` over its base on the grid of `inverse`, which belongs to the same curve.
     pub fn new(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let mut joint = Self::whole(curve, base, tared, inverse);
         joint.prune(|point, _| point[1] + point[2..].iter().map(|x| x * x).sum::<f64>());
         joint
     }
 
-    /// The same for strokes: noise that goes with the signal is no noise between readings of one, which may tell much smaller things.
+    /// Table for strokes: all numbers above the independent noise stay shared, since proportional noise is common to the readings of a stroke.
     pub fn of_strokes(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let mut joint = Self::whole(curve, base, tared, inverse);
         let floor = joint.rest[1];
@@ -145,7 +130,7 @@ impl Joint {
         2 + self.of_run.len()
     }
 
-    /// Where the base has no value at a node, the signal is that which [`Inverse`] continues to, and what moves it that of the nearest node.
+    /// At nodes without a value of the base: signal as extrapolated by [`Inverse`], shared numbers of the nearest node.
     fn continued(&mut self) {
         let width = self.width();
         for k in 0..POINTS {
@@ -164,7 +149,7 @@ impl Joint {
         }
     }
 
-    /// Counts shared numbers as noise that move little beside the variance `of` a point, over u², by a drive.
+    /// Counts shared numbers as noise if their part of the variance `of` a point (over u²) is small everywhere.
     fn prune(&mut self, of: impl Fn(&[f64], f64) -> f64) {
         let (width, n) = (self.width(), self.of_run.len());
         let mut largest = vec![0.0_f64; n];
@@ -193,7 +178,7 @@ impl Joint {
         self.of_run = kept.iter().map(|k| self.of_run[*k]).collect();
     }
 
-    /// [`Self::slice`] at these points, of a tap whose base stands `shift` mm nearer than where a is told from. Beyond all points it goes on as at the last.
+    /// [`Self::slice`] for a base shifted by `shift` mm towards the object; beyond the grid the last point is repeated.
     fn shifted(&self, u: f64, shift: f64, same_run: bool, points: Range<usize>) -> Vec<f64> {
         if shift == 0.0 {
             return self.slice(u, same_run, points);
@@ -211,12 +196,11 @@ impl Joint {
         moved
     }
 
-    /// ln of the distance from a base that stands `shift` mm nearer than where it is a, ln a = x.
+    /// ln distance from a base shifted by `shift` mm towards the object; x is ln a from the origin.
     fn seen(&self, x: f64, shift: f64) -> f64 {
         if shift == 0.0 { x } else { (x.exp() - shift).max(f64::MIN_POSITIVE).ln() }
     }
 
-    /// Signal, variance of its noise, and shared numbers of the tap `u` at these points; of a known run where `same_run`.
     fn slice(&self, u: f64, same_run: bool, points: Range<usize>) -> Vec<f64> {
         let u = u + self.inverse.offset;
         let (width, weights) = (self.width(), self.inverse.weights(u));
@@ -239,28 +223,27 @@ impl Joint {
         self.inverse.grid[0] + self.inverse.grid[1] * k as f64
     }
 
-    /// Whether ln a = x is an end of what is looked at, beyond the calibrated distances: what is most likely there lies farther.
+    /// True if ln a = x is an end of the search range beyond the calibrated distances: the maximum lies farther out.
     fn is_cut(&self, x: f64) -> bool {
         let ([_, step], [first, last, _]) = (self.inverse.grid, self.inverse.ends);
         let [near, far] = [x - self.x(0), self.x(POINTS - 1) - x];
         near < 0.5 * step && x < first - step || far < 0.5 * step && x > last + step
     }
 
-    /// ln of the prior at ln a = x, flat in mm; of taps whose base stands nearer by `shifts`, the least and the largest, mm.
+    /// ln prior at ln a = x, flat in mm; `shifts` are the least and largest shift of the base, mm.
     fn prior(&self, x: f64, shifts: [f64; 2]) -> f64 {
         let within = |shift: f64| prior(self.inverse.ends, self.seen(x, shift)).ln().max(IMPOSSIBLE);
         let [least, largest] = shifts.map(within);
         (if shifts[0] == shifts[1] { least } else { least + largest }) + x
     }
 
-    /// The first of [`NEAR`] points around ln a = x, and how far beyond it, in steps.
     fn place(&self, x: f64) -> (usize, f64) {
         let s = ((x - self.inverse.grid[0]) / self.inverse.grid[1]).clamp(0.0, (POINTS - 1) as f64);
         let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POINTS - NEAR);
         (k, s - k as f64)
     }
 
-    /// Residual, variance of its noise, and shared numbers of `tap` at ln a = x, the last of them the distance.
+    /// Residual, variance of its noise and shared numbers of `tap` at ln a = x; the last shared number is the distance.
     fn local(&self, tap: &Tap, x: f64, same_run: bool) -> (f64, f64, Vec<f64>) {
         let seen = self.seen(x, tap.shift);
         let (k, t) = self.place(seen);
@@ -275,7 +258,7 @@ impl Joint {
         (tap.y - of(0, &values), of(1, &values).max(f64::MIN_POSITIVE), shared)
     }
 
-    /// The signal of a tap by the drive `u` at ln a = x.
+    /// Signal of a tap at drive `u` and ln a = x.
     pub fn signal(&self, u: f64, x: f64) -> f64 {
         let (k, t) = self.place(x);
         let slice = self.slice(u, true, k..k + NEAR);
@@ -283,7 +266,6 @@ impl Joint {
     }
 }
 
-/// Weights of the values at 0, 1 … of the polynomial through them, at t.
 fn lagrange(t: f64) -> [f64; NEAR] {
     std::array::from_fn(|i| {
         let others = (0..NEAR).filter(|j| *j != i);
@@ -291,7 +273,6 @@ fn lagrange(t: f64) -> [f64; NEAR] {
     })
 }
 
-/// Those of its slope.
 fn slopes(t: f64) -> [f64; NEAR] {
     std::array::from_fn(|i| {
         let term = |m: usize| {
@@ -302,19 +283,19 @@ fn slopes(t: f64) -> [f64; NEAR] {
     })
 }
 
-/// By how much such a number changes the signal of a tap, in shares of it: on a grid of ln a and drive, each evenly spaced.
+/// Relative change of the signal by an uncertain number of the object, on an even grid of ln a and drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nuisance {
-    /// First and last ln a, first and last drive.
+    /// First and last ln a; first and last drive.
     pub ends: [[f64; 2]; 2],
-    /// Number of values of ln a.
+    /// Count of ln a values.
     pub rows: usize,
-    /// Mean change and its standard deviation, drive after drive for each ln a.
+    /// Mean change and its standard deviation, row by row in ln a.
     pub changes: Vec<[f64; 2]>,
 }
 
 impl Nuisance {
-    /// Mean change of a tap at ln a = x by the drive `u`, and its standard deviation; beyond the grid that of its edge.
+    /// Mean change at ln a = x and drive `u` with its standard deviation, bilinear; beyond the grid from its edge.
     pub fn at(&self, x: f64, u: f64) -> [f64; 2] {
         let columns = self.changes.len() / self.rows;
         let place = |v: f64, [first, last]: [f64; 2], n: usize| {

@@ -1,23 +1,20 @@
-//! Likely distances of a posterior over ln a.
+//! Modes of a posterior over ln a.
 
 use super::{Joint, Mode, NONE, POINTS, lagrange};
 
-/// A point whose ln p is so much below that of another one counts for nothing beside it.
 const NOTHING: f64 = 60.0;
 
-/// A mode is told by the parabola through its highest points where its standard deviation is less than so many steps, else by all its points.
+/// Modes with fewer steps per standard deviation are described by a parabola, wider ones by all their points.
 pub(super) const NARROW: f64 = 2.0;
 
-/// `heights` at ln a = x.
 pub(super) fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
     let (k, t) = joint.place(x);
     lagrange(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
 }
 
-/// Place in ln a, standard deviation there and ln p of the mode whose highest point is `k`.
 pub(super) fn top_of(joint: &Joint, heights: &[f64], k: usize) -> (f64, f64, f64) {
     let step = joint.inverse.grid[1];
-    // A parabola through three points is the posterior of a signal that goes straight, however narrow that is.
+    // A parabola is exact for a linear signal, however narrow the mode.
     let m = k.clamp(1, POINTS - 2);
     let [p, q, r] = [m - 1, m, m + 1].map(|i| heights[i]);
     let (slope, bend) = (0.5 * (r - p), 2.0 * q - p - r);
@@ -35,7 +32,6 @@ pub(super) fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
     let found: Vec<(f64, f64, f64)> =
         tops.map(|k| top_of(joint, heights, k)).filter(|m| m.2.is_finite()).collect();
     let top = found.iter().map(|m| m.2).fold(f64::NEG_INFINITY, f64::max);
-    // Masses up to half of the way to the neighbours.
     let mut all = Vec::new();
     for (i, &(x, sd, height)) in found.iter().enumerate() {
         let lower = if i > 0 { 0.5 * (x + found[i - 1].0) } else { joint.x(0) };
@@ -57,12 +53,10 @@ pub(super) fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
     all
 }
 
-/// Of a point whose ln p is `height`, to that of the highest one: none where it would count for nothing beside it.
 pub(super) fn density(height: f64, top: f64) -> f64 {
     if height > top - NOTHING { (height - top).exp() } else { 0.0 }
 }
 
-/// Standard deviation of the posterior between two places, ln a.
 fn wide(joint: &Joint, heights: &[f64], (lower, upper): (f64, f64), top: f64) -> Option<f64> {
     let own: Vec<(f64, f64)> = (0..POINTS)
         .filter(|k| (lower..=upper).contains(&joint.x(*k)))
@@ -74,7 +68,6 @@ fn wide(joint: &Joint, heights: &[f64], (lower, upper): (f64, f64), top: f64) ->
     (variance > 0.0).then(|| variance.sqrt())
 }
 
-/// Root mean square deviation from the mean over all modes, mm.
 pub(super) fn spread(modes: &[Mode]) -> f64 {
     let mean = modes.iter().map(|m| m.share * m.at.exp()).sum::<f64>();
     let square = |m: &Mode| m.share * ((m.sd * m.at.exp()).powi(2) + (m.at.exp() - mean).powi(2));

@@ -1,4 +1,4 @@
-//! The taps of one object, as sums over ln a.
+//! Taps of one object, as sums over ln a.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -8,25 +8,22 @@ use crate::curve::Weights;
 use crate::evidence::ln_det;
 use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, quantile};
 
-/// The taps of one object so far.
+/// Taps of one object so far.
 #[derive(Debug, Clone)]
 pub struct Object {
     taps: Vec<Tap>,
     count: usize,
-    /// The zero whose error is the last shared number.
+    /// Zero whose error is the last shared number.
     zero: Option<u64>,
-    /// Variance that it brings.
     of_zero: f64,
-    /// How much nearer than where its distance is told from the base stood for the first tap, mm: the points are distances from there.
+    /// Shift of the base at the first tap, mm; the grid is in distances from there.
     frame: f64,
-    /// The least and the largest such number of all taps, above it.
     shifts: [f64; 2],
-    /// A, b and c at each point.
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
 
 impl Object {
-    /// Of no tap.
+    /// Object before its first tap.
     pub fn new(joint: &Joint) -> Self {
         let n = joint.of_run.len() + 1;
         let point = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
@@ -41,12 +38,12 @@ impl Object {
         }
     }
 
-    /// Taps so far.
+    /// Number of taps.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Adds `tap`; of a known run where `same_run`.
+    /// Adds `tap`; `same_run` for a run of the calibration.
     pub fn add(&mut self, joint: &Joint, mut tap: Tap, same_run: bool) {
         if self.count == 0 {
             self.frame = tap.shift;
@@ -61,24 +58,23 @@ impl Object {
         self.taps.push(tap);
     }
 
-    /// Ends what is shared by taps above one zero: its error is integrated over, and the number is free for that of another one.
+    /// Integrates the error of the last zero out, so that the next zero can use its number.
     fn let_zero_go(&mut self) {
         for (a, b, c) in &mut self.points {
             *c += integrate(a, b, b.len() - 1);
         }
     }
 
-    /// How much nearer than where the distance is told from the base stood for the first tap, mm.
+    /// Shift of the base at the first tap, mm ([`Tap::shift`]).
     pub fn frame(&self) -> f64 {
         self.frame
     }
 
-    /// The least and the largest distance from the base of a tap, where it is `a` from where it is told.
+    /// Least and largest distance from the base over the taps, for the reported distance `a`, mm.
     pub fn seen(&self, a: f64) -> [f64; 2] {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
     }
 
-    /// Adds `times` taps like `tap` to the sums.
     pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             self.let_zero_go();
@@ -89,7 +85,6 @@ impl Object {
         for (point, (a, b, c)) in slice.chunks(width).zip(&mut self.points) {
             let (r, d) = (tap.y - point[0], point[1]);
             shared.rows_mut(0, width - 2).copy_from_slice(&point[2..]);
-            // Taps above one zero share its error.
             shared[width - 2] = tap.of_zero.sqrt();
             a.ger(times / d, &shared, &shared, 1.0);
             b.axpy(times * r / d, &shared, 1.0);
@@ -97,18 +92,15 @@ impl Object {
         }
     }
 
-    /// Variance that the zero of the last tap brings.
     pub(super) fn of_zero(&self) -> f64 {
         self.of_zero
     }
 
-    /// A, factored, and b at point `k`.
     pub(super) fn factor(&self, k: usize) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
         let (a, b, _) = &self.points[k];
         Some((a.clone().cholesky()?, b.clone()))
     }
 
-    /// ln of the posterior at each point.
     pub(super) fn heights(&self, joint: &Joint) -> Vec<f64> {
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
@@ -117,12 +109,12 @@ impl Object {
         self.points.iter().enumerate().map(height).collect()
     }
 
-    /// Distances that are likely, as seen by the first tap, the farthest first.
+    /// Likely distances from the base of the first tap, farthest first.
     pub fn modes(&self, joint: &Joint) -> Vec<Mode> {
         modes(joint, &self.heights(joint))
     }
 
-    /// What all taps tell; `None` where nothing is likely.
+    /// Distance from all taps; `None` if no distance is likely, or the most likely one is at an end of the range.
     pub fn told(&self, joint: &Joint) -> Option<Told> {
         let heights = self.heights(joint);
         let modes = modes(joint, &heights);
@@ -132,7 +124,6 @@ impl Object {
         }
         let others = modes.iter().filter(|other| other.at != mode.at && other.share >= SECOND);
         let near = others.max_by(|a, b| a.share.total_cmp(&b.share)).map(|other| other.at.exp() + self.frame);
-        // Up to half of the way to its neighbours.
         let between = |other: &Mode| 0.5 * (other.at + mode.at);
         let lower = modes.iter().filter(|m| m.at < mode.at).map(between).fold(joint.x(0), f64::max);
         let upper = modes.iter().filter(|m| m.at > mode.at).map(between).fold(joint.x(POINTS - 1), f64::min);
@@ -147,8 +138,7 @@ impl Object {
         (told.a.is_finite() && told.sigma > 0.0).then_some(told)
     }
 
-    /// The last taps at the distance `a`, mm, which is free and the last number that they share but for their zeros: residual, variance of the noise and shared
-    /// numbers of each; A, factored, and b. `None` where A has no factor.
+    /// The last taps linearised at `a` (mm), distance and repeated zeros as shared numbers: (residual, variance, shared numbers), A's factor, b.
     #[allow(clippy::type_complexity)]
     fn linear(
         &self,
@@ -157,7 +147,7 @@ impl Object {
         same_run: bool,
     ) -> Option<(Vec<(f64, f64, DVector<f64>)>, Cholesky<f64, Dyn>, DVector<f64>)> {
         let x = (a - self.frame).ln();
-        // Each zero that several taps have is one more number that they share; that of a single tap is noise.
+        // A zero of several taps is one shared number; that of a single tap is noise.
         let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
         let mut zeros: Vec<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
         zeros.sort_unstable();
@@ -178,7 +168,7 @@ impl Object {
         Some((local, a.cholesky()?, b))
     }
 
-    /// By how much each of the last taps counts in ln a at the distance `a`, mm.
+    /// Weights of the last taps in the estimate of ln a at the distance `a`, mm.
     pub fn weights(&self, joint: &Joint, a: f64, same_run: bool) -> Option<Weights> {
         let (local, factor, b) = self.linear(joint, a, same_run)?;
         let distance = joint.of_run.len();
@@ -190,8 +180,7 @@ impl Object {
         Some(all)
     }
 
-    /// Of the last taps the one that is farthest from what the others say at the distance `a`, mm, which is free: how long ago it was, and by how many
-    /// standard deviations it is off; `None` of one tap.
+    /// Outlier among the last taps for a free distance near `a` (mm): taps since it, and deviation in standard deviations. `None` for one tap.
     pub fn apart(&self, joint: &Joint, a: f64, same_run: bool) -> Option<(usize, f64)> {
         if self.taps.len() < 2 {
             return None;
@@ -207,13 +196,13 @@ impl Object {
         Some((self.taps.len() - 1 - k, most))
     }
 
-    /// Number of taps that [`Self::apart`] compares.
+    /// Number of taps compared by [`Self::apart`].
     pub fn compared(&self) -> usize {
         self.taps.len()
     }
 }
 
-/// Integrates number `k` out of the sums A and b, and makes place for another one of the same prior; what that adds to c.
+/// Integrates number `k` out of A and b and resets it to its prior; returns the addition to c.
 pub fn integrate(a: &mut DMatrix<f64>, b: &mut DVector<f64>, k: usize) -> f64 {
     let (own, of) = (a[(k, k)], b[k]);
     let column = a.column(k).into_owned();
@@ -225,7 +214,6 @@ pub fn integrate(a: &mut DMatrix<f64>, b: &mut DVector<f64>, k: usize) -> f64 {
     own.ln() - of * of / own
 }
 
-/// Expected root mean square deviation from the mean of a posterior, mm.
 pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
     let highest = (0..POINTS).max_by(|i, k| heights[*i].total_cmp(&heights[*k])).unwrap_or(0);
     let wide = top_of(joint, heights, highest).1 >= NARROW * joint.inverse.grid[1];
@@ -241,7 +229,7 @@ pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
     (all.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass).sqrt()
 }
 
-/// Places in ln a that stand for a posterior, with their shares.
+/// Nodes in ln a that represent a posterior, with their shares.
 pub(super) fn likely(joint: &Joint, heights: &[f64]) -> Vec<(f64, f64)> {
     let modes = modes(joint, heights);
     let narrow = |mode: &&Mode| mode.sd < NARROW * joint.inverse.grid[1];
@@ -249,7 +237,6 @@ pub(super) fn likely(joint: &Joint, heights: &[f64]) -> Vec<(f64, f64)> {
         let each = |mode: &Mode| NODES.map(|(off, share)| (mode.at + off * mode.sd, mode.share * share));
         return modes.iter().filter(|mode| mode.share >= 0.5 * SECOND).flat_map(each).collect();
     }
-    // Places of equal mass.
     let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let masses: Vec<f64> = heights.iter().map(|h| (h - top).exp()).collect();
     let total: f64 = masses.iter().sum();
@@ -264,9 +251,8 @@ pub(super) fn likely(joint: &Joint, heights: &[f64]) -> Vec<(f64, f64)> {
     all
 }
 
-/// Places that stand for a wide posterior.
 const PLACES: usize = 9;
 
-/// Nodes and weights of Gauss and Hermite's rule for a standard normal number.
+/// Gauss-Hermite nodes and weights for a standard normal number.
 const NODES: [(f64, f64); 3] =
     [(-1.732_050_807_568_877_2, 1.0 / 6.0), (0.0, 2.0 / 3.0), (1.732_050_807_568_877_2, 1.0 / 6.0)];

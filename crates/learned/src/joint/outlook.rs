@@ -1,12 +1,8 @@
-//! What one more tap of an object is expected to bring.
+//! Expected benefit of one more tap of an object.
 //!
-//! A tap by the drive u adds α l lᵀ to A and α r l to b, where l are its shared numbers at ln a = x, r its residual there and α = 1/d. With
-//! k = lᵀ A⁻¹ l and e = lᵀ A⁻¹ b, what the taps so far expect of that residual, −2 ln p rises by
-//!
-//! α (r − e)²/(1 + α k) + ln(1 + α k) + ln d,
-//!
-//! so that A is factored once, and a drive costs one solution for each point. Of n more taps by one drive their mean is the tap, with α = n/d: what their
-//! scatter would tell of the distance is not counted.
+//! A tap at drive u adds α l lᵀ to A and α r l to b (shared numbers l, residual r, α = 1/d). With k = lᵀ A⁻¹ l and the expected residual
+//! e = lᵀ A⁻¹ b, −2 ln p rises by α (r − e)²/(1 + α k) + ln(1 + α k) + ln d, so A is factored once. n more taps at one drive count as their mean,
+//! α = n/d; the information in their scatter is neglected.
 
 use std::ops::Range;
 
@@ -15,19 +11,15 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::object::{Object, likely, spread_of};
 use super::{Joint, NEAR, lagrange};
 
-/// A point is not looked at whose ln p is so much below that of the highest one, seven standard deviations, and that has no neighbour that is above.
+/// Points whose ln p is this far below the maximum (7 σ) are skipped, unless near a higher point.
 const UNLIKELY: f64 = 25.0;
 
-/// Of a point.
 struct Known {
-    /// Inverse of Cholesky's factor of A, its lower triangle row by row.
     root: Vec<f64>,
-    /// A⁻¹ b.
     solved: Vec<f64>,
 }
 
 impl Known {
-    /// lᵀ A⁻¹ b and lᵀ A⁻¹ l.
     fn of(&self, shared: &[f64]) -> [f64; 2] {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (mut square, mut from) = (0.0, 0);
@@ -39,21 +31,20 @@ impl Known {
     }
 }
 
-/// What an object is known by, from where one more tap is looked at.
+/// State of an object before one more tap.
 pub struct Outlook<'a> {
     joint: &'a Joint,
     same_run: bool,
     heights: Vec<f64>,
     likely: Vec<(f64, f64)>,
-    /// Variance that the zero brings, which the taps so far and the next ones are above.
     of_zero: f64,
-    /// The first and the last point that count, and of each from one to the other what is known; of those that do not count nothing.
+    /// Range of the points that count; `known` is `None` for points in it that do not count.
     points: Range<usize>,
     known: Vec<Option<Known>>,
 }
 
 impl<'a> Outlook<'a> {
-    /// After the taps of `object`; the next ones are of a known run where `same_run`.
+    /// State after the taps of `object`; `same_run` if the next taps are of a run of the calibration.
     pub fn new(joint: &'a Joint, object: &Object, same_run: bool) -> Self {
         let heights = object.heights(joint);
         let likely = likely(joint, &heights);
@@ -73,22 +64,21 @@ impl<'a> Outlook<'a> {
         Self { joint, same_run, likely, of_zero: object.of_zero(), points, known, heights }
     }
 
-    /// Expected root mean square deviation from the mean of the posterior so far, mm.
+    /// RMS deviation from the mean of the present posterior, mm.
     pub fn spread(&self) -> f64 {
         spread_of(self.joint, &self.heights)
     }
 
-    /// Places in ln a, from the base of the first tap, that stand for the posterior, with their shares.
+    /// Nodes in ln a that represent the posterior, from the base of the first tap, with their shares.
     pub fn likely(&self) -> &[(f64, f64)] {
         &self.likely
     }
 
-    /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now, the base `shift` mm nearer than for the first tap.
+    /// Expected [`Self::spread`] after `times` more taps at drive `u`, with the base shifted by `shift` mm from the first tap.
     pub fn after(&self, u: f64, shift: f64, times: f64) -> f64 {
         let width = self.joint.width();
         let slice = self.joint.shifted(u, shift, self.same_run, self.points.clone());
         let mut shared: Vec<f64> = vec![self.of_zero.sqrt(); width - 1];
-        // Of each point: signal, what is expected beside it, and α, α k.
         let of = |(point, known): (&[f64], &Option<Known>)| {
             let Some(known) = known else { return [f64::NAN; 4] };
             shared[..width - 2].copy_from_slice(&point[2..]);
@@ -100,13 +90,13 @@ impl<'a> Outlook<'a> {
             points.iter().zip(slice.chunks(width)).map(|(p, s)| (1.0 + p[3]).ln() + s[1].ln()).collect();
         let (mut sum, mut total) = (0.0, 0.0);
         for (x, share) in &self.likely {
-            // What the taps so far say of the shared numbers, if the object is there, is in the next tap too.
+            // The shared numbers estimated from the taps so far also move the next tap.
             let y = self.joint.signal(u, self.joint.seen(*x, shift)) + self.beside(*x, &points);
             let rise = |([signal, expected, alpha, k], ln): (&[f64; 4], &f64)| {
                 alpha * (y - signal - expected).powi(2) / (1.0 + k) + ln
             };
             let rises: Vec<f64> = points.iter().zip(&logs).map(rise).collect();
-            // A point that does not count stays far below the others.
+            // Keep points that do not count far below the others.
             let least = rises.iter().copied().fold(f64::INFINITY, f64::min);
             let mut heights: Vec<f64> = self.heights.iter().map(|h| h - 0.5 * least).collect();
             let own = self.points.clone().zip(rises).filter(|(_, rise)| !rise.is_nan());
@@ -117,7 +107,7 @@ impl<'a> Outlook<'a> {
         sum / total
     }
 
-    /// What is expected at ln a = x beside the signal, of `points` whose second number it is; of the nearest one where not all around count.
+    /// Expected residual at ln a = x, interpolated from `points`; from the nearest point if not all around count.
     fn beside(&self, x: f64, points: &[[f64; 4]]) -> f64 {
         let (first, t) = self.joint.place(x);
         let at = |k: usize| {
@@ -134,7 +124,6 @@ impl<'a> Outlook<'a> {
     }
 }
 
-/// Which points count: those that are likely, and their neighbours.
 fn counting(heights: &[f64]) -> Vec<bool> {
     let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let around = |k: usize| &heights[k.saturating_sub(NEAR)..(k + NEAR + 1).min(heights.len())];

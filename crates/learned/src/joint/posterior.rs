@@ -1,4 +1,4 @@
-//! What a stroke tells of its distance and its touch around a likely place, and how well a curve fits.
+//! Posterior of a stroke around a mode, and quality of its fit.
 
 use std::f64::consts::TAU;
 
@@ -8,21 +8,17 @@ use super::course::{Mode, POSTERIOR, Place, Task};
 use super::{NEAR, lagrange};
 use crate::invert::{FINE, quantile};
 
-/// Shares of a posterior: 95 and 68 % intervals, and its middle.
 const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
-/// ln p below that of the highest point that is none.
 const NONE: f64 = 60.0;
-/// Standard deviations on either side of a mode that are looked at.
 const WINDOW: f64 = 5.0;
-/// Bins from which on their residuals tell their scatter.
+/// Fewest bins whose residuals determine their scatter.
 const JUDGED: usize = 12;
-/// Windows that are tried.
 const ROUNDS: usize = 10;
-/// Readings of a smooth curve leave no more than so many standard deviations of χ².
+/// Standard deviations of χ² above which a curve does not fit.
 const SMOOTH: f64 = 4.0;
 
 impl Task<'_> {
-    /// Mass of the posterior around `mode`, over that at `least`, shares of it, and the touch.
+    /// Mass about `mode` relative to exp(−`least`/2), quantiles of the distance, and touch with standard deviation.
     pub fn posterior(&self, mode: &Mode, least: f64) -> Option<(f64, [f64; 5], Place)> {
         let [sd, slope, alone] = mode.shape;
         let touches = if alone > 0.0 { POSTERIOR[1] } else { 1 };
@@ -47,7 +43,6 @@ impl Task<'_> {
                 }
             }
             let mut change = [fits(&along), fits(&beside[..touches])];
-            // At its own ends the posterior may be cut.
             let last = POSTERIOR[0] - 1;
             let cut = |i: usize, at: f64, end: f64| along[i] == 0.0 || (at - end).abs() < 1e-12;
             if change[0] == Fits::TooNarrow && cut(0, lo, self.ends[0][0]) && cut(last, hi, self.ends[0][1]) {
@@ -75,7 +70,6 @@ impl Task<'_> {
         Some(self.bell(mode, least))
     }
 
-    /// The same where no window shows all of the posterior, and enough of it: of a bell with the curvature at `mode`.
     fn bell(&self, mode: &Mode, least: f64) -> (f64, [f64; 5], Place) {
         let [sd, slope, alone] = mode.shape;
         let [lo, hi] = self.ends[0];
@@ -85,7 +79,7 @@ impl Task<'_> {
         (mass, a, [mode.at[1], alone.hypot(slope * sd)])
     }
 
-    /// Drive at which readings next to each other are farthest off, by how many standard deviations, and by what variances are to be multiplied.
+    /// Drive of the largest misfit of adjacent readings, its size in standard deviations, and the factor for the variances.
     pub fn misfit(&self, at: Place) -> Option<([f64; 2], f64)> {
         let off = self.at(&self.across(at[0]), at);
         let (_, solved) = self.solved(&off)?;
@@ -104,13 +98,12 @@ impl Task<'_> {
         let chi2: f64 = left.iter().map(|[r, d]| r * r / d).sum();
         let freedom = self.freedom(&off)?.max(1.0);
         let excess = (2.0 * chi2).sqrt() - (2.0 * freedom - 1.0).sqrt();
-        // Many residuals tell the scatter better than differences between neighbours do.
+        // Many residuals determine the scatter better than differences of neighbours.
         let judged = excess > SMOOTH || left.len() >= JUDGED;
         Some((most, if judged { chi2 / freedom } else { 1.0 }))
     }
 }
 
-/// A density at [`FINE`] points, its logarithm by polynomials.
 fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
     let top = of.iter().copied().fold(0.0, f64::max);
     let logs = of.map(|p| (p / top).ln().max(-NONE));
@@ -122,7 +115,6 @@ fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
     })
 }
 
-/// How a posterior lies in its window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fits {
     Well,
@@ -130,7 +122,6 @@ enum Fits {
     TooWide,
 }
 
-/// Whether the points of a density show all of it, and enough of it.
 fn fits(density: &[f64]) -> Fits {
     let top = density.iter().copied().fold(0.0, f64::max);
     let last = density.len() - 1;

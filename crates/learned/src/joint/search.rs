@@ -1,14 +1,11 @@
-//! Where the posterior of a stroke is high.
+//! Search for the modes of a stroke's posterior.
 
 use super::course::{COARSE, Mode, Place, Task};
 
-/// Steps of a simplex.
 const STEPS: usize = 80;
-/// Valleys over the touch that are looked into at one distance.
 const VALLEYS: usize = 3;
 
 impl Task<'_> {
-    /// Places from which the modes are reached: of each distance the best touch, where that is better than of its neighbours.
     pub fn starts(&self) -> Vec<Place> {
         let grid = |k: usize, n: usize, i: usize| {
             let [lo, hi] = self.ends[k];
@@ -21,7 +18,7 @@ impl Task<'_> {
             let value = |c: f64| self.value_of(&across, [x, c]);
             let values: Vec<f64> =
                 (0..touches).map(|k| value(grid(1, touches.max(2), k.min(touches - 1)))).collect();
-            // Between two readings the drive of the touch may have a valley of its own: narrower and narrower around each of the lowest.
+            // A valley may lie between two readings: refine around each of the lowest.
             let narrowed = |k: usize| {
                 let (mut at, mut least) = (grid(1, touches.max(2), k), values[k]);
                 let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
@@ -47,13 +44,13 @@ impl Task<'_> {
         found.take(3).map(|i| all[i].0).collect()
     }
 
-    /// The mode that is reached from `start`, which is off it by some share `near` of the ends.
+    /// Mode reached from `start`; `near` is the size of the first simplex, as a share of the ranges.
     pub fn mode(&self, start: Place, near: f64) -> Option<Mode> {
         let scale = [0, 1].map(|k| self.ends[k][1] - self.ends[k][0]);
         let free = if scale[1] > 0.0 { 2 } else { 1 };
         let size = scale.map(|s| near * s);
         let (mut at, mut value) = (start, self.value(start));
-        // Nelder and Mead's, begun anew while that gains: a simplex may collapse in a narrow valley.
+        // Nelder-Mead, restarted while it gains: a simplex may collapse in a narrow valley.
         let mut idle = 0;
         for share in [1.0, 0.2, 1.0, 0.04, 0.2, 1.0, 0.04, 0.2] {
             let before = value;
@@ -66,7 +63,6 @@ impl Task<'_> {
         if !value.is_finite() {
             return None;
         }
-        // Steps that raise −2 ln p by about 1.
         let step = |k: usize| {
             let mut h = 1e-3 * scale[k];
             for _ in 0..40 {
@@ -98,14 +94,13 @@ impl Task<'_> {
             return Some(Mode { at, value, shape: [h[0] / xx.sqrt(), 0.0, 0.0] });
         }
         let xc = 0.25 * (second(1.0, 1.0) - second(1.0, -1.0));
-        // Of −2 ln p ≈ xx p² + 2 xc p q + cc q² in steps.
+        // −2 ln p ≈ xx p² + 2 xc p q + cc q², p and q in steps.
         let xc = xc.clamp(-0.999_999 * (xx * cc).sqrt(), 0.999_999 * (xx * cc).sqrt());
         let alone = (xx - xc * xc / cc).max(1e-9);
         Some(Mode { at, value, shape: [h[0] / alone.sqrt(), -xc / cc * h[1] / h[0], h[1] / cc.sqrt()] })
     }
 }
 
-/// Places of the values that none beside them is below, the lowest first.
 fn valleys(values: &[f64]) -> Vec<usize> {
     let beside = |k: Option<usize>, own: f64| k.and_then(|k| values.get(k)).is_none_or(|v| *v >= own);
     let is_low = |k: &usize| beside(k.checked_sub(1), values[*k]) && beside(Some(k + 1), values[*k]);
@@ -114,7 +109,6 @@ fn valleys(values: &[f64]) -> Vec<usize> {
     low
 }
 
-/// The least value that Nelder and Mead's simplex of this size finds from `start`.
 fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: [f64; 2], free: usize) -> (Place, f64) {
     let mut all: Vec<(Place, f64)> = (0..=free)
         .map(|k| {

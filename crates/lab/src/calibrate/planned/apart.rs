@@ -1,4 +1,4 @@
-//! What the taps of a plan cannot tell apart, and which tap would.
+//! Numbers that the taps of a plan cannot separate, and the tap that would.
 
 use nalgebra::{DMatrix, DVector};
 use vibrissa_learned::plan::{Rig as Spread, Tap};
@@ -8,29 +8,28 @@ use crate::estimator::model::parameter::width;
 use crate::measure::Rig;
 use crate::scene::Drive;
 
-/// Two numbers are not told apart where the correlation of their errors is beyond this.
+/// Above this correlation of their errors, two numbers cannot be separated.
 const ALIKE: f64 = 0.95;
-/// A number is not determined where its error stays above this share of what it could be off by.
+/// A number is undetermined if its error exceeds this share of its plausible range.
 const UNDETERMINED: f64 = 0.3;
-/// Taps that are tried beside those of the plan: distances, and drives.
 const TRIED: [usize; 2] = [25, 12];
 
-/// A number of the whisker that the taps do not tell, because another one has the same effect or because it has hardly any.
+/// A number of the whisker that the taps do not determine: another one has the same effect, or its effect is too small.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
-    /// Its name.
+    /// Name of the number.
     pub name: &'static str,
-    /// The one that has the same effect, where there is one.
+    /// Number with the same effect, if any.
     pub other: Option<&'static str>,
-    /// Correlation of their errors; of the one with which it is largest.
+    /// Largest correlation of its error with that of another number.
     pub correlation: f64,
-    /// Error of the number, one standard deviation, and its unit.
+    /// Standard error of the number, and its unit.
     pub error: (f64, &'static str),
-    /// Distance (mm) and drive of the tap that would tell most, and the error after it is done as often as there are taps now.
+    /// Distance (mm) and drive of the best additional tap, and the error after repeating it as often as there are taps.
     pub tap: Option<([f64; 2], f64)>,
 }
 
-/// Numbers of a whisker that a calibration may have to tell.
+/// Numbers that a calibration may have to determine.
 pub fn parameters(rig: &Rig) -> Vec<Parameter> {
     let values = crate::estimator::model::exact::spec_values(&rig.setup);
     let known = |p: &Parameter| values[*p as usize].is_finite();
@@ -39,8 +38,7 @@ pub fn parameters(rig: &Rig) -> Vec<Parameter> {
     of_rig.into_iter().chain(of_whisker.into_iter().filter(known)).chain([Parameter::Zero]).collect()
 }
 
-/// Numbers that `taps` at these distances (mm) and drives do not tell, of the model of a whisker with [`parameters`] as those that are fitted; first
-/// those whose error goes most with that of another one. `allowed` says whether the rig may tap at a (mm) by a drive.
+/// Undetermined numbers of a plan whose model fits [`parameters`], highest correlation first; `allowed`(a, drive) limits trial taps.
 pub fn apart(
     kind: Drive,
     exact: &Exact,
@@ -61,7 +59,7 @@ pub fn apart(
         DVector::from_vec(scaled.collect())
     };
     let n = exact.fitted.len();
-    // A zero that is read is known; every number is at most as unknown as it could be off.
+    // A read zero is known; each number has a prior of its plausible width.
     let mut information = DMatrix::identity(n, n);
     let zeros = taps.len().div_ceil(6).max(2) as f64;
     information[(n - 1, n - 1)] += zeros * (widths[n - 1] / noise.noise).powi(2);
@@ -80,7 +78,7 @@ pub fn apart(
         let Some(with) = with else { continue };
         let alike = correlation(&covariance, with, k);
         let share = covariance[(k, k)].sqrt();
-        // What the taps determine well needs no other one, however its error goes with that of another number.
+        // A well-determined number needs no other tap, despite its correlation.
         if share < UNDETERMINED {
             continue;
         }
@@ -104,7 +102,7 @@ pub fn apart(
     found
 }
 
-/// Taps that the whisker allows, also beyond the ranges of the spec.
+/// Trial taps that the whisker allows, also beyond the ranges of the spec.
 fn tried(exact: &Exact, [first, last]: [f64; 2], allowed: &dyn Fn(f64, f64) -> bool) -> Vec<[f64; 2]> {
     let [near, far] = exact.reach();
     let [lo, hi] = [0.5 * first, (1.0 + 0.1) * last];

@@ -1,6 +1,6 @@
-//! The calibration that a rig needs: which taps, in which order, for distances as good as they are wanted.
+//! Plan of a calibration: the taps and their order for a wanted accuracy of distances.
 //!
-//! The whisker is that of the spec, what the rig adds is said or known of a calibration before; [`vibrissa_learned::plan`] chooses the taps.
+//! The whisker is that of the spec; the rig's errors are given or from an earlier calibration; [`vibrissa_learned::plan`] chooses the taps.
 
 mod apart;
 mod order;
@@ -18,97 +18,94 @@ use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
 
-/// Distances among which positions are chosen.
 const DISTANCES: usize = 25;
-/// Drives of the spec that are used at most.
 const DRIVES: usize = 12;
-/// Least taps of a plan: of fewer, noise and what runs differ by would not be learned.
+/// Fewest taps of a plan: fewer do not determine noise and differences of runs.
 pub const LEAST: usize = 8;
 /// Most taps of a plan.
 pub const MOST: usize = 400;
-/// Positions at which a rig can be moved to, mm.
+/// Resolution of a position, mm.
 const ROUND: f64 = 0.1;
 
-/// What is wanted.
+/// Goal of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanGoal {
-    /// Root mean square of the error of a distance, mm.
+    /// RMS error of a distance, mm.
     pub error: f64,
-    /// Most positions.
+    /// Maximum of positions.
     pub positions: Option<usize>,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// How well a position is set, mm, one standard deviation.
+    /// Standard deviation of a position, mm.
     pub place: f64,
-    /// How much the gain of two runs differs, as a share.
+    /// Relative standard deviation of the gain of a run.
     pub gain: f64,
-    /// Noise that goes with the signal, as a share.
+    /// Noise in proportion to the signal, relative.
     pub relative: f64,
-    /// Of the order of the taps.
+    /// Seed of the order of the taps.
     pub seed: u64,
 }
 
 /// A plan.
 #[derive(Debug, Clone)]
 pub struct Planned {
-    /// Distances (mm) and drives that are used.
+    /// Distances in mm.
     pub distances: Vec<f64>,
-    /// See above.
+    /// Drives of the plan.
     pub drives: Vec<f64>,
-    /// The taps: places of distance and drive, and the run.
+    /// Indices of distance and drive, and run, of each tap.
     pub taps: Vec<Tap>,
-    /// What is to be done, line by line, zero readings included.
+    /// Lines in order, with zero readings.
     pub rows: Vec<Row>,
-    /// Root mean square of σ that is expected, mm.
+    /// Expected RMS of σ, mm.
     pub sigma: f64,
-    /// What of it is noise, position and run of the reading itself.
+    /// Part of σ from noise, position and run of the reading itself, mm.
     pub floor: f64,
-    /// σ of the best so many taps.
+    /// σ in mm of the best plan by number of taps.
     pub path: Vec<(usize, f64)>,
-    /// σ of the best even grids of so many taps.
+    /// σ in mm of the best even grid by number of taps.
     pub even: Vec<(usize, f64)>,
-    /// What the taps cannot tell apart.
+    /// Numbers that the taps cannot separate.
     pub apart: Vec<Apart>,
-    /// Distances and drives of the spec that may be tapped.
+    /// Ranges of the distances and drives that may be tapped.
     pub reached: [[f64; 2]; 2],
-    /// Pairs of them that may not be tapped, and all.
+    /// Number of forbidden pairs of distance and drive, and of all pairs.
     pub forbidden: [usize; 2],
-    /// Distances and drives of the spec.
+    /// Ranges of distances and drives in the spec.
     pub ends: [[f64; 2]; 2],
-    /// Where the numbers of the rig come from.
+    /// Errors of the rig.
     pub rig: Spread,
 }
 
 impl Planned {
-    /// Taps of the least even grid that is as good, where there is one.
+    /// Number of taps of the smallest even grid that is as good.
     pub fn even_as_good(&self) -> Option<usize> {
         self.even.iter().find(|(_, sigma)| *sigma <= self.sigma).map(|(n, _)| *n)
     }
 
-    /// σ of the best even grid of no more taps.
+    /// σ of the best even grid with at most as many taps.
     pub fn even_of_its_size(&self) -> Option<f64> {
         let fits = self.even.iter().filter(|(n, _)| *n <= self.taps.len());
         fits.map(|(_, sigma)| *sigma).min_by(f64::total_cmp)
     }
 
-    /// Positions that are used, mm, and the taps at each.
+    /// Positions in use, mm, with the number of taps at each.
     pub fn positions(&self) -> Vec<(f64, usize)> {
         let count = |i: usize| self.taps.iter().filter(|t| t[0] == i).count();
         (0..self.distances.len()).map(|i| (self.distances[i], count(i))).filter(|(_, n)| *n > 0).collect()
     }
 
-    /// Drives that are used, and the taps by each.
+    /// Drives in use, with the number of taps at each.
     pub fn by_drive(&self) -> Vec<(f64, usize)> {
         let count = |j: usize| self.taps.iter().filter(|t| t[1] == j).count();
         (0..self.drives.len()).map(|j| (self.drives[j], count(j))).filter(|(_, n)| *n > 0).collect()
     }
 }
 
-/// Plans the calibration of the rig of a spec, whose axes `space` say how far it may go.
+/// Plans the calibration of `rig` within the axes of `space`.
 ///
 /// # Errors
-/// A spec without noise, with one distance only, or whose taps the gauge does not stand; a model that has no solution there; an error that
-/// cannot be reached.
+/// A spec without noise, with one distance, or with taps beyond the gauge's limit; a model without solution; an unreachable error.
 pub fn plan(
     rig: &Rig,
     space: &Space,
@@ -197,7 +194,6 @@ pub fn plan(
         return Err(out_of_reach(&planner, asked));
     }
     planner.exchange();
-    // What the exchange gained may save taps.
     loop {
         let mut fewer = planner.clone();
         fewer.shrink();
@@ -240,7 +236,7 @@ pub fn plan(
     })
 }
 
-/// Positions to choose from: evenly between the ends of the spec's distances, to a tenth of a mm.
+/// Candidate positions, even over the distances of the spec, rounded to 0.1 mm.
 fn distances(space: &Space) -> Result<Vec<f64>, InputError> {
     let axis = axis(space, Column::Distance, "tap.a")?;
     let (lo, hi) = (axis.min(), axis.max());
@@ -257,7 +253,7 @@ fn distances(space: &Space) -> Result<Vec<f64>, InputError> {
     Ok(all)
 }
 
-/// The drives of the spec, those between left out where there are many.
+/// Drives of the spec, thinned to [`DRIVES`].
 fn drives(space: &Space) -> Result<Vec<f64>, InputError> {
     let axis = axis(space, Column::Drive, "tap.theta")?;
     let mut all: Vec<f64> = axis.iter().take(1 << 20).collect();

@@ -1,4 +1,4 @@
-//! In which order the taps of a plan are done, so that a drift is no curve and a run no position.
+//! Order of the taps of a plan: a drift must not look like a curve, nor a run like a position.
 
 use super::MOST;
 use crate::error::InputError;
@@ -8,24 +8,21 @@ use crate::measure::{Rig, Unit};
 use crate::scene::sampler::Sampler;
 use vibrissa_learned::plan::{Planner, Rig as Spread, Tap};
 
-/// Zero readings at a time.
 const ZEROS: usize = 2;
-/// Most taps between zero readings.
 const BETWEEN: usize = 12;
 
-/// One line of a plan.
+/// Line of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
     /// Run, from 0.
     pub run: usize,
-    /// Place of the distance.
+    /// Index of the distance.
     pub distance: usize,
-    /// Place of the drive; `None` of a zero reading.
+    /// Index of the drive; `None` for a zero reading.
     pub drive: Option<usize>,
 }
 
-/// The lines of all runs: positions in a random order, each visited once in a run, in every other run backwards, so that a steady drift
-/// is none of positions; drives at a position in a random order; zeros at both ends and between.
+/// Lines of all runs, in random order with zeros between; every other run reverses the positions, so that a steady drift does not look like them.
 pub fn rows(taps: &[Tap], runs: usize, seed: u64) -> Vec<Row> {
     let mut positions: Vec<usize> = taps.iter().map(|t| t[0]).collect();
     positions.sort_unstable();
@@ -61,8 +58,7 @@ pub fn rows(taps: &[Tap], runs: usize, seed: u64) -> Vec<Row> {
     all
 }
 
-/// Even grids: some of the drives, evenly apart with both ends, at 2, 3 … positions evenly apart with both ends; in each run, or the positions
-/// in one run after the other. Of each size the best one, where it is better than all smaller ones.
+/// Even grids of distances and drives, in each run or divided over the runs; of each size the best one, if better than all smaller ones.
 pub fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -> Vec<(usize, f64)> {
     let n = distances.len();
     let spread = |k: usize, of: usize, n: usize| if of > 1 { k * (n - 1) / (of - 1) } else { n - 1 };
@@ -93,10 +89,10 @@ pub fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -
     all
 }
 
-/// What a rig adds, as a calibration before learned it; `gain` is that of runs where it has one run only.
+/// Spread of a rig as learned by an earlier calibration; `gain` replaces that of a calibration with one run.
 ///
 /// # Errors
-/// A calibration that was not learned, of another signal, or of a whisker that is driven another way.
+/// A calibration without `learned`, of another signal, or driven in another way.
 pub fn like(calibration: &Calibration, rig: &Rig, gain: f64, label: &str) -> Result<Spread, InputError> {
     let fault = |message: &str, allowed: String| {
         Err(InputError::new(message).at(label, None).key("--like").allowed(allowed))

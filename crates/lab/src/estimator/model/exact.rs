@@ -1,6 +1,5 @@
-//! `exact`: the whole configured model, inverted for a, with the parameters that calibration fitted.
-//!
-//! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10) (+ z₀ while that is looked for). E is no parameter: strain does not depend on it.
+//! `exact`: the configured model with fitted parameters, inverted for a.
+//! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10), plus z₀ while that is fitted. Strain does not depend on E.
 
 use super::Found;
 use super::ModelError;
@@ -12,34 +11,32 @@ use crate::evaluate::Method;
 use crate::measure::Rig;
 use crate::scene::{Model, Side};
 
-/// Opens what solves a model.
+/// Opens the solver of a model.
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
 
-/// Taps of a surface that may be left to the reference, and that may have no solution, where it is to be there within seconds.
+/// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
 pub const HARD: [usize; 2] = [48, 1024];
 
-/// Where a surface is wanted.
+/// Domain of a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
     /// Side of the gauge.
     pub side: Side,
-    /// Distances, mm.
+    /// Range of distances, mm.
     pub reach: [f64; 2],
-    /// Drives, degrees or mm, offsets included.
+    /// Range of drives, degrees or mm, with offsets.
     pub drives: [f64; 2],
-    /// Taps that may be left to the reference, and that may have no solution: both take long.
+    /// Maximum of taps left to the reference, and of taps without solution: both are slow.
     pub hard: [usize; 2],
 }
 
 impl Extent {
-    /// Around calibrated `distances` and `drives`: distances as far as the tip and a little beyond, as noise leads there; drives
-    /// with room for an offset where there is more than one, and for one of `ahead`.
+    /// Domain around calibrated `distances` and `drives`: a little beyond the tip for noise; several drives with room for an offset, or for `ahead`.
     pub fn around(rig: &Rig, side: Side, distances: [f64; 2], drives: [f64; 2], ahead: f64) -> Self {
         let [lo, hi] = distances;
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
-        // Short of the apex of the cone, where there is no whisker to tap.
         let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
-        // Taps next to the tip of a whisker that ends there slip off.
+        // Taps next to a real tip slip off.
         let ends = rig.setup.built.is_some();
         let room = if ends {
             0.97 * length
@@ -58,7 +55,7 @@ impl Extent {
     }
 }
 
-/// The surface of `values`.
+/// Surface of the model with `values`.
 ///
 /// # Errors
 /// As [`Surface::build`]; a backend that cannot be opened.
@@ -73,12 +70,12 @@ pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Resu
 pub struct Exact {
     /// Values of all parameters.
     pub values: Values,
-    /// Those that were fitted.
+    /// Fitted parameters.
     pub fitted: Vec<Parameter>,
-    /// Their covariance.
+    /// Covariance of the fitted parameters.
     pub covariance: Vec<Vec<f64>>,
     surface: Surface,
-    /// For each fitted physical parameter the surfaces on both sides of its value, and their distance.
+    /// For each fitted physical parameter, surfaces on both sides of its value, and their distance.
     sides: Vec<Option<(Surface, Surface, f64)>>,
 }
 
@@ -98,7 +95,7 @@ impl Exact {
         Ok(exact)
     }
 
-    /// With other values; what is beside them is not looked for where they are of another whisker.
+    /// Model with other values; without neighbouring surfaces if a physical parameter changed.
     pub fn with(&self, values: Values, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<Self, ModelError> {
         let same = |p: &Parameter| values[*p as usize].to_bits() == self.values[*p as usize].to_bits();
         if Parameter::ALL.iter().filter(|p| p.is_physical()).all(same) {
@@ -108,7 +105,7 @@ impl Exact {
         Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides: Vec::new() })
     }
 
-    /// Solves the whiskers beside this one that [`Self::gradient`] needs.
+    /// Solves the neighbouring whiskers for [`Self::gradient`].
     pub fn look_beside(&mut self, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<(), ModelError> {
         if self.sides.len() == self.fitted.len() {
             return Ok(());
@@ -136,12 +133,12 @@ impl Exact {
         (a + self.values[2], drive + self.values[1])
     }
 
-    /// The curve at one drive.
+    /// Curve at one drive.
     pub fn at(&self, drive: f64) -> Curve {
         self.surface.at(drive + self.values[1])
     }
 
-    /// Reading expected at a, mm.
+    /// Expected reading at a (mm).
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         let (a, drive) = self.moved(a, drive);
         self.values[0] * self.surface.value(a, drive) + self.values[Parameter::Zero as usize]
@@ -169,14 +166,14 @@ impl Exact {
         self.fitted.iter().zip(&self.sides).map(entry).collect()
     }
 
-    /// Variance of the expected reading that the fit leaves.
+    /// Variance of the expected reading from the fit.
     pub fn variance(&self, a: f64, drive: f64) -> f64 {
         let g = self.gradient(a, drive);
         let row = |(gi, row): (&f64, &Vec<f64>)| gi * row.iter().zip(&g).map(|(c, gj)| c * gj).sum::<f64>();
         g.iter().zip(&self.covariance).map(row).sum::<f64>().max(0.0)
     }
 
-    /// Distance at which the model gives `reading` > 0 at `drive`, whose [`Self::at`] is `curve`.
+    /// Distance for a `reading` > 0 at `drive`; `curve` is [`Self::at`] of `drive`.
     pub fn find_in(&self, curve: &Curve, drive: f64, reading: f64) -> Option<Found> {
         let (far, near) = curve.roots(reading / self.values[0])?;
         let a = far - self.values[2];
@@ -185,22 +182,22 @@ impl Exact {
         Some(Found::root(a, near, slope, self.variance(a, drive)))
     }
 
-    /// As [`Self::find_in`].
+    /// Distance for a `reading` > 0 at `drive`.
     pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
         self.find_in(&self.at(drive), drive, reading)
     }
 
-    /// Smallest reading within reach beyond the peak: a smaller one comes from farther out.
+    /// Smallest reading beyond the peak: a smaller one is beyond the range.
     pub fn weakest(&self, curve: &Curve) -> f64 {
         self.values[0] * curve.weakest(self.surface.reach[1])
     }
 
-    /// Distances covered, mm, as labelled.
+    /// Labelled distances covered, mm.
     pub fn reach(&self) -> [f64; 2] {
         self.surface.reach.map(|a| a - self.values[2])
     }
 
-    /// Error of the interpolation of the model, relative to the strain.
+    /// Relative error of the interpolation.
     pub fn error(&self) -> f64 {
         self.surface.error
     }

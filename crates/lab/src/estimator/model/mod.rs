@@ -1,4 +1,4 @@
-//! Curves of readings over distance, and how they are read backwards: closed forms, data, the exact model with its fitted parameters.
+//! Curves of readings over distance and their inversion: closed forms, data, the exact model with fitted parameters.
 
 pub mod exact;
 pub mod pair;
@@ -8,13 +8,11 @@ pub mod surface;
 
 use crate::error::{Error, SolveError};
 
-/// What an estimator makes of a reading.
 pub use vibrissa_learned::invert::Found;
 
-/// Relative slack with which a recorded drive equals a calibrated one.
 pub(crate) use crate::measure::group::ROUNDING as SAME;
 
-/// Place of `x` among ascending `values`: index of the one before and weight of the one after; `None` outside.
+/// Index before `x` in ascending `values`, and weight of the next value; `None` outside.
 pub(crate) fn bracket(values: &[f64], x: f64) -> Option<(usize, f64)> {
     let (first, last) = (*values.first()?, *values.last()?);
     if x < first * (1.0 - SAME) || x > last * (1.0 + SAME) || x.is_nan() {
@@ -37,24 +35,24 @@ pub(crate) fn between(xs: &[f64], ys: &[f64], x: f64) -> f64 {
     }
 }
 
-/// Why a model could not be solved over the distances and drives of interest.
+/// Failure to solve a model over the distances and drives of a side.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
-    /// There is no distance beyond the gauge.
+    /// All distances are at or inside the gauge.
     #[error("all distances lie at or inside the gauge")]
     InsideGauge,
     /// The taper ends before the distances do.
     #[error("the whisker cannot be continued so far")]
     TooFar,
-    /// Most taps that were measured have no solution.
+    /// Most measured taps have no solution.
     #[error("the model of the spec has solutions for {found} of {of} measured distances and drives")]
     FewTaps {
-        /// Those that have.
+        /// Taps with a solution.
         found: usize,
-        /// All.
+        /// All taps.
         of: usize,
     },
-    /// Its taps cannot be solved.
+    /// A tap cannot be solved.
     #[error(transparent)]
     Solve(#[from] SolveError),
     /// No backend could be opened.
@@ -63,7 +61,7 @@ pub enum ModelError {
 }
 
 impl ModelError {
-    /// Whether it says that this whisker has no such taps, and not that the computer failed.
+    /// True if the whisker has no such taps; false if the computation failed.
     pub fn is_of_whisker(&self) -> bool {
         match self {
             Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } | Self::Solve(SolveError::TooHard) => {

@@ -1,6 +1,5 @@
-//! Two readings of one tap, by gauges 90° apart round the whisker, over distance and tilt, and backwards (model §6).
-//!
-//! Readings are counted positive as those of the first gauge are on its side: r₁ = s₁ ε₁, r₂ = s₂ ε(90° + δ), δ the misalignment of the second gauge.
+//! Readings of two gauges 90° apart round the whisker, over distance and tilt, and their inversion (model §6).
+//! With the sign of the first gauge: r₁ = s₁ ε₁, r₂ = s₂ ε(90° + δ), δ the misalignment of the second gauge.
 
 use super::ModelError;
 use super::exact::{Extent, Values, scene_with};
@@ -12,7 +11,7 @@ use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::Rig;
 use crate::scene::{Direction, Setup};
 
-/// What the second gauge shows beside the first.
+/// Transfer from strains to readings of both gauges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transfer {
     /// s₁ and s₂, reading per strain.
@@ -21,24 +20,23 @@ pub struct Transfer {
     pub misalignment: f64,
 }
 
-/// The model of a calibrated whisker with two gauges.
+/// Model of a calibrated whisker with two gauges.
 #[derive(Debug, Clone)]
 pub struct Pair {
     setup: Setup,
     designs: [Design; 1],
-    /// What is added to a labelled distance, mm, and to a labelled drive.
+    /// Offsets added to a labelled distance, mm, and to a labelled drive.
     offsets: [f64; 2],
     /// Lean of the pole, degrees.
     lean: f64,
-    /// Distances covered, mm.
     reach: [f64; 2],
 }
 
 impl Pair {
-    /// The model of `rig` with the parameters `values`, over the distances of `at`, of poles that lean by `lean`, degrees.
+    /// Model of `rig` with the parameters `values`, over the distances of `at`, for poles that lean by `lean` degrees.
     ///
     /// # Errors
-    /// Distances that no whisker has.
+    /// Impossible distances.
     pub fn new(rig: &Rig, values: &Values, at: Extent, lean: f64) -> Result<Self, ModelError> {
         let mut setup = scene_with(&rig.setup, values);
         setup.gauge.side = at.side;
@@ -51,24 +49,23 @@ impl Pair {
         Ok(Self { setup, designs: [design], offsets: [values[2], values[1]], lean, reach })
     }
 
-    /// What evaluates its taps by `method`.
+    /// Evaluator of its taps by `method`.
     pub fn evaluator(&self, method: Method) -> Evaluator<'_> {
         Evaluator::new(&self.setup, method)
     }
 
-    /// The model that `method` must solve.
+    /// Model that `method` must solve.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// The tap that is labelled with a (mm), a tilt (degrees) and a drive.
+    /// Tap labelled with a (mm), tilt (degrees) and drive.
     pub fn tap(&self, a: f64, tilt: f64, drive: f64) -> Task {
         let ([a0, drive0], direction) = (self.offsets, Direction { tilt, lean: self.lean });
         Task { design: 0, a: a + a0, direction, drive: drive + drive0 }
     }
 
-    /// Mean strains of taps: of the centreline, of the first gauge, and 90° further; each positive as that of the first is. `None` where the model
-    /// has none.
+    /// Mean strains of taps: of the centreline, of the first gauge, and 90° further, in the sign of the first; `None` without a solution.
     pub fn strains(
         &self,
         evaluator: &mut Evaluator<'_>,
@@ -79,7 +76,7 @@ impl Pair {
         Ok(strains.map(|strains| strains.filter(|[axial, ..]| axial.is_finite())).collect())
     }
 
-    /// The taps of two readings each, through `transfer`, their distances as labelled; `None` where none is found.
+    /// Taps from two readings each through `transfer`, with labelled distances; `None` if not found.
     pub fn invert(
         &self,
         evaluator: &mut Evaluator<'_>,
@@ -96,14 +93,14 @@ impl Pair {
 }
 
 impl Transfer {
-    /// r₁ and r₂ of [`Pair::strains`].
+    /// r₁ and r₂ for [`Pair::strains`].
     pub fn readings(&self, [axial, first, second]: [f64; 3]) -> [f64; 2] {
         let (sin, cos) = self.misalignment.sin_cos();
         let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
         [self.factors[0] * first, self.factors[1] * strain_2]
     }
 
-    /// ε₁ and ε₂ of r₁ and r₂, the strain of the centreline left out.
+    /// ε₁ and ε₂ for r₁ and r₂, without the strain of the centreline.
     pub fn strains(&self, readings: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.misalignment.sin_cos();
         let first = readings[0] / self.factors[0];

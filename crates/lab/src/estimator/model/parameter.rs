@@ -1,4 +1,4 @@
-//! What can be fitted of a model, and the model with other values of it.
+//! Parameters of a model that can be fitted.
 
 use std::sync::Arc;
 
@@ -6,34 +6,33 @@ use crate::error::InputError;
 use crate::measure::Rig;
 use crate::scene::{Clamp, Contact, Drive, Material, Setup};
 
-/// A parameter of the model that can be fitted.
+/// Parameter of the model that can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// s: reading per strain; 1 for an ideal gauge, in the unit of the reading otherwise.
     Factor,
-    /// θ₀ in degrees, or δ₀ in mm: what the motor turned before it touched, taken negative, and the error of its zero.
+    /// θ₀ in degrees, or δ₀ in mm: minus the drive at contact, with the error of its zero.
     DriveOffset,
     /// a₀, mm: error of the distance labels.
     DistanceOffset,
     /// r₀, mm.
     Hub,
-    /// ν.
+    /// Poisson's ratio ν.
     Nu,
-    /// μ.
+    /// Coefficient of friction μ.
     Mu,
-    /// C01/C10.
+    /// Ratio C01/C10.
     Ratio,
     /// c₀, in D: where the clamp holds the rod (model §8).
     Clamp,
     /// k_θ of the root, N mm/rad (model §7).
     Root,
-    /// z₀, in the unit of the signal: what a sensor that nobody tared shows without contact. It is fitted to be taken off the signal, not
-    /// to be kept as a parameter.
+    /// z₀, in the unit of the signal: signal of an untared sensor without contact. It is fitted to be subtracted, not stored.
     Zero,
 }
 
 impl Parameter {
-    /// All that a calibration holds, in the order of [`Values`].
+    /// All parameters of a calibration, in the order of [`Values`].
     pub const ALL: [Self; 9] = [
         Self::Factor,
         Self::DriveOffset,
@@ -46,8 +45,7 @@ impl Parameter {
         Self::Root,
     ];
 
-    /// Its name where the drive is an angle and a displacement, its unit there, the values that mean something, and what gives the model of a spec
-    /// this parameter.
+    /// Names and units for an angle and a displacement, domain, and the key of a spec that adds the parameter to the model.
     fn facts(self) -> ([&'static str; 2], [&'static str; 2], [f64; 2], &'static str) {
         let any = [f64::NEG_INFINITY, f64::INFINITY];
         let clamp = "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket";
@@ -72,27 +70,27 @@ impl Parameter {
         self.facts().0[kind as usize]
     }
 
-    /// The parameter of this name.
+    /// Parameter with this name.
     pub fn named(name: &str, kind: Drive) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name(kind).eq_ignore_ascii_case(name))
     }
 
-    /// Unit, for people.
+    /// Unit as text.
     pub fn unit(self, kind: Drive) -> &'static str {
         self.facts().1[kind as usize]
     }
 
-    /// Range of values that mean something.
+    /// Range of meaningful values.
     pub fn domain(self) -> [f64; 2] {
         self.facts().2
     }
 
-    /// Whether another value needs the model to be solved again.
+    /// True if the model must be solved again for another value.
     pub fn is_physical(self) -> bool {
         matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio | Self::Clamp | Self::Root)
     }
 
-    /// Step of difference quotients over a physical parameter of this value.
+    /// Step of difference quotients at this value.
     pub fn step(self, value: f64) -> f64 {
         match self {
             Self::Hub => 0.02,
@@ -102,10 +100,10 @@ impl Parameter {
     }
 }
 
-/// Values of all parameters, by [`Parameter`].
+/// Values of all parameters, indexed by [`Parameter`].
 pub type Values = [f64; 10];
 
-/// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10, c₀, k_θ as they stand; NaN where the model has no such thing.
+/// Values of the spec, with an ideal gauge and without offsets; NaN for parameters that the model lacks.
 pub fn spec_values(setup: &Setup) -> Values {
     let mu = match setup.model.contact {
         Contact::Coulomb(mu) => mu,
@@ -142,7 +140,7 @@ pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
     if let Some(built) = setup.built.as_mut().filter(|_| turns.is_finite()) {
         Arc::make_mut(built).root.k_theta = turns;
     }
-    // A ratio that nobody changed leaves the material as it was written, to the last digit.
+    // An unchanged ratio keeps the material bit for bit.
     if ratio.is_finite() && ratio != spec_values(&setup)[6] {
         let c10 = setup.model.material.e0() / (6.0 * (1.0 + ratio));
         setup.model.material = Material::MooneyRivlin([c10, ratio * c10]);
@@ -150,7 +148,7 @@ pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
     setup
 }
 
-/// Refuses parameters that the model of `rig` does not have.
+/// Refuses parameters that the model of `rig` lacks.
 pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
     let values = spec_values(&rig.setup);
     for p in asked {
@@ -163,7 +161,7 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// How much of a parameter is a lot: what it could plausibly be off by.
+/// Plausible error of a parameter.
 pub fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 2]) -> f64 {
     match p {
         Parameter::Factor => values[0].abs(),

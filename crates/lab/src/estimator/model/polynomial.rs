@@ -1,7 +1,5 @@
-//! A smooth, monotone curve of distance over signal and drive: a polynomial in ln(signal) and the drive, no theory of the whisker.
-//!
-//! Fitted is a, or ln a, because that is what is asked: the error that is made small is that of the distance. Its order, and whether the
-//! drive counts as it is or by its logarithm, is chosen by the error at positions left out whole ([`Polynomial::choose`]).
+//! Smooth, monotone curve of distance: a polynomial in ln(signal) and the drive, without theory of the whisker.
+//! It is fitted to a or ln a; cross-validation over positions chooses this, its degree, and ln drive or drive ([`Polynomial::choose`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,15 +12,14 @@ use crate::estimator::least::solve;
 use crate::measure::group::Groups;
 use crate::physics::inverse::bracketed;
 
-/// Points of the range of signals at which the curve must fall, or rise, as everywhere else.
+/// Intervals of the range of signals at which the direction of the curve is checked.
 const LOOKS: usize = 24;
-/// Drives at which that is looked at.
+/// Maximum of drives for this check.
 const DRIVES: usize = 32;
 
-/// Highest total degree that is tried.
 const DEGREES: usize = 4;
 
-/// What is a polynomial of what.
+/// Form of a polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Form {
@@ -30,27 +27,25 @@ pub struct Form {
     pub degree: usize,
     /// Degree in the drive.
     pub drive_degree: usize,
-    /// Whether ln a is fitted, in place of a.
+    /// True if ln a is fitted instead of a.
     pub log_a: bool,
-    /// Whether ln drive counts, in place of the drive.
+    /// True for ln drive instead of the drive.
     pub log_drive: bool,
 }
 
 impl Form {
-    /// Exponents of ln signal and the drive, term by term.
     fn powers(&self) -> Vec<[i32; 2]> {
         let to = |i: usize| self.drive_degree.min(self.degree.saturating_sub(i));
         (0..=self.degree).flat_map(|i| (0..=to(i)).map(move |j| [i as i32, j as i32])).collect()
     }
 
-    /// Number of terms, of any degrees that a file may hold.
+    /// Number of terms, for any degrees in a file.
     pub fn terms_in_all(&self) -> usize {
         let most = self.drive_degree.min(self.degree);
         let all = (most + 1).saturating_mul(self.degree.saturating_add(1));
         all.saturating_sub(most.saturating_mul(most + 1) / 2)
     }
 
-    /// All that are tried where there are so many positions and drives, the simplest first.
     fn all(positions: usize, drives: usize) -> Vec<Self> {
         let mut all = Vec::new();
         for degree in 1..=DEGREES.min(positions.saturating_sub(2)).max(1) {
@@ -70,7 +65,6 @@ impl Form {
         if self.log_drive { drive.ln() } else { drive }
     }
 
-    /// What is fitted of a distance.
     fn target(&self, a: f64) -> f64 {
         if self.log_a { a.ln() } else { a }
     }
@@ -79,7 +73,6 @@ impl Form {
         if self.log_a { y.exp() } else { y }
     }
 
-    /// Terms at ln signal = `x`, and their slopes over x.
     fn terms(&self, powers: &[[i32; 2]], scale: [[f64; 2]; 2], x: f64, drive: f64) -> (Vec<f64>, Vec<f64>) {
         let [[x0, dx], [v0, dv]] = scale;
         let (u, v) = ((x - x0) / dx, (self.drive(drive) - v0) / dv);
@@ -90,43 +83,41 @@ impl Form {
     }
 }
 
-/// A tap: distance in mm, drive, |signal| > 0, and its position among those that may be left out.
+/// Tap: distance in mm, drive, |signal| > 0, and the position that cross-validation leaves out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Contact distance, mm.
     pub a: f64,
     /// Drive, degrees or mm.
     pub drive: f64,
-    /// |signal|.
+    /// |signal| > 0.
     pub signal: f64,
-    /// Number of the position.
+    /// Index of the position.
     pub position: usize,
-    /// Number of taps that it stands for.
+    /// Number of taps that it represents.
     pub n: f64,
 }
 
-/// Range of ln signal at one drive.
 type Range = (f64, [f64; 2]);
 
-/// A curve.
+/// Fitted curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Polynomial {
-    /// What is a polynomial of what.
+    /// Form of the polynomial.
     pub form: Form,
-    /// Middle and half width of ln signal, and of the drive (or its logarithm): both count as −1 … 1.
+    /// Middle and half width of ln signal, and of the drive or its logarithm.
     pub scale: [[f64; 2]; 2],
-    /// Coefficients, by the exponent of the scaled ln signal, then of the scaled drive.
+    /// Coefficients, by exponent of the scaled ln signal, then of the scaled drive.
     pub coefficients: Vec<f64>,
-    /// Their covariance.
+    /// Covariance of the coefficients.
     pub covariance: Vec<Vec<f64>>,
-    /// 1 where the distance grows with the signal, −1 where it falls.
+    /// 1 if the distance grows with the signal, −1 if it falls.
     pub sign: f64,
-    /// Distances that are answered, mm.
+    /// Range of answered distances, mm.
     pub reach: [f64; 2],
 }
 
-/// Value of a curve, and what it is worth.
 struct At {
     a: f64,
     /// da/d(ln signal), mm.
@@ -135,15 +126,12 @@ struct At {
     variance: f64,
 }
 
-/// Sums of products of terms, and of terms with what is fitted.
 struct Moments {
     xx: DMatrix<f64>,
     xy: DVector<f64>,
 }
 
-/// The moments of some points for a form.
 struct Sums {
-    /// Scales of ln signal and the drive.
     scale: [[f64; 2]; 2],
     powers: Vec<[i32; 2]>,
     positions: BTreeMap<usize, Moments>,
@@ -178,7 +166,7 @@ impl Sums {
 }
 
 impl Polynomial {
-    /// The form that does best at positions left out; `None` where none is monotone, or too few points are there.
+    /// Best form in cross-validation over positions; `None` if no form is monotone, or there are too few points.
     pub fn choose(points: &[Point]) -> Option<Form> {
         let positions = points.iter().map(|p| p.position).collect::<BTreeSet<usize>>().len();
         // Values of one drive that differ by jitter count as one drive.
@@ -192,7 +180,7 @@ impl Polynomial {
             f.terms_in_all().cmp(&g.terms_in_all()).then(mean(x).total_cmp(&mean(y)))
         });
         let best = tried.iter().map(|(_, s)| s).min_by(|x, y| mean(x).total_cmp(&mean(y)))?;
-        // Of forms that the positions cannot tell from the best, the simplest.
+        // The simplest of the forms that are not significantly worse than the best.
         let as_good = |(_, squares): &&(Form, Vec<f64>)| {
             let mut worse = crate::reduce::Spread::default();
             squares.iter().zip(best).for_each(|(s, b)| worse.push(s - b));
@@ -202,19 +190,18 @@ impl Polynomial {
         Some(tried.iter().find(as_good)?.0)
     }
 
-    /// The curve of `form` through `points`; `None` where it is not monotone. `beyond`: share of the last step between positions to which
-    /// it answers beyond them.
+    /// Curve of `form` through `points`; `None` if not monotone. It answers beyond the positions by `beyond` of the last step between them.
     pub fn through(points: &[Point], form: Form, beyond: f64) -> Option<Self> {
         Self::fit(&Sums::of(points, form), points, &ranges(points), form, beyond)
     }
 
-    /// Mean square error at each position where that is left out; `None` where the form is none of these data.
+    /// Mean square error at each position if left out; `None` if the form does not fit the number of drives.
     fn left_out(points: &[Point], positions: usize, ranges: &[Range], form: Form) -> Option<Vec<f64>> {
         let sums = Sums::of(points, form);
-        // A curve that turns is no calibration, however well it fits.
+        // The whole curve must be monotone, however well it fits.
         Self::fit(&sums, points, ranges, form, 0.0)?;
         if points.len() < sums.powers.len() + 1 || positions < 3 {
-            // Nothing can be left out of so little: the simplest form has to do.
+            // Too few points for cross-validation: only the simplest form is allowed.
             return (form.degree == 1).then(|| vec![0.0]);
         }
         let mut without = BTreeMap::new();
@@ -230,7 +217,7 @@ impl Polynomial {
         squares.iter().all(|s| s.is_finite()).then_some(squares)
     }
 
-    /// Least squares; `None` where the curve is not monotone over the data, or the data do not determine it.
+    /// Least squares; `None` if the curve is not monotone over the data, or the data do not determine it.
     fn fit(sums: &Sums, points: &[Point], ranges: &[Range], form: Form, beyond: f64) -> Option<Self> {
         let (c, inverse) = solve(&sums.all.xx, &sums.all.xy)?;
         let mean = |k: &usize| {
@@ -256,7 +243,7 @@ impl Polynomial {
         Some(curve)
     }
 
-    /// Whether its values, which a file may hold, belong together.
+    /// True if its values, which a file may hold, are consistent.
     pub fn is_sound(&self) -> bool {
         let n = self.form.terms_in_all();
         let square = self.covariance.len() == n && self.covariance.iter().all(|row| row.len() == n);
@@ -273,7 +260,7 @@ impl Polynomial {
             && self.sign.abs() == 1.0
     }
 
-    /// Whether distance grows or falls with the signal everywhere among the data; `None` where it does both.
+    /// Sign of the curve's slope over the data; `None` if it changes.
     fn direction(&self, ranges: &[Range]) -> Option<f64> {
         let mut sign = 0.0;
         for (drive, [lo, hi]) in ranges {
@@ -288,8 +275,7 @@ impl Polynomial {
         (sign != 0.0).then_some(sign)
     }
 
-    /// Covariance of the coefficients. What a position has in common — its label, what the form does not follow — counts once, not
-    /// once a tap: the larger of the two variances that taps and positions show is that of every tap.
+    /// Covariance of the coefficients, from the larger of the variances of taps and of positions: errors common to a position count once.
     fn spread(&self, points: &[Point], inverse: &DMatrix<f64>) -> Vec<Vec<f64>> {
         let left = |p: &Point| self.form.target(p.a) - self.form.target(self.at(p.signal.ln(), p.drive).a);
         let n: f64 = points.iter().map(|p| p.n).sum();
@@ -305,7 +291,6 @@ impl Polynomial {
             .collect()
     }
 
-    /// The curve at ln signal = `x`.
     fn at(&self, x: f64, drive: f64) -> At {
         let powers = self.form.powers();
         let (terms, slopes) = self.form.terms(&powers, self.scale, x, drive);
@@ -319,7 +304,7 @@ impl Polynomial {
         At { a, slope: dy * per, variance: variance.max(0.0) * per * per }
     }
 
-    /// Distance at which the curve has `signal` > 0 at `drive`; `None` beyond its reach.
+    /// Distance for a `signal` > 0 at `drive`; `None` beyond its reach.
     pub fn find(&self, drive: f64, signal: f64) -> Option<Found> {
         let at = self.at(signal.ln(), drive);
         let inside = at.a >= self.reach[0] && at.a <= self.reach[1];
@@ -330,12 +315,12 @@ impl Polynomial {
         Some(Found::root(at.a, None, slope, at.variance * slope * slope))
     }
 
-    /// Signal of a tap at a (mm) by `drive`; NaN beyond the reach.
+    /// Signal at a (mm) and `drive`; NaN beyond the reach.
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         if !(self.reach[0]..=self.reach[1]).contains(&a) {
             return f64::NAN;
         }
-        // Half as far again as the signals of all drives, where the curve runs as it does among the data.
+        // Search half as far again as the signals of all drives, where the slope keeps its sign.
         let [mid, half] = self.scale[0];
         let place = |k: usize| mid + 1.5 * half * (k as f64 / LOOKS as f64 - 1.0);
         let at = |k: usize| {
@@ -351,7 +336,6 @@ impl Polynomial {
     }
 }
 
-/// Of each position the sum of `of` over its taps, and their number.
 fn by_position(points: &[Point], of: impl Fn(&Point) -> f64) -> Vec<(f64, f64)> {
     let mut sums = BTreeMap::<usize, (f64, f64)>::new();
     for p in points {
@@ -361,7 +345,6 @@ fn by_position(points: &[Point], of: impl Fn(&Point) -> f64) -> Vec<(f64, f64)> 
     sums.into_values().collect()
 }
 
-/// Range of ln signal at each drive, of some where there are many.
 fn ranges(points: &[Point]) -> Vec<Range> {
     let mut order: Vec<&Point> = points.iter().collect();
     order.sort_by(|p, q| p.drive.total_cmp(&q.drive));

@@ -1,8 +1,6 @@
-//! Strain of a whisker over (a, θ) as polynomials: the exact model, solved once, read many times.
-//!
-//! What is interpolated is ε/(θ f), which is smooth and near 1, in u = 1/a and the drive, at Chebyshev points of pieces
-//! that are halved until their last coefficients vanish. f itself is a closed form and is not interpolated, so that
-//! neither its peak nor its kink at the gauge's far end costs anything.
+//! Strain of a whisker over (a, θ) as piecewise polynomials of the exact model.
+//! ε/(θ f), smooth and near 1, is interpolated in u = 1/a and the drive, at Chebyshev points of pieces that are halved until they are fine. f is a
+//! closed form, so its peak and its kink at the gauge's far end need no pieces.
 
 use super::ModelError;
 use super::exact::Extent;
@@ -15,64 +13,58 @@ use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series, t
 use crate::physics::linear::StrainCurve;
 use crate::scene::{Drive, Setup, Tuple};
 
-/// Chebyshev points of a piece over u and over the drive.
 const NODES: [usize; 2] = [curve::NODES, 10];
-/// Relative size of the last coefficients below which a piece is fine enough.
+/// Relative size of the last coefficients of a fine piece.
 const FINE: f64 = 1e-8;
-/// Most halvings of u and of the drive: a boundary between sticking and sliding is no polynomial anywhere.
+/// Maximum of halvings in u and in the drive: a boundary between sticking and sliding never converges.
 const HALVINGS: [u32; 2] = [4, 3];
-/// Steps of u in which the farthest tap with a solution is looked for.
 const STEPS: usize = 128;
 
-/// |ε| over contact distance and drive, positive on the side of the gauge.
+/// |ε| over contact distance and drive.
 #[derive(Debug, Clone)]
 pub struct Surface {
     curve: StrainCurve,
     kind: Drive,
-    /// Whether polynomials are over the drive's fourth root: where the skin gives way the ratio has a part that goes as drive^(−1/3).
+    /// True if polynomials are in the fourth root of the drive: a yielding skin gives the ratio a part in drive^(−1/3).
     yields: bool,
-    /// Distances covered, mm.
+    /// Range of distances, mm.
     pub reach: [f64; 2],
-    /// Drives covered, degrees or mm.
+    /// Range of drives, degrees or mm.
     pub drives: [f64; 2],
     strips: Vec<Strip>,
-    /// What the last coefficients of the worst piece sum to, relative to the strain.
+    /// Relative error: sum of the last coefficients of the worst piece.
     pub error: f64,
 }
 
-/// Pieces over one interval of the drive.
 #[derive(Debug, Clone)]
 struct Strip {
     drives: [f64; 2],
     pieces: Vec<Piece>,
-    /// Smallest u with a solution; 0 where nothing was cut off.
+    /// Smallest u with a solution; 0 if all have one.
     end: f64,
 }
 
-/// ε/(θ f) over one interval of u.
 #[derive(Debug, Clone)]
 struct Piece {
     u: [f64; 2],
-    /// One for each order over the drive: all orders over u lie together, so that their sums over the drive go on side by side.
+    /// A column for each order in the drive, over all orders in u.
     columns: Vec<[f64; NODES[0]]>,
-    /// f at the looks of a curve: it is the same at all drives.
+    /// f at the looks of a curve, equal for all drives.
     looks: [f64; LOOKS + 1],
-    /// Size of the last two orders over u and over the drive.
     tails: [f64; 2],
 }
 
 impl Surface {
-    /// Solves the model of `setup`, whose whisker is that of `rig`, over `at`. Distances beyond the tip are those of a
-    /// continued taper; the reach is cut at the gauge's near end and short of the apex, and at large drives where a thin tip follows
-    /// them no farther.
+    /// Solves the model of `setup` for the whisker of `rig` over `at`. Beyond the tip the taper is continued; the reach ends at the gauge's
+    /// near end, short of the apex, and, at large drives, where a thin tip slips off.
     ///
     /// # Errors
-    /// Distances that no whisker has; taps without solutions; a backend that fails.
+    /// Impossible distances; taps without solutions; a backend that fails.
     pub fn build(rig: &Rig, setup: &Setup, at: Extent, method: Method) -> Result<Self, ModelError> {
         let Extent { side, reach, drives, hard } = at;
         let mut setup = setup.clone();
         setup.gauge.side = side;
-        // It is that of upright poles and of the first gauge.
+        // Upright poles, first gauge.
         setup.gauge.second = false;
         let (reach, tuple) = continued(rig, reach)?;
         let design = Design::new(&setup, tuple);
@@ -121,7 +113,7 @@ impl Surface {
         Ok(Self { curve, kind, yields: solver.yields, reach, drives, strips, error })
     }
 
-    /// Strain at a (mm) and drive; NaN where the model has none.
+    /// Strain at a (mm) and drive; NaN without a solution.
     pub fn value(&self, a: f64, drive: f64) -> f64 {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let (u, strip) = (1.0 / a, self.strip(drive));
@@ -130,8 +122,7 @@ impl Surface {
         amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
-    /// Derivatives of the strain by a, 1/mm, and by the drive, per degree or mm: 0 where that is clamped to the ones covered; NaN where the
-    /// model has none.
+    /// Derivatives of the strain by a, 1/mm, and by the drive, per degree or mm (0 where it is clamped); NaN without a solution.
     pub fn slopes(&self, a: f64, drive: f64) -> [f64; 2] {
         let [first, last] = self.drives;
         let at = drive.clamp(first, last);
@@ -151,7 +142,7 @@ impl Surface {
         self.strips.iter().find(|s| drive <= s.drives[1]).unwrap_or(&self.strips[self.strips.len() - 1])
     }
 
-    /// The curve over a at one drive, which is clamped to [`Self::drives`].
+    /// Curve over a at one drive, clamped to [`Self::drives`].
     pub fn at(&self, drive: f64) -> Curve {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let strip = self.strip(drive);
@@ -162,19 +153,18 @@ impl Surface {
     }
 }
 
-/// Place of a drive, −1 … 1, between two.
+/// Drive scaled to −1 … 1 between `ends`.
 fn place_of(yields: bool, ends: [f64; 2], drive: f64) -> f64 {
     if yields { scaled(ends.map(root), root(drive)) } else { scaled(ends, drive) }
 }
 
-/// The same, and its derivative by the drive.
+/// Scaled drive, and its derivative by the drive.
 fn place_and_slope(yields: bool, ends: [f64; 2], drive: f64) -> (f64, f64) {
     let [lo, hi] = if yields { ends.map(root) } else { ends };
     let by_root = if yields { 0.25 * root(drive) / drive } else { 1.0 };
     (place_of(yields, ends, drive), 2.0 * by_root / (hi - lo))
 }
 
-/// The drive at a place between two.
 fn drive_at(yields: bool, ends: [f64; 2], place: f64) -> f64 {
     if yields { placed(ends.map(root), place).powi(4) } else { placed(ends, place) }
 }
@@ -184,7 +174,6 @@ fn root(drive: f64) -> f64 {
 }
 
 impl Strip {
-    /// The piece that holds u = 1/a; `None` where the model has no solution.
     fn piece(&self, u: f64) -> Option<&Piece> {
         let piece = self.pieces.iter().find(|p| u <= p.u[1]).or(self.pieces.last());
         piece.filter(|_| u >= self.end)
@@ -192,7 +181,7 @@ impl Strip {
 }
 
 impl Piece {
-    /// Coefficients over u at the place y of the drive, −1 … 1.
+    /// Coefficients in u at the scaled drive y.
     fn at(&self, y: f64) -> [f64; NODES[0]] {
         let mut sums = [0.0; NODES[0]];
         // T₋₁ = T₁.
@@ -204,7 +193,6 @@ impl Piece {
         sums
     }
 
-    /// Derivatives of these by y.
     fn slope(&self, y: f64) -> [f64; NODES[0]] {
         let mut sums = [0.0; NODES[0]];
         // T'ₙ = n Uₙ₋₁.
@@ -221,10 +209,7 @@ impl Piece {
     }
 }
 
-/// The distances of `reach` at which the whisker of `rig` can be tapped, and the whisker, its taper continued as far.
-///
-/// # Errors
-/// No distance beyond the gauge.
+/// Distances of `reach` at which the whisker of `rig` can be tapped, and the whisker with its taper continued.
 pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
     let shared = rig.shared();
     let tau = shared.taper.tau;
@@ -243,20 +228,17 @@ pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple),
     Ok((reach, tuple))
 }
 
-/// What solves the model at the points of a piece.
 struct Solve<'a> {
     curve: StrainCurve,
     kind: Drive,
     yields: bool,
     designs: [Design; 1],
     evaluator: Evaluator<'a>,
-    /// Taps that may still have no solution.
     spare: usize,
 }
 
 impl Solve<'_> {
-    /// The smallest u of a range whose tap by `drive` has a solution, as all of larger u have: 0 where the whole range has, infinite
-    /// where nothing has.
+    /// Smallest u of a range with a solution at `drive`: 0 if all have one, infinite if none has.
     fn end(&mut self, range: [f64; 2], drive: f64) -> Result<f64, ModelError> {
         let mut solved = |us: &[f64]| -> Result<Vec<bool>, ModelError> {
             let tasks: Vec<Task> = us.iter().map(|u| Task { a: 1.0 / u, drive, ..Task::default() }).collect();
@@ -271,7 +253,7 @@ impl Solve<'_> {
         Ok(found.map_or(f64::INFINITY, |(u, _)| *u))
     }
 
-    /// Pieces over the intervals `cut` of u, ascending, from `end` on, halved where that is needed.
+    /// Pieces over the intervals `cut` of u, ascending, from `end` on, halved until they are fine.
     fn pieces(&mut self, cut: &[[f64; 2]], end: f64, drives: [f64; 2]) -> Result<Vec<Piece>, ModelError> {
         let mut done = Vec::new();
         let left = cut.iter().filter(|u| u[1] > end).map(|u| [u[0].max(end), u[1]]);
