@@ -1,4 +1,4 @@
-//! The tap angle at which one whisker tells distance best, with a gauge that scatters by 20 µε.
+//! The best tap angle of one whisker, with a gauge noise of 20 µε.
 //!
 //!     cargo run --release --example best_tap
 

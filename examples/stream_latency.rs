@@ -1,4 +1,4 @@
-//! How fast `vibrissa locate` answers a robot: time to the first answer, latency of single lines, readings per second.
+//! Measures `vibrissa locate` on a stream: time to the first answer, latency of single lines, readings per second.
 //!
 //!     cargo run --release --example stream_latency -- target/release/vibrissa results/prototype-d10/calibration.toml
 
@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Single questions, and readings of the long stream.
+/// Number of single questions, and of readings in the long stream.
 const QUESTIONS: usize = 20_000;
 const READINGS: usize = 1_000_000;
 
@@ -19,7 +19,7 @@ fn start(program: &str, calibration: &str) -> std::io::Result<Child> {
         .spawn()
 }
 
-/// Tap angles in turn, so that no answer can use the one before.
+/// Alternating tap angles, so that answers cannot be cached.
 fn line(i: usize) -> String {
     let theta = [1.0, 2.5, 4.0, 7.3][i % 4];
     format!("{theta},{}\n", theta * (0.0048 + 1e-6 * (i % 997) as f64))

@@ -1,15 +1,10 @@
 //! Vibrissa sweeps and optimises tapered soft whisker sensors.
 //!
-//! Start with [`api`]. Data goes one way: [`spec`] reads a file into a [`scene`] (what was asked), [`plan`] says what will run and how,
-//! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
-//! rows; [`sweep`] does what the plan says, and [`chart`]
-//! spares it most taps. [`census`] compares the effects of a model, the backends with the reference, speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
-//! `command` is what the program and the Python package run: a request, and its reply.
-//! [`measure`] reads what a rig recorded ([`files`]: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new
-//! readings, [`export`] writes what answers them as C, [`simulate`] makes synthetic ones.
-//! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only, [`evaluate`],
-//! [`curve`] and [`statistics`] in `vibrissa-evaluate`, charts in `vibrissa-chart`, what a lab measured in `vibrissa-lab`.
-//! `docs/architecture.md` says where a thing belongs.
+//! Start with [`api`]. Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] says what will run, [`evaluate`] sends taps to a
+//! [`kernel`] (or to the reference in [`physics`]) unless a [`chart`] answers them, [`statistics`] reduces them to rows, [`sink`] takes rows;
+//! [`sweep`] runs a plan. [`optimise`] searches designs, [`tap`] the angle of one whisker; [`census`] compares effects and backends. [`measure`]
+//! reads what a rig recorded, [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes them as C, [`simulate`] makes synthetic
+//! ones. `command` is what the program and Python run. `docs/architecture.md` says where a thing belongs.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 

@@ -1,4 +1,4 @@
-//! Notes the commit that a binary is built from; a source tree without git builds all the same.
+//! Records the git commit of the build; a source tree without git builds too.
 
 use std::process::Command;
 

@@ -1,5 +1,5 @@
-//! The native part of the Python package `vibrissa`: what it is asked in numbers and text goes to the library, what that tells
-//! comes back as columns, JSON text and exceptions. Words, defaults and documentation are Python's, in `vibrissa/`.
+//! The native part of the Python package `vibrissa`: passes numbers and text to the library; returns columns, JSON text and exceptions.
+//! Words, defaults and documentation are in Python, in `vibrissa/`.
 
 #[cfg(feature = "extension")]
 mod native;

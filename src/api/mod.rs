@@ -1,5 +1,5 @@
-//! What is meant to be used from outside: a rig described in code, swept, its best tap angle, its readings answered. Everything else is
-//! public for the program and its tests, changes with them, and is hidden in the documentation. Structs of answers may get more fields.
+//! The public interface: a rig described in code, swept, its best tap angle, its readings answered. The rest is public for the program and its tests
+//! only, and hidden in the documentation. Structs of answers may get more fields.
 //!
 //! ```no_run
 //! use vibrissa::api::*;
@@ -85,8 +85,7 @@ pub struct Whisker {
 
 #[allow(non_snake_case)]
 impl Whisker {
-    /// Of these diameters of base and tip, D and d, and of the length L_a, mm. Its gauge of 2 mm is at 5 mm, and it taps an object at 30 mm by 4°,
-    /// unless that is said.
+    /// Diameters D and d of base and tip, and length L_a, mm. Defaults: gauge of 2 mm at 5 mm, object at 30 mm, tap angle 4°.
     pub fn mm(base: impl Into<Axis>, tip: impl Into<Axis>, length: impl Into<Axis>) -> Self {
         let rest = [5.0, 2.0, 30.0, 4.0].map(Axis::from);
         let [at, grid, distance, theta] = rest;
@@ -96,7 +95,7 @@ impl Whisker {
         }
     }
 
-    /// The middle of its gauge, x_ss, and the length of the grid, l, mm.
+    /// Start of the gauge's grid, x_ss, and length of the grid, l, mm.
     pub fn gauge_mm(mut self, at: impl Into<Axis>, grid: impl Into<Axis>) -> Self {
         (self.axes[3], self.axes[4]) = (at.into(), grid.into());
         self
@@ -134,8 +133,7 @@ impl Whisker {
         Ok(Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() })
     }
 
-    /// What [`sweep()`] and [`best_tap`] take: every combination of its axes, with this model and gauge, and what is
-    /// to be written.
+    /// The study of every combination of its axes, with this model, gauge and output, for [`sweep()`] and [`best_tap`].
     ///
     /// # Errors
     /// More than 2⁶⁴ combinations.

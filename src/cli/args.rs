@@ -1,4 +1,4 @@
-//! What was typed, and what runs it.
+//! The command line.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,6 @@ use super::help::{Completions, Help, Man};
 use super::new::New;
 use super::{cite, devices, help, locate, new};
 
-/// Behind the help of the program.
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
     The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
     Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
@@ -66,7 +65,7 @@ impl Command {
             Self::Schema(_) => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
             Self::Completions(asked) => help::completions(asked),
             Self::Man(asked) => help::man(asked),
-            // It prints as clap does.
+            // Handled before, with clap's output.
             Self::Help(_) => Ok(Reply::default()),
         }
     }

@@ -10,7 +10,7 @@ use vibrissa::report::source::Source;
 use super::reply::Reply;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The paper whose model is computed.
+/// The paper of the model.
 const PAPER: &str = "@inproceedings{nguyen2020whisker,\n  \
     title     = {Contact Distance Estimation by a Soft Active Whisker Sensor Based on Morphological Computation},\n  \
     author    = {Nguyen and Ngo and Nguyen and Ho},\n  \
@@ -31,7 +31,6 @@ pub struct Cite {
     pub json: bool,
 }
 
-/// Says what made the result of a folder, in words and as BibTeX.
 pub fn run(args: &Cite) -> Result<Reply, Error> {
     let source = Source::open(&args.dir, args.force)?;
     let run = &source.run;

@@ -11,7 +11,7 @@ use vibrissa::scene::{BackendChoice, RunOptions};
 use super::args::Common;
 use super::reply::Reply;
 
-/// Lists what there is, what drivers did wrong, and what `auto` takes, or another `--backend`.
+/// Lists adapters, faults of drivers, and the choice of `auto` or of another `--backend`.
 pub fn run(common: &Common) -> Result<Reply, Error> {
     let (adapters, faults) = backend::look();
     let options = common.over(&RunOptions::default());

@@ -1,4 +1,4 @@
-//! `vibrissa help`, `vibrissa completions`, `vibrissa man`: what there is to know of the program.
+//! `vibrissa help`, `vibrissa completions`, `vibrissa man`.
 
 use std::path::PathBuf;
 
@@ -35,7 +35,6 @@ pub struct Man {
     pub out: Option<PathBuf>,
 }
 
-/// Help of the program or of a command, or a part of the reference.
 pub fn run(help: &Help) -> u8 {
     let told = match help.topic.as_deref() {
         None => return of_clap(&["--help"]),
@@ -48,7 +47,6 @@ pub fn run(help: &Help) -> u8 {
     }
 }
 
-/// What clap says to these arguments.
 fn of_clap(arguments: &[&str]) -> u8 {
     let typed = std::iter::once(&"vibrissa").chain(arguments);
     Args::try_parse_from(typed).map_or_else(|e| reply::usage(&e), |_| 0)
@@ -80,14 +78,12 @@ fn commands() -> Vec<String> {
     Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect()
 }
 
-/// A script that completes commands and flags in a shell.
 pub fn completions(asked: &Completions) -> Result<Reply, Error> {
     let mut script = Vec::new();
     clap_complete::generate(asked.shell, &mut Args::command(), "vibrissa", &mut script);
     Ok(Reply { text: text(script)?, ..Reply::default() })
 }
 
-/// The manual page of the program on stdout, or all pages in a folder.
 pub fn man(asked: &Man) -> Result<Reply, Error> {
     let Some(folder) = &asked.out else {
         let mut page = Vec::new();

@@ -1,7 +1,5 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the first ends the run in good order and within two seconds, the second at once.
-//!
-//! A thread of its own waits for them, so that a run that is blocked, where no data come or a file does not open, hears them
-//! too. A signal that was ignored when the program started (`nohup`, jobs in the background of a script) stays ignored.
+//! Ctrl-C, SIGTERM and SIGHUP: the first ends the run in order within two seconds, the second at once. A separate thread waits for them, so that a
+//! blocked run is interrupted too. A signal that was ignored at the start (`nohup`, background jobs of a script) stays ignored.
 
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -14,22 +12,22 @@ use vibrissa::sink::folder::end_all;
 
 use super::{reply, say};
 
-/// Time for the last words: there may be nobody who takes them.
+/// Time for the last message, because stderr may block.
 const WORDS: Duration = Duration::from_millis(300);
 
 static STOP: AtomicBool = AtomicBool::new(false);
-/// How long a run that is asked to stop may take to end by itself, ms: 0 if it does not look at the flag.
+/// Time for a run to end after a signal, ms; 0 if it does not check the flag.
 static GRACE: AtomicU64 = AtomicU64::new(0);
-/// The same of a run that keeps what it has, however long it takes to write that.
+/// Value of [`GRACE`] for a run that writes its results after a signal, however long that takes.
 const ENDLESS: u64 = u64::MAX;
 
-/// A flag that the first signal sets, for a run that looks at it and then ends with nothing written.
+/// The flag set by the first signal, for a run that checks it and then ends without output.
 pub fn stop() -> &'static AtomicBool {
     GRACE.store(1200, Ordering::Relaxed);
     &STOP
 }
 
-/// As [`stop`], for a run that then writes what it has.
+/// Like [`stop`], for a run that then writes what it has.
 pub fn stop_and_keep() -> &'static AtomicBool {
     GRACE.store(ENDLESS, Ordering::Relaxed);
     &STOP
@@ -39,8 +37,7 @@ pub fn asked() -> bool {
     STOP.load(Ordering::Relaxed)
 }
 
-/// Ends the process at once, with `code`, after a signal or where a driver has not returned: a thread may still be deep in its work. Drivers are
-/// not closed then.
+/// Ends the process at once after a signal, or if a driver has not returned, without closing drivers: a thread may still be inside one.
 pub fn end_after_a_signal(code: u8) {
     use std::io::Write;
     if asked() || left_behind() {
@@ -60,7 +57,7 @@ fn first() {
     });
 }
 
-/// Ends the process without unwinding: other threads may be deep in a driver.
+/// Ends the process without unwinding: other threads may be inside a driver.
 fn end() -> ! {
     let (done, wait) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
@@ -71,7 +68,6 @@ fn end() -> ! {
     signal_hook::low_level::exit(1)
 }
 
-/// Starts to listen. Where that fails, signals do what they do to any program.
 #[cfg(unix)]
 pub fn listen() {
     use std::time::Instant;
@@ -79,10 +75,10 @@ pub fn listen() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
 
-    /// Signals that follow each other so closely are one: `timeout` sends its signal to the process and to its group.
+    /// Signals closer than this count as one: `timeout` signals the process and its group.
     const ONE: Duration = Duration::from_millis(50);
 
-    // A file that may not grow any more (`ulimit -f`) is then an error of writing, in place of the end of the process.
+    // With this, a file size limit (`ulimit -f`) is a write error instead of the end of the process.
     // SAFETY: to ignore a signal runs no code of ours.
     unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
     let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|s| !ignored(*s));
@@ -104,11 +100,11 @@ pub fn listen() {
     });
 }
 
-/// Whether the process began with `signal` ignored.
+/// True if the process started with `signal` ignored.
 #[cfg(unix)]
 fn ignored(signal: i32) -> bool {
     let mut now = std::mem::MaybeUninit::<libc::sigaction>::uninit();
-    // SAFETY: without a new action `sigaction` only writes the present one, and says whether it did.
+    // SAFETY: without a new action `sigaction` only writes the present one; its return value says if it did.
     unsafe {
         libc::sigaction(signal, std::ptr::null(), now.as_mut_ptr()) == 0
             && now.assume_init().sa_sigaction == libc::SIG_IGN
@@ -141,20 +137,17 @@ pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
     rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
 }
 
-/// Reads from `input`; after a signal there is no more.
 pub struct Patient<R>(pub R);
 
 #[cfg(unix)]
 impl<R: Read + std::os::fd::AsRawFd> Read for Patient<R> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        /// Between two looks, ms.
         const STEP: i32 = 100;
         let mut ready = libc::pollfd { fd: self.0.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         while !asked() {
             // SAFETY: one `pollfd`, which lives as long as the call.
             let there = unsafe { libc::poll(&mut ready, 1, STEP) };
             let early = || std::io::Error::last_os_error().kind() == std::io::ErrorKind::Interrupted;
-            // What else fails here, fails in `read` with its reason.
             if there > 0 || (there < 0 && !early()) {
                 return self.0.read(buffer);
             }

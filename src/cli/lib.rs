@@ -1,4 +1,4 @@
-//! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
+//! The command line: arguments, commands of the program alone, and output of results and errors.
 
 mod args;
 mod cite;
@@ -21,10 +21,10 @@ use vibrissa::error::{Error, SolveError};
 use vibrissa::sink::folder::end_all;
 use vibrissa::{backend, kernel::gpu};
 
-/// The one argument of the process that asks the GPU drivers, before the number of the first adapter to open.
+/// The argument for a child process that tests the GPU drivers; the number of the first adapter follows.
 pub const ASK_DRIVERS: &str = "--ask-drivers";
 
-/// Mesa's device-selection layer complains on stderr where there is no desktop session; it is not needed there.
+/// Silences a stderr message of Mesa's device selection without a desktop session, where it is not needed.
 pub fn quiet_driver() {
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // SAFETY: first thing in `main`, before any other thread exists.
@@ -32,7 +32,7 @@ pub fn quiet_driver() {
     }
 }
 
-/// Runs the command line; the exit code.
+/// Runs the command line; returns the exit code.
 pub fn run() -> u8 {
     interrupt::listen();
     backend::ask_by(|| {
@@ -45,7 +45,7 @@ pub fn run() -> u8 {
     let typed = Args::command().try_get_matches().and_then(|typed| {
         if let Some((name, flags)) = typed.subcommand() {
             reply::to(name);
-            // A report sees to that itself: what it plans is told in any case.
+            // A report handles `--quiet` itself: its plan is always printed.
             quiet = name != "report" && matches!(flags.try_get_one("quiet"), Ok(Some(true)));
         }
         Args::from_arg_matches(&typed)

@@ -24,10 +24,9 @@ use super::args::Locate;
 use super::interrupt::{self, Patient};
 use super::reply::Reply;
 
-/// Readings of which the answer begins with what the report says.
+/// Largest number of readings for which the report's answer is printed.
 const ANSWERED: u64 = 100_000;
 
-/// Answers a file into `located.csv`, or a stream on stdout.
 pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     if let Some(array) = &args.array {
         return command::array::run(&of_array(args, array)?, context);
@@ -40,7 +39,7 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     let pool = match options.threads {
         Some(n) => pool.num_threads(n),
         None if readings.is_some() => pool,
-        // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
+        // A stream uses one thread: for its few taps, starting others costs more than it saves.
         None => pool.num_threads(1).use_current_thread(),
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
@@ -57,7 +56,7 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
             format!("would locate readings of {from} by {by}, calibrated on {data}; nothing was run\n");
         return Ok(reply(text, &stream::Counts::default(), &opened, context));
     }
-    // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
+    // A stream is answered on stdout, unless JSON is printed there or a folder is requested.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let warn = |text: &str| context.warn(text);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.answers.who().first()])?;
@@ -77,7 +76,7 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
 }
 
-/// Readings of several whiskers: the first of the two files is the readings where the array names the calibrations.
+/// Readings of several whiskers: with `--array`, the first file is the readings.
 fn of_array(args: &Locate, array: &Path) -> Result<ArrayRequest, InputError> {
     let misused = |value: String, message: &str| {
         let allowed = "vibrissa locate --array ARRAY.toml READINGS.csv";
@@ -118,7 +117,6 @@ struct Opened {
     answers: Answers,
     known: Value,
     checksum: String,
-    /// The estimator, or the channels, in words.
     by: String,
     warnings: Vec<String>,
 }
@@ -166,7 +164,6 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
             if waiting { stdout.flush() } else { Ok(()) }
         };
         match put() {
-            // Whoever read the answers has left: there is nobody to answer.
             Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {
                 gone = true;
                 Err(Error::Run("nobody reads".to_owned()))
@@ -190,12 +187,11 @@ fn stdin() -> LabStream<'static> {
     LabStream::of(Patient(std::io::stdin().lock()))
 }
 
-/// The rows of `table` as CSV, after its header unless it is `headed`.
+/// The rows of `table` as CSV; the first call includes the header.
 fn text(table: &Frame, headed: &mut bool) -> Result<Vec<u8>, Error> {
     if std::mem::replace(headed, true) { table.lines() } else { table.csv() }
 }
 
-/// Refuses `label` where it had no `lines` that are readings.
 fn some(label: &str, lines: u64) -> Result<(), InputError> {
     if lines > 0 {
         return Ok(());
@@ -205,9 +201,7 @@ fn some(label: &str, lines: u64) -> Result<(), InputError> {
 }
 
 enum Source {
-    /// What can be read again, with its hash.
     File(PathBuf, String),
-    /// A pipe, a device or stdin.
     Stream(LabStream<'static>),
 }
 
@@ -219,7 +213,7 @@ impl Source {
             return Ok(Self::Stream(LabStream::of(Patient(file))));
         }
         let label = path.display().to_string();
-        // What is no file of readings is refused before all of it is read.
+        // A file that is not text is refused early.
         let text = TextFile::new(file, &label, "readings", Limit::AnyLines);
         let digest = Hashing::new(text).end();
         let digest = digest.map_err(|e| refused(e).map_or_else(|e| Error::io(path, e), Error::from))?;
@@ -230,7 +224,7 @@ impl Source {
         if let Self::File(_, digest) = self { digest } else { "" }
     }
 
-    /// What is there of a stream will not come again: it is kept when a signal ends it.
+    /// A stream cannot be read again, so its answers are kept after a signal.
     fn answer(
         self,
         who: Answerer<'_>,
@@ -253,7 +247,7 @@ impl Source {
     }
 }
 
-/// Fails where what was read of the file at `path` is not what has this hash, unless a signal ended the reading.
+/// Fails if the file at `path` does not have this hash any more, unless a signal ended the reading.
 fn unchanged(path: &Path, input: Hashing<Patient<File>>, digest: &str) -> Result<(), Error> {
     let found = input.end().map_err(|e| Error::io(path, e))?;
     if found == digest || interrupt::asked() {
@@ -263,7 +257,6 @@ fn unchanged(path: &Path, input: Hashing<Patient<File>>, digest: &str) -> Result
     Err(Error::Run(format!("{}: {why}", path.display())))
 }
 
-/// The zero of the file at `path`, from its own zero readings.
 fn read_zeros(
     who: Answerer<'_>,
     (path, digest): (&Path, &str),
@@ -295,7 +288,7 @@ fn filed(
     let identity = hash(&format!("{digest}\n{}\n{}", opened.checksum, opened.by));
     let stem = super::stem(readings.unwrap_or(Path::new("")), "readings");
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
-    // What stdin brought is not known again.
+    // Data from stdin have no identity.
     let data = readings.map(|_| &digest);
     let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes, "interval": args.interval, "free": args.free.map(|free| format!("{free:?}")) });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
@@ -320,7 +313,7 @@ fn filed(
     let broken = counts.stopped.then(kept);
     let reply = Reply { broken, ..reply(text, &counts, opened, context) };
     let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body, context)?;
-    // A long table is not read again for a sentence.
+    // A long table is not read again for one sentence.
     Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
 }
 
@@ -345,10 +338,9 @@ fn zeros(counts: &stream::Counts) -> String {
     }
 }
 
-/// The words of the readings that are no zero readings, and how many have each.
 fn words(counts: &stream::Counts) -> String {
     let named = counts.combinations.named();
-    // Zero readings have the word of a signal that is zero.
+    // Zero readings have the status `no_strain`.
     let zeros = |words: &str| if words == "no_strain" { counts.zeros } else { 0 };
     let of = named.iter().map(|(words, n)| (words.as_str(), n.saturating_sub(zeros(words))));
     combinations::told(of.filter(|(_, n)| *n > 0), |n| n.to_string())

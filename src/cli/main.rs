@@ -1,15 +1,15 @@
 //! The `vibrissa` program: parse, run, exit code.
 
-// A printing macro panics where nobody reads: `say` and `reply` of the library beside do not.
+// A printing macro panics on a closed pipe; `say` and `reply` of the library do not.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 use std::process::ExitCode;
 
-/// Keeps memory that is free for what comes next: every chunk of a sweep asks for as much as the one before it, and to give it back to the system and
-/// to get it again took a quarter of the time of a sweep that solves its taps (two threads; more of them wait for it).
+/// Makes malloc keep free memory: every chunk of a sweep allocates as much as the previous one, and returning it to the system took a quarter
+/// of the time of a solved sweep (two threads; more with more threads).
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn keep_memory() {
-    // SAFETY: only numbers are set, before there is another thread. Where they are refused nothing changes.
+    // SAFETY: sets numbers only, before there is another thread; a refusal has no effect.
     unsafe {
         libc::mallopt(libc::M_MMAP_THRESHOLD, i32::MAX);
         libc::mallopt(libc::M_TRIM_THRESHOLD, i32::MAX);

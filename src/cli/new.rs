@@ -1,4 +1,4 @@
-//! `vibrissa new`: a first spec from five answers, and its schema beside it.
+//! `vibrissa new`: writes a first spec from five answers, and its schema.
 
 use std::io::{BufRead, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
@@ -14,14 +14,13 @@ use vibrissa::spec::keys;
 use super::reply::Reply;
 
 const SCHEMA: &str = "spec.schema.json";
-/// Least noise of a reading, microstrain. Amplifiers of strain gauges have 0.1 and more; what is less was meant as strain.
+/// Smallest accepted noise of a reading, microstrain. Gauge amplifiers have at least 0.1; a smaller number was meant as strain.
 const LEAST_NOISE: f64 = 0.01;
 
 const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80";
 const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
 const DISTANCES_ASKED: &str = "Nearest and farthest distance of objects from the clamp, mm, as 25,70";
 
-/// What a new spec is for: the command, twice, and its help.
 const GOALS: [(&str, &str, &str); 4] = [
     ("tap", "tap", "the best tap angle of this whisker"),
     ("optimise", "optimise", "the best whisker and gauge near this one"),
@@ -75,7 +74,6 @@ struct Answers {
     goal: &'static str,
 }
 
-/// Asks what the flags do not say, and writes the spec.
 pub fn run(args: &New) -> Result<Reply, Error> {
     let refused = |message: &str, allowed: &str| {
         InputError::new(message).key("SPEC").value(args.spec.display()).allowed(allowed)
@@ -131,7 +129,7 @@ fn answers(args: &New) -> Result<Answers, Error> {
     })
 }
 
-/// Fails where the noise of a gauge is so small that it must have been said in strain.
+/// Refuses a noise so small that it must be in strain.
 fn in_microstrain(gauge: &[f64; 3]) -> Result<(), InputError> {
     let noise = gauge[2];
     if noise <= 0.0 || noise >= LEAST_NOISE {
@@ -143,7 +141,7 @@ fn in_microstrain(gauge: &[f64; 3]) -> Result<(), InputError> {
     Err(error.key("--gauge").value(noise).allowed(strain))
 }
 
-/// A line that is typed after `question`; one that `read` refuses is asked for again.
+/// Reads an answer to `question`; repeats it until `read` accepts.
 fn asked<T>(question: &str, read: impl Fn(&str) -> Result<T, InputError>) -> Result<T, Error> {
     let failed = |e| Error::io("the terminal", e);
     loop {
@@ -160,7 +158,6 @@ fn asked<T>(question: &str, read: impl Fn(&str) -> Result<T, InputError>) -> Res
     }
 }
 
-/// `N` numbers of a flag, or asked for.
 fn numbers<const N: usize>(flag: &str, said: &Option<String>, question: &str) -> Result<[f64; N], Error> {
     let read = |text: &str| {
         let parts = text.split([',', ' ', ';']).filter(|part| !part.is_empty());
@@ -190,7 +187,6 @@ fn choose<T: Copy, const N: usize>(
     })
 }
 
-/// `toml` with what the reference says of each of its keys behind the key's line.
 fn commented(toml: &str) -> String {
     let (mut section, mut text) = ("", String::new());
     for line in toml.lines() {

@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar on a terminal, a plain line now and then elsewhere.
+//! Progress on stderr: a bar on a terminal, plain lines elsewhere.
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -19,7 +19,6 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// Of no taps yet.
     pub fn new(quiet: bool) -> Self {
         if quiet {
             return Self::Silent;
@@ -61,7 +60,6 @@ impl Progress for Shown {
         match self {
             Self::Bar(bar) => {
                 bar.set_position(done);
-                // Of its rate, from which it tells the time left.
                 bar.reset_eta();
             }
             Self::Lines { start, before, .. } => (*start, *before) = (Instant::now(), done),
@@ -104,7 +102,7 @@ impl Watch for Shown {
     }
 }
 
-/// A plain line: taps done of all, `own` of which took `time`, their rate and the time that the others will take.
+/// A progress line: taps done of all; `own` of them took `time`, which gives the rate and the remaining time.
 pub fn line((done, total): (u64, u64), own: u64, time: Duration) -> String {
     let rate = own as f64 / time.as_secs_f64();
     let left = total.saturating_sub(done) as f64 / rate;

@@ -1,4 +1,4 @@
-//! How a result or an error reaches the user: text, or one JSON object.
+//! Prints results and errors: as text, or as one JSON object.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -19,7 +19,7 @@ const FORMAT: u32 = 1;
 static JSON: AtomicBool = AtomicBool::new(false);
 static COMMAND: OnceLock<String> = OnceLock::new();
 
-/// From now on stdout carries one JSON object and nothing else, if that is `wanted`.
+/// If `wanted`, stdout carries one JSON object and nothing else.
 pub fn in_json(wanted: bool) {
     JSON.fetch_or(wanted, Ordering::Relaxed);
 }
@@ -36,7 +36,7 @@ fn command() -> &'static str {
     COMMAND.get().map_or("", String::as_str)
 }
 
-/// Prints a finished command, and then what is wrong, if anything is; the exit code.
+/// Prints the reply of a command, then its error if there is one; returns the exit code.
 pub fn print(reply: Reply, quiet: bool) -> u8 {
     let path = |p: &Path| p.display().to_string();
     let mut told = Ok(());
@@ -75,7 +75,7 @@ pub fn print(reply: Reply, quiet: bool) -> u8 {
     if told.is_err() { 1 } else { wrong.map_or(0, |error| error.exit_code()) }
 }
 
-/// Writes to stdout. A reader that has gone away is no failure of ours; anything else is, and is told on stderr.
+/// Writes to stdout. A closed pipe is ignored; other failures are reported on stderr.
 fn write_out(text: &str) -> Result<(), ()> {
     use std::io::Write;
     let mut stdout = std::io::stdout().lock();
@@ -92,7 +92,7 @@ fn taken(written: std::io::Result<()>) -> Result<(), ()> {
     }
 }
 
-/// Prints an error: JSON on stdout or, with the offending lines, on stderr; the exit code.
+/// Prints an error: as JSON on stdout, or on stderr with the lines of the file; returns the exit code.
 pub fn failure(error: &Error) -> u8 {
     if json() {
         print_failure(command(), error);
@@ -102,7 +102,6 @@ pub fn failure(error: &Error) -> u8 {
     error.exit_code()
 }
 
-/// The last words of a run that a signal ended, and of which `stays` so much.
 pub fn interrupted(stays: &str) -> u8 {
     failure(&Error::Run(format!("interrupted{stays}")))
 }
@@ -115,7 +114,6 @@ fn print_failure(command: &str, error: &Error) {
         "ok": false,
         "error": error_json(error),
     });
-    // The exit code says already that something failed.
     let _ = write_out(&format!("{object}\n"));
 }
 
@@ -128,7 +126,6 @@ fn error_json(error: &Error) -> Value {
     json!({ "file": e.file, "line": e.line, "key": e.key, "value": e.value, "allowed": e.allowed, "message": message })
 }
 
-/// What is said of `error`, with the lines of the file around the mistake.
 fn render(error: &Error) -> String {
     let said = error.to_string();
     let said = printable(&said);
@@ -142,14 +139,13 @@ fn render(error: &Error) -> String {
     renderer.term_width(160).render(&[Level::ERROR.primary_title(&*said).element(lines)])
 }
 
-/// What is gone: command, flag (and the word of its list, where others stay), and what to use in its place.
+/// Removed options: command, flag (with a removed word of its list), and the replacement.
 const GONE: [(&str, &str, &str); 3] = [
     ("calibrate", "--export python", "`import vibrissa` in Python, --export c for firmware"),
     ("calibrate", "--taps", "locate --same or --object; the exported program answers one tap"),
     ("optimise", "--resume", "the same command without it: a search lasts seconds, and finds the same again"),
 ];
 
-/// The error of a flag that is gone, or of a word of its list.
 fn gone(command: &str, e: &clap::Error) -> Option<Error> {
     let said = |kind| match e.get(kind) {
         Some(ContextValue::String(text)) => text.as_str(),
@@ -166,7 +162,6 @@ fn gone(command: &str, e: &clap::Error) -> Option<Error> {
     Some(InputError { value: Some(value.to_owned()).filter(|v| !v.is_empty()), ..error }.into())
 }
 
-/// A command line that cannot be understood, or a request for help.
 pub fn usage(e: &clap::Error) -> u8 {
     if !e.use_stderr() {
         let flushed = e.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
@@ -187,7 +182,7 @@ pub fn usage(e: &clap::Error) -> u8 {
             _ => None,
         };
         let (key, value) = (said(ContextKind::InvalidArg), said(ContextKind::InvalidValue));
-        // What is missing, or goes together with nothing, stands on lines of its own.
+        // clap prints missing or conflicting arguments on separate lines.
         if let Some(key) = key.as_ref().filter(|_| message.ends_with(':')) {
             message = format!("{message} {key}");
         }

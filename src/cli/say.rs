@@ -1,4 +1,4 @@
-//! The one way to stderr: words for people. That nobody reads them, or that there is no room for them, is no reason to fail.
+//! Writes text to stderr. A closed or full stderr is ignored.
 
 use std::fmt::Display;
 use std::io::Write;
@@ -6,7 +6,7 @@ use std::io::Write;
 pub use vibrissa::command::{grouped, rough};
 use vibrissa::excerpt::printable;
 
-/// A line, with nothing in it that a terminal would obey: it may hold words of a file.
+/// Prints a line; control characters, which may come from a file, are made harmless.
 pub fn line(text: impl Display) {
     part(format!("{}\n", printable(&text.to_string())));
 }

@@ -1,4 +1,4 @@
-//! The program as the host of commands: signals, progress and lines on stderr.
+//! The program as host of commands: signals, progress, and lines on stderr.
 
 use std::sync::atomic::AtomicBool;
 

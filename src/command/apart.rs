@@ -1,4 +1,4 @@
-//! Work that a signal may end at any time although it is deep in a driver or a solver, and what is kept of it then.
+//! Runs work on a thread that a signal can abandon, even inside a driver or solver, and decides what is kept of it.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,14 +12,13 @@ use super::{Context, Destination};
 use crate::error::{Error, SolveError};
 use crate::sink::folder::Folder;
 
-/// Time in which the work may end by itself after a signal. What it has must then be written within the rest of two seconds.
+/// Time to end after a signal; the results must then be written within the rest of two seconds.
 const GRACE: Duration = Duration::from_millis(1000);
-/// Between two looks at the signal.
 const STEP: Duration = Duration::from_millis(50);
 const STACK: usize = 8 << 20;
 
-/// Does `work` on a thread of its own, and gives `take` what it tells. `work` is handed a flag that asks it to stop. After a signal it has [`GRACE`]
-/// to end by itself; then it is left behind, and the process ends without it. In memory, where the host itself sees to that, there is no such thread.
+/// Runs `work` on a separate thread, with a stop flag and a channel to `take`. After a signal it has [`GRACE`] to end, then it is abandoned.
+/// In memory the host handles signals, so no thread is started.
 pub fn apart<T: Send + 'static>(
     context: &Context<'_>,
     work: impl FnOnce(&AtomicBool, &mut dyn FnMut(T)) -> Result<(), Error> + Send + 'static,
@@ -65,8 +64,8 @@ pub fn apart<T: Send + 'static>(
     }
 }
 
-/// Of `done` things of so many, called `what`: whether they are kept in `destination`, and what to say where a signal ended the work before all were done. A
-/// part does not take the place of a whole older result in `out`, unless that is forced.
+/// For `done` of `of` things called `what`: whether they are kept in `destination`, and the message if a signal ended the work early.
+/// A partial result replaces a whole older one in `out` only if forced.
 pub fn cut(
     ([done, of], what): ([u64; 2], &str),
     destination: &Destination,

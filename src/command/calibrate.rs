@@ -85,7 +85,6 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
             ("--export", asked.export.is_some(), export),
         ])?;
     }
-    // The data of several channels are read one by one.
     let data = channels.is_none().then(|| Data::parse_named(&label, table, &columns)).transpose()?;
     let likely = data.as_ref().and_then(|data| data.drive).or(drive);
     let (rig, mut spec) = match (channels, &asked.whisker, &data) {
@@ -141,7 +140,6 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     Ok(reply.filed(destination, of, body, context)?.answered())
 }
 
-/// Calibrates a whisker of one signal from `data`.
 fn of_signal(
     asked: &CalibrateRequest,
     (data, rig): (&Data, &Rig),
@@ -154,7 +152,7 @@ fn of_signal(
     let locator = found.calibration.opened(&opener(&options.run))?;
     let exported = exported(asked, &found.calibration, &locator, &options.run, destination);
     let refused = match exported {
-        // The calibration is written also where no program can be made of it.
+        // The calibration is written even if the export fails.
         Err(Error::Input(e)) => {
             Some(InputError { message: format!("{} (the calibration is written)", e.message), ..e })
         }
@@ -168,7 +166,6 @@ fn of_signal(
     Ok(Reply { text, counts, result, refused, ..Reply::default() })
 }
 
-/// Writes the file of `--export`, if it was asked for: `calibration` as `--estimator` answers, or as `won`, the one that it chose.
 fn exported(
     asked: &CalibrateRequest,
     calibration: &Calibration,

@@ -20,9 +20,8 @@ const SCRIPTS: [(&str, &str); 3] = [
     ("merge.sbatch", include_str!("slurm/merge.sbatch")),
     ("submit.sh", include_str!("slurm/submit.sh")),
 ];
-/// Times that a part is sent again by itself.
 const TRIES: u32 = 20;
-/// Slurm's own limit of an array where its administrator has set none.
+/// Slurm's default limit of an array.
 const ARRAY: u32 = 1000;
 
 /// Jobs for a cluster.
@@ -50,7 +49,7 @@ pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error
     if spec.run.model_error.is_some() {
         crate::sweep::whole(Some(Shard { index: 1, of: asked.shards }), &spec.study)?;
     }
-    // What is computed here is nothing; on which machine, the scripts leave open.
+    // Nothing is computed here; the scripts leave the machine open.
     let choice = Choice::new(&RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() })?;
     let plan = Plan::new(&spec.study, &choice)?;
     let out = folder(asked.common.out.as_ref(), &spec.name, "cluster");
@@ -105,7 +104,6 @@ pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error
     Ok(Reply { text, out: Some(out), files, result, quiet, ..Reply::default() }.removing(&removed))
 }
 
-/// The options of every part as they are typed; where results go is said by `whole`.
 fn flags(common: &Common, whole: &Path) -> Result<String, Error> {
     let mut text = format!(" --out {}", quoted(whole)?);
     let word =
@@ -121,7 +119,7 @@ fn name<T: PartialEq>(words: &[(&str, T, &str)], of: T) -> Option<String> {
     words.iter().find(|(_, choice, _)| *choice == of).map(|(name, ..)| (*name).to_owned())
 }
 
-/// `template` with each mark replaced by its value, in one pass: what stands in a value is no mark.
+/// Replaces each mark in `template` by its value, in one pass: a mark inside a value is kept.
 fn filled(template: &str, marks: &[(&str, String)]) -> String {
     let (mut text, mut rest) = (String::new(), template);
     while let Some(at) = rest.find('@') {
@@ -135,7 +133,7 @@ fn filled(template: &str, marks: &[(&str, String)]) -> String {
     text + rest
 }
 
-/// A path as one word of a shell.
+/// Quotes a path as one word of a shell.
 fn quoted(path: &Path) -> Result<String, Error> {
     let unusable = || {
         let error = InputError::new("a job script cannot name this path");
@@ -150,7 +148,6 @@ fn quoted(path: &Path) -> Result<String, Error> {
     })
 }
 
-/// A name without what a scheduler's directive does not bear.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect()
 }

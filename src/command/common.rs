@@ -9,12 +9,12 @@ use clap::Args as Flags;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::Deserialize;
 
-/// One of a few words, each with what to say of it; it stays a word.
+/// Parser for one of a few words, with their help; the value is the word.
 pub fn named<T, const N: usize>(all: [(&'static str, T, &'static str); N]) -> PossibleValuesParser {
     PossibleValuesParser::new(all.map(|(word, _, help)| PossibleValue::new(word).help(help)))
 }
 
-/// As [`named`], with what the word means.
+/// Like [`named`], but the value is the meaning of the word.
 pub fn words<T, const N: usize>(all: [(&'static str, T, &'static str); N]) -> impl TypedValueParser<Value = T>
 where
     T: Copy + Send + Sync + 'static,
@@ -23,7 +23,7 @@ where
         .map(move |said| all.iter().find(|(word, ..)| *word == said).expect("one of the words").1)
 }
 
-/// A number; its range is judged where it is used, with the unit.
+/// Parses a number; its range is checked where it is used, with the unit.
 pub fn number(text: &str) -> Result<f64, &'static str> {
     text.parse().map_err(|_| "allowed: a number, as 0.5 or 1e-4")
 }
@@ -80,7 +80,6 @@ pub struct Common {
 }
 
 impl Common {
-    /// The spec's options with those of the command line on top.
     pub fn over(&self, spec: &RunOptions) -> RunOptions {
         let flag = |typed: bool, spec: Option<bool>| if typed { Some(true) } else { spec };
         RunOptions {
@@ -99,13 +98,13 @@ impl Common {
     }
 }
 
-/// Part of a name: nothing is part of every name, and would take any adapter.
+/// Rejects the empty text, which is part of every adapter's name.
 fn adapter(text: &str) -> Result<String, &'static str> {
     let named = Some(text.to_owned()).filter(|t| !t.trim().is_empty());
     named.ok_or("allowed: a part of an adapter's name; `vibrissa devices` lists them")
 }
 
-/// A part, or that of a task of a Slurm array.
+/// Parses a shard `i/n`, or `slurm` for the task of a Slurm array.
 pub fn shard(text: &str) -> Result<Shard, String> {
     if text == "slurm" { Shard::of_slurm(|name| std::env::var(name).ok()) } else { text.parse() }
 }

@@ -1,4 +1,4 @@
-//! What a command runs in: who asked, files that are in memory, where results go.
+//! The context of a command: its host, files in memory, and where results go.
 
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
@@ -23,29 +23,25 @@ use crate::sink::lab::LabTable;
 use crate::sink::memory;
 use crate::{census::bound, files, spec};
 
-/// Keys of `[run]` that say where files go, and what is shown.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 
-/// Who asks: the program, or Python.
 pub trait Host {
     fn begin(&self, options: &RunOptions) -> Result<(), Error>;
     fn line(&self, text: &str);
-    /// Shows how far taps are, or a search, unless the command is to be `quiet`.
     fn progress(&self, quiet: bool) -> Box<dyn Show + '_>;
-    /// A flag that asks the work to stop; `keeps`: it then keeps what it has.
+    /// The stop flag of the work; `keeps`: the work then keeps its partial results.
     fn stop(&self, keeps: bool) -> &AtomicBool;
 }
 
-/// Shows how far the work is: taps, or a search.
 pub trait Show: Progress + Watch {}
 
 impl<T: Progress + Watch> Show for T {}
 
 pub struct HeldFile {
-    /// Requests and messages name it so.
+    /// Its name in requests and messages.
     pub name: PathBuf,
     pub content: Content,
-    /// The folder of its relative paths.
+    /// Folder for relative paths in it.
     pub base: PathBuf,
 }
 
@@ -56,7 +52,7 @@ pub enum Content {
 }
 
 impl Content {
-    /// The bytes as text; a table has none.
+    /// Empty for a table.
     pub fn text(&self) -> &str {
         match self {
             Self::Bytes(bytes) => std::str::from_utf8(bytes).unwrap_or_default(),
@@ -75,23 +71,23 @@ impl Content {
 pub struct Context<'a> {
     host: &'a dyn Host,
     start: Instant,
-    /// None where results go into folders.
+    /// `None` if results go into folders.
     memory: Option<(Vec<HeldFile>, Option<Frame>)>,
     quiet: Cell<bool>,
     told: RefCell<Vec<String>>,
     inputs: RefCell<Vec<PathBuf>>,
-    /// Path and text of the spec, and the options that its `[run]` may say because they were not typed.
+    /// Path and text of the spec, and the options that may come from its `[run]` because they were not typed.
     spec: RefCell<Option<(PathBuf, String, Vec<&'static str>)>>,
 }
 
 impl<'a> Context<'a> {
-    /// Of a command whose results go into folders; `quiet`: the user asked for it.
+    /// For results in folders; `quiet`: as the user requested.
     pub fn new(host: &'a dyn Host, quiet: bool) -> Self {
         let (told, inputs, spec) = (RefCell::default(), RefCell::default(), RefCell::default());
         Self { host, start: Instant::now(), memory: None, quiet: Cell::new(quiet), told, inputs, spec }
     }
 
-    /// Of a command whose results stay in memory, as do these inputs, and taps in place of those of a spec.
+    /// For results in memory, from these inputs; `taps` replace those of a spec.
     pub fn in_memory(host: &'a dyn Host, files: Vec<HeldFile>, taps: Option<Frame>) -> Self {
         Self { memory: Some((files, taps)), ..Self::new(host, true) }
     }
@@ -100,12 +96,10 @@ impl<'a> Context<'a> {
         self.host
     }
 
-    /// Shows how far the work is.
     pub fn progress(&self) -> Box<dyn Show + 'a> {
         self.host.progress(self.is_quiet())
     }
 
-    /// Whether nothing is shown while the command runs, and no summary.
     pub fn is_quiet(&self) -> bool {
         self.quiet.get()
     }
@@ -122,12 +116,11 @@ impl<'a> Context<'a> {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// The same as it stands in run.json.
     pub fn seconds(&self) -> Value {
         json!({ "total": self.elapsed() })
     }
 
-    /// Options of the command over those of its spec, if it has one; starts the threads they ask for.
+    /// Merges the options of the command and of its spec, and starts the thread pool.
     pub fn prepared(&self, common: &Common, spec: Option<&mut Spec>) -> Result<RunOptions, Error> {
         let mut options = common.over(spec.as_ref().map_or(&RunOptions::default(), |spec| &spec.run));
         if let (Some(spec), Some(path)) = (&spec, self.inputs.borrow().last()) {
@@ -145,7 +138,7 @@ impl<'a> Context<'a> {
         Ok(options)
     }
 
-    /// An `error` about a key of the spec, or about an option that stands in its `[run]`, at its place there.
+    /// Adds to an `error` about a key of the spec, or about an option from its `[run]`, the place in the spec.
     pub fn placed(&self, error: Error) -> Error {
         let Error::Input(mut e) = error else { return error };
         let spec = self.spec.borrow();
@@ -162,7 +155,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// As [`Self::prepared`], and tells the warnings about the spec.
+    /// Like [`Self::prepared`]; also prints the warnings about the spec.
     pub fn begun(&self, common: &Common, spec: &mut Spec) -> Result<RunOptions, Error> {
         let options = self.prepared(common, Some(&mut *spec))?;
         self.warn_all(&spec.warnings);
@@ -192,7 +185,6 @@ impl<'a> Context<'a> {
         self.memory.as_ref()?.0.iter().find(|file| file.name == path)
     }
 
-    /// A table of measurements.
     pub fn data(&self, path: &Path) -> Result<Cow<'_, Content>, InputError> {
         self.inputs.borrow_mut().push(path.to_owned());
         match self.held(path) {
@@ -201,7 +193,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Reads the `what` file at `path` by `parse`, which takes its label, its text and where its paths begin.
+    /// Reads the `what` file at `path` by `parse`, which receives label, text and base folder.
     pub fn read<T>(
         &self,
         path: &Path,
@@ -216,7 +208,6 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The calibration at `path`; `trust`: also one that was edited by hand.
     pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, InputError> {
         let parse = |label: &str, text: &str, _: &Path| Calibration::parse(label, text, trust);
         if path.is_dir() {
@@ -225,7 +216,7 @@ impl<'a> Context<'a> {
         self.read(path, "calibration", parse)
     }
 
-    /// The strain change by effects that may be left off: as typed, or from `[run]` of the spec.
+    /// The strain change up to which effects may be left off: typed, or from `[run]` of the spec.
     pub fn model_error(
         &self,
         typed: Option<f64>,
@@ -238,7 +229,6 @@ impl<'a> Context<'a> {
         bound::bound(typed.or(spec.run.model_error), spec, choice)
     }
 
-    /// Puts the values of `[run]` that are in force into `spec`, and the bound by which effects are left off.
     pub fn settle(
         &self,
         spec: &mut Spec,
@@ -252,7 +242,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The spec at `path`; where taps are given, these are its taps.
+    /// The spec at `path`; taps in memory replace its taps.
     pub fn spec(&self, path: &Path) -> Result<Spec, Error> {
         let Some(taps) = self.memory.as_ref().and_then(|(_, taps)| taps.as_ref()) else {
             return Ok(self.read(path, "spec", spec::parse)?);
@@ -274,13 +264,12 @@ impl<'a> Context<'a> {
         Ok(spec)
     }
 
-    /// How many rows of so many bytes there is room for in memory, where the result stays there.
     pub fn room(&self, bytes_of_row: u64) -> u64 {
         let memory = self.memory.as_ref().and_then(|_| memory::available());
         memory.map_or(u64::MAX, |bytes| bytes / bytes_of_row)
     }
 
-    /// Opens the place of a result at `out` that answers `question` with files of these `names`; what was read is among its inputs.
+    /// Opens a result at `out` that answers `question` with files of these `names`; all files read are its inputs.
     pub fn open(
         &self,
         out: &Path,
@@ -297,7 +286,6 @@ impl<'a> Context<'a> {
         Ok(destination)
     }
 
-    /// Fails once the work was asked to stop.
     pub fn go_on(&self) -> Result<(), Error> {
         match self.host.stop(false).load(Ordering::Relaxed) {
             true => Err(SolveError::Stopped.into()),
@@ -306,12 +294,11 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Leaves out the values that say where files go.
 fn leave_files(spec: &mut Spec) {
     spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
 }
 
-/// A result under way: of a command, in the folder `out` or, where there is none, kept in memory by name.
+/// A result in progress: in the folder `out`, or kept in memory by name.
 pub struct Destination {
     pub(super) command: &'static str,
     pub(super) out: PathBuf,
@@ -336,7 +323,6 @@ impl Destination {
         Ok(())
     }
 
-    /// Writes a table by parts, as `make` makes them: `empty` has its columns.
     pub fn rows<T>(
         &mut self,
         mut empty: Frame,
@@ -354,7 +340,6 @@ impl Destination {
         Ok(made)
     }
 
-    /// Writes a file by parts, as `make` makes them.
     pub fn stream<T>(
         &mut self,
         name: &str,
@@ -367,13 +352,12 @@ impl Destination {
         Ok(made)
     }
 
-    /// Keeps a table that is written into no folder.
     pub fn keep(&mut self, table: Frame) {
         let name = table.file.trim_end_matches(".csv").to_owned();
         self.kept.push((name, Content::Table(table)));
     }
 
-    /// Writes a figure as SVG into a folder; memory has none.
+    /// Writes a figure as SVG into a folder; skipped in memory.
     pub fn draw(&mut self, name: &str, figure: impl FnOnce() -> Result<Figure, Error>) -> Result<(), Error> {
         let Some(folder) = &mut self.folder else { return Ok(()) };
         let drawn = figure::files(&figure()?, &Style::default(), &[Format::Svg])?;

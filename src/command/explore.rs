@@ -81,7 +81,7 @@ fn domain(baked: &Baked) -> Value {
     json!({ "D_mm": d.D, "d_tip_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": d.hub, "a_mm": d.a, "drive": d.drive })
 }
 
-/// Whether `out` may be written: it is no folder, no input, and nothing but an older page unless that is forced.
+/// Checks that `out` may be written: not a folder, not an input, and only an older page is replaced unless forced.
 fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
     let refuse = |message: &str, allowed: &str| {
         Err(InputError::new(message).key("--out").value(out.display()).allowed(allowed).into())
@@ -93,7 +93,7 @@ fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
     if here.is_some() && inputs.iter().any(|input| input.canonicalize().ok() == here) {
         return refuse("this is an input", "another file");
     }
-    // Only an older page is replaced without being asked.
+    // An older page is recognised by its start.
     let ours = || {
         let mut start = Vec::new();
         let read = File::open(out).and_then(|file| file.take(HEAD.len() as u64).read_to_end(&mut start));
@@ -111,7 +111,6 @@ fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes the page beside its place, then puts it there.
 fn write(out: &Path, page: &str) -> Result<(), Error> {
     let failed = |e: std::io::Error| Error::io(out.display().to_string(), e);
     let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

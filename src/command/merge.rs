@@ -10,7 +10,7 @@ use super::{Common, Context, Reply, grouped};
 use crate::error::Error;
 use crate::merge;
 
-/// Rows up to which what is recommended is told.
+/// Largest number of rows for which the recommendation is printed.
 const ANSWERED: u64 = 100_000;
 
 /// Parts of a sweep.
@@ -57,6 +57,6 @@ pub fn run(asked: &MergeRequest, context: &Context<'_>) -> Result<Reply, Error> 
     };
     let timed = (report.seconds, context.is_quiet());
     let reply = reply.with_files(report.out, (report.files, report.removed), timed);
-    // Long tables are not read again for a sentence.
+    // Long tables are not read again for one sentence.
     Ok(if rows <= ANSWERED { reply.answered() } else { reply })
 }

@@ -1,9 +1,7 @@
-//! Commands: what each is asked, and what comes of it.
-//!
-//! A request is one struct that clap reads from flags and serde from Python's keywords; `run` answers it in a [`Context`] with a [`Reply`]. The
-//! program and the Python package only fill in the request, and print or hand on the reply.
+//! Commands. A request is one struct, which clap reads from flags and serde from Python's keywords; `run` answers it in a [`Context`] with a
+//! [`Reply`]. The program and the Python package only fill in the request, and print or pass on the reply.
 
-// The comments of flags are their help on the terminal: plain text, in which [model] is a section and <out> stands for a folder.
+// The comments of flags are terminal help: plain text, where [model] is a section and <out> a folder.
 #![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
 mod apart;
@@ -43,19 +41,17 @@ use serde::Deserialize;
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 
-/// Name of the file at `path` without its ending; `usual` where it has none.
 pub fn stem(path: &Path, usual: &str) -> String {
     path.file_stem().map_or_else(|| usual.to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Where a command writes: what was typed or stands in the spec, else `results/<name>` for a sweep and
-/// `results/<name>-<command>` for the others.
+/// Output folder: typed or from the spec, else `results/<name>` for a sweep and `results/<name>-<command>` for others.
 pub fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
     let folder = if command == "sweep" { name.to_owned() } else { format!("{name}-{command}") };
     out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
 }
 
-/// Refuses options that hold for one signal: each with whether it was given, and what is allowed.
+/// Refuses options for single signals: key, true if given, allowed.
 pub fn of_one_signal(options: &[(&str, bool, &str)]) -> Result<(), InputError> {
     match options.iter().find(|(_, said, _)| *said) {
         Some((key, _, allowed)) => {
@@ -66,7 +62,7 @@ pub fn of_one_signal(options: &[(&str, bool, &str)]) -> Result<(), InputError> {
     }
 }
 
-/// What stands beside the word `said` for `key` in `words`; `what` says what it is.
+/// The value of the word `said` for `key` in `words`; `what` names the kind of word.
 pub fn meant<T: Copy>(
     (what, key): (&str, &str),
     said: Option<&str>,
@@ -81,12 +77,10 @@ pub fn meant<T: Copy>(
     found.map(Some).ok_or_else(wrong)
 }
 
-/// Estimators: name, and what they are.
 pub fn estimators() -> [(&'static str, Estimator, &'static str); Estimator::ALL.len()] {
     Estimator::ALL.map(|e| (e.name(), e, e.help()))
 }
 
-/// The estimator of this name.
 pub fn estimator(said: Option<&str>) -> Result<Option<Estimator>, InputError> {
     meant(("estimator", "--estimator"), said, &estimators())
 }
@@ -164,7 +158,6 @@ impl Command {
     }
 }
 
-/// Runs a command by its name, with a request that is given as TOML.
 pub fn run(command: &str, request: &str, context: &Context<'_>) -> Result<Reply, Error> {
     let read: Result<Command, _> = toml::from_str(&format!("[{command}]\n{request}"));
     read.map_err(|e| Error::Run(e.to_string()))?.run(context)

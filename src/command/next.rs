@@ -66,7 +66,6 @@ pub struct NextRequest {
     pub common: Common,
 }
 
-/// Reads the taps so far and says which drive the next one should have.
 pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;
@@ -120,7 +119,6 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     Reply { answer, counts, result, ..Reply::default() }.filed(destination, of, body, context)
 }
 
-/// The taps of one object in a file.
 fn read(
     asked: &NextRequest,
     locator: &Locator,
@@ -145,7 +143,7 @@ fn read(
     let mut all = Vec::new();
     for (k, row) in readings.rows.iter().enumerate() {
         let object = place.and_then(|k| row.fields.get(k)).map(LabCell::to_string).unwrap_or_default();
-        // A row without an object is of none, where others have one.
+        // Rows without an object are skipped if the column exists.
         let named = place.is_none() || !object.is_empty();
         if let Some(tap) = row.tap.as_ref().filter(|_| named) {
             let shift = shifts.as_ref().map_or(0.0, |all| all[k]);
@@ -178,7 +176,6 @@ fn shown(objects: &BTreeSet<String>) -> String {
     first.join(", ") + if objects.len() > 8 { ", …" } else { "" }
 }
 
-/// The two ends of what a flag says.
 fn ends(key: &str, what: &str, said: Option<&[f64]>) -> Result<Option<[f64; 2]>, InputError> {
     match said {
         None => Ok(None),
@@ -200,7 +197,7 @@ fn table(next: &Next, drive: Drive) -> Result<Frame, Error> {
     Ok(table)
 }
 
-/// The next tap for programs; `lines` are those of the taps so far.
+/// The next tap as JSON; `lines` are the file's lines of the taps so far.
 pub fn result(next: &Next, drive: Drive, lines: &[usize]) -> serde_json::Value {
     let best = next.best.map(|k| next.tried[k]);
     let known = next.taps > 0;
@@ -282,7 +279,7 @@ fn drawn(next: &Next, drive: Drive) -> Figure {
     let mut lines = vec![("after one tap more".to_owned(), 0, curve(&|t| fine(t) && here(at)(t)))];
     if next.moves() {
         lines[0].0 = format!("base {at:.1} mm nearer (best)");
-        // And where it stands now, or nearest to that.
+        // Also the curve at the current base position, or the nearest one.
         let off = |t: &&Tried| (t.shift - next.stands).abs();
         let other = next.tried.iter().min_by(|p, q| off(p).total_cmp(&off(q))).map(|t| t.shift);
         let other = other.filter(|shift| *shift != at);

@@ -45,7 +45,6 @@ pub struct OptimiseRequest {
     pub common: Common,
 }
 
-/// Reads the spec and searches, or says what would be searched.
 pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (mut spec, mut search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     if let Some(shard) = asked.shard {
@@ -68,13 +67,11 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     let fresh = !out.exists();
     let done = searched((&spec, &search), (&choice, &options, needed), &out, context);
     if done.is_err() && fresh && !context.is_in_memory() {
-        // A folder that only this search made.
         let _ = std::fs::remove_dir(&out);
     }
     done
 }
 
-/// Searches, and writes `best.toml`, `history.csv`, `sensitivity.csv`, `run.json` and, for a front, `pareto.csv`.
 fn searched(
     (spec, search): (&Spec, &Search),
     (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
@@ -97,7 +94,6 @@ fn searched(
         "backend": report.backends[0], "backend_polish": report.backends[1], "result": result,
     });
     if let Some(front) = body["result"]["front"].as_object_mut() {
-        // pareto.csv holds them.
         front.remove("rows");
     }
     let reply = Reply {

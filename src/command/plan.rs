@@ -114,7 +114,6 @@ fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
     Ok(PlanGoal { error, positions, runs, place, gain, relative, seed })
 }
 
-/// What is to be done, with the signal to fill in.
 fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {
     let mut table = heading("plan").frame(&[drive.column(), unit.column()]);
     for row in &plan.rows {
@@ -125,12 +124,12 @@ fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {
     Ok(table)
 }
 
-/// A distance to a tenth of a mm, without the rounding of its sum.
+/// Removes the rounding error of a sum: a multiple of 1e-6 mm.
 fn rounded(a: f64) -> f64 {
     (a * 1e6).round() / 1e6
 }
 
-/// What taps bring: of the plan, and of even grids.
+/// Expected errors after each number of taps: planned, and on even grids.
 fn errors(plan: &Planned) -> Result<Frame, Error> {
     let mut table = heading("plan_errors").frame(&[]);
     for (name, all) in [("planned", &plan.path), ("even", &plan.even)] {

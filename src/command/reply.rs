@@ -1,4 +1,4 @@
-//! What comes of a command.
+//! The reply of a command.
 
 use std::path::PathBuf;
 
@@ -15,38 +15,33 @@ use crate::sink::run_json;
 
 #[derive(Default)]
 pub struct Reply {
-    /// The result in a sentence or two, with which the text begins; empty where there is none.
+    /// The result in a sentence or two, at the start of the text; may be empty.
     pub answer: String,
     pub text: String,
     pub out: Option<PathBuf>,
     pub files: Vec<PathBuf>,
     pub removed: Vec<PathBuf>,
-    /// What is kept in memory in place of a folder, by name.
+    /// Results in memory instead of a folder, by name.
     pub kept: Vec<(String, Content)>,
-    /// run.json of a result in memory.
     pub document: Value,
-    /// Numbers of rows, taps and the like; null where a command has none.
     pub counts: Value,
-    /// Time taken, or expected.
+    /// Measured, or expected for a plan.
     pub seconds: Value,
-    /// Where taps were solved.
     pub backend: Value,
     pub result: Value,
     pub quiet: bool,
-    /// What is wrong although there is a result. Exit code 1.
+    /// A failure in spite of a result. Exit code 1.
     pub broken: Option<String>,
-    /// What was asked for beside the result and is refused. Exit code 2.
+    /// A refused additional request. Exit code 2.
     pub refused: Option<InputError>,
 }
 
 impl Reply {
-    /// Of a run into `out` that is only planned: `what` would be done.
     pub fn planned(out: PathBuf, what: impl FnOnce(std::path::Display<'_>) -> String) -> Self {
         let text = what(out.display()) + "; nothing was run\n";
         Self { text, out: Some(out), ..Self::default() }
     }
 
-    /// Of a plan for `spec`: also what is left off of its model, if that was asked for, and the values in force.
     pub fn of_spec(self, spec: &Spec, needed: Option<&Needed>) -> Self {
         let left = needed.map_or_else(String::new, Needed::sentence);
         let text = format!("{}{left}values in force:\n{}", self.text, in_force(spec));
@@ -54,7 +49,7 @@ impl Reply {
         Self { text, result: json!({ "in_force": run_json::in_force(spec), "model_error": left }), ..self }
     }
 
-    /// Begins with what the report of the result in its folder says in a sentence.
+    /// Adds the answer from the report of the result in its folder.
     pub fn answered(self) -> Self {
         match &self.out {
             Some(out) => Self { answer: answer_of(out), ..self },
@@ -62,7 +57,7 @@ impl Reply {
         }
     }
 
-    /// Ends the result at `destination` with its run.json: what it is `of`, then `body`, and counts and seconds of this reply.
+    /// Completes the result at `destination` with its run.json: spec or data `of`, `body`, and the counts and seconds of this reply.
     pub fn filed(
         mut self,
         destination: Destination,
@@ -84,7 +79,7 @@ impl Reply {
         Ok(self.with_files(destination.out, (files, removed), (context.elapsed(), context.is_quiet())))
     }
 
-    /// As [`Self::filed`], of a `spec`, with its values in force and its warnings unless `body` has others.
+    /// Like [`Self::filed`], for a `spec`, with its values in force, and its warnings unless `body` has others.
     pub fn filed_of(
         self,
         spec: &Spec,
@@ -97,7 +92,6 @@ impl Reply {
         self.filed(destination, run_json::spec(spec), whole, context)
     }
 
-    /// Of files that were written into the folder `out`, and removed, within so many seconds, with which the text ends.
     pub fn with_files(
         self,
         out: PathBuf,
@@ -128,7 +122,6 @@ pub fn in_force(spec: &Spec) -> String {
     spec.in_force.iter().map(line).collect()
 }
 
-/// `result` with what was left off in it, where that was asked for.
 pub fn with_model_error(mut result: Value, model_error: Option<&(Value, String)>) -> Value {
     if let Some((told, _)) = model_error {
         result["model_error"] = told.clone();
@@ -136,7 +129,6 @@ pub fn with_model_error(mut result: Value, model_error: Option<&(Value, String)>
     result
 }
 
-/// The backend, why it was taken, its precision and tolerance.
 pub fn where_and_why(b: &Backend) -> String {
     let place = match &b.adapter {
         Some(name) => format!("gpu {name}"),
@@ -157,7 +149,7 @@ pub fn grouped(n: u64) -> String {
     groups.join(" ")
 }
 
-/// A rate or a number of bytes, as exactly as anybody reads it: 870 000, 4.3e9.
+/// A rate or a number of bytes to two digits: 870 000, 4.3e9.
 pub fn rough(x: f64) -> String {
     let two: f64 = format!("{x:.1e}").parse().unwrap_or(x);
     match two {

@@ -88,7 +88,6 @@ pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error>
     let inputs = source.inputs()?.into_iter().chain(style.font.file.clone()).collect();
     let question = Question { inputs, ..Question::new("report", name.clone(), of) };
     let written: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    // Also what is asked for in memory is a folder of files.
     let folder = Folder::open(&out, question, &written, asked.force)?;
     let mut destination = Destination { command: "report", out, folder: Some(folder), kept: Vec::new() };
     files.into_iter().try_for_each(|(name, bytes)| destination.put(&name, bytes))?;

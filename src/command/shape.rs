@@ -13,7 +13,7 @@ use crate::shape;
 use crate::sink::folder::Question;
 use crate::sink::run_json;
 
-/// Bytes of a section while its table is made in memory: its text, in a buffer that may be twice as large, its fields, its columns.
+/// Bytes per section while its table is in memory: text in a buffer of up to twice its size, fields, columns.
 const BYTES_OF_SECTION: u64 = 1024;
 
 /// Shapes of bent whiskers.
@@ -32,7 +32,6 @@ pub struct ShapeRequest {
     pub common: Common,
 }
 
-/// Writes the shapes of a spec's taps: few, so by the reference unless something else is asked for.
 pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.one_rig()?;

@@ -19,7 +19,7 @@ use crate::sink::heading::heading;
 use crate::sink::run_json;
 use crate::spec;
 
-/// Bytes of a row while its table is made in memory: its text, in a buffer that may be twice as large, its fields, its columns.
+/// Bytes per row while its table is in memory: text in a buffer of up to twice its size, fields, columns.
 const BYTES_OF_ROW: u64 = 512;
 
 /// Synthetic measurements from the exact model.
@@ -73,7 +73,6 @@ pub struct SimulateRequest {
     pub common: Common,
 }
 
-/// Simulates the taps of a spec into `measurements.csv`, or strokes into `strokes.csv`.
 pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     let rig = Rig::of_spec(&spec, &asked.spec.display().to_string())?;

@@ -58,13 +58,12 @@ pub struct SweepRequest {
     pub common: Common,
 }
 
-/// Seconds, from none to a day.
+/// Parses seconds, from 0 to a day.
 fn seconds(text: &str) -> Result<Duration, &'static str> {
     let seconds = text.parse().ok().filter(|s| (0.0..=86400.0).contains(s));
     seconds.map(Duration::from_secs_f64).ok_or("allowed: 0 … 86400 s")
 }
 
-/// Reads the spec and runs it, or says what would run.
 pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.inputs.extend(context.inputs());
@@ -153,7 +152,6 @@ fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
     format!("{name}: {taps} taps of {designs} designs, {model}, on {}", super::where_and_why(b))
 }
 
-/// What to say when the gauge saw more strain than the curve of the material holds.
 fn beyond_curve(spec: &Spec, report: &Report) -> Option<String> {
     let fit = spec.material_fit.as_ref()?;
     let strain = report.counts.strain.get().filter(|e| !fit.covers(*e))?;
@@ -164,7 +162,7 @@ fn beyond_curve(spec: &Spec, report: &Report) -> Option<String> {
     ))
 }
 
-/// What would run; `needed` says which effects are left off, and how long it would take with them.
+/// The reply to `--plan`; `needed`: effects left off; `full`: seconds without leaving any off.
 fn planned(
     spec: &Spec,
     plan: &Plan,
@@ -252,7 +250,7 @@ fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
     text + &report.backend.compared()
 }
 
-/// The best rows with the column that ranks them; with a noise of the gauge also what bias and noise come to together.
+/// The best rows with the ranking column; with a noise of the gauge also bias and noise combined.
 fn best_rows(spec: &Spec, report: &Report) -> String {
     let output = &spec.study.output;
     let by = spec.study.listed_by();
@@ -306,12 +304,10 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
     text + &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said)
 }
 
-/// A value of any size in a few digits.
 fn sized(x: f64) -> String {
     if x == 0.0 || (1e-2..1e5).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
 }
 
-/// K_sd and the bias, beside them noise and total where there is noise, and the column that ranks.
 fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
     let mut columns = vec![RankBy::KSd, RankBy::ErrorRms];
     if noisy {
@@ -327,7 +323,7 @@ fn value(k: &Kept, column: RankBy) -> String {
     k.at.row.value(column, k.at.unit).map_or(String::new(), short)
 }
 
-/// What the columns of millimetres are; `silent`: the ranking holds no noise although there is some, and nobody asked for that.
+/// Explains the columns in mm; `silent`: the ranking ignores an existing noise without being asked to.
 fn explained(columns: &[RankBy], by: RankBy, silent: bool) -> String {
     let mut text = "error_rms_mm is the bias of the distance".to_owned();
     if columns.contains(&RankBy::TotalRms) {

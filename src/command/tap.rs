@@ -22,7 +22,7 @@ use crate::tap::{self, Report, Sample};
 
 const FILE: &str = "tap.csv";
 
-/// What is made small: word, meaning, help.
+/// Objectives: word, value, help.
 const OBJECTIVES: [(&str, Objective, &str); 2] = [
     ("distance", Objective::Distance, "total_rms_mm: bias and noise of the distance"),
     ("sd", Objective::Sd, "K_sd: the spread of K"),
@@ -46,7 +46,6 @@ pub struct TapRequest {
     pub common: Common,
 }
 
-/// Reads the spec and finds its best drive. Few taps: in f64 on the CPU unless something else is asked for.
 pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let objective = meant(("word", "--objective"), Some(&asked.objective), &OBJECTIVES)?;
     let objective = objective.unwrap_or(Objective::Distance);
@@ -80,7 +79,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     destination.table(tap::table(study, &report)?)?;
     let result = tap::result(study, &report);
     let [_, sd] = tap::k_names(&study.setup);
-    // Where taps are hard they are solved to another tolerance than was planned.
+    // Hard taps are solved with another tolerance than planned.
     let (mut in_force, tolerance) = (run_json::in_force(&spec), report.backend.tolerance);
     for entry in in_force.as_array_mut().into_iter().flatten().filter(|e| e["key"] == "run.tolerance") {
         tolerance.iter().for_each(|tolerance| entry["value"] = format!("{tolerance:?}").into());

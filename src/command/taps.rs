@@ -20,7 +20,7 @@ use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::{Field, Values};
 
-/// What of a contact is read, in words.
+/// Choices of `--take`: word, value, help.
 const TAKES: [(&str, Take, &str); 3] = [
     ("auto", Take::Auto, "A plateau where there is one, else the peak"),
     ("plateau", Take::Plateau, "Plateaus alone"),
@@ -99,17 +99,15 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
 const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];
 const DRAWN: usize = 4000;
 
-/// Labels that the user gave: distances, and drives of a record that has none; one for all taps or one for each.
+/// Labels from the user: distances, and drives if the record has none; one for all taps, or one each.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Labels {
-    /// mm.
+    /// Distances, mm.
     a: Vec<f64>,
-    /// Degrees or mm.
     drive: Option<(Drive, Vec<f64>)>,
 }
 
 impl Labels {
-    /// Whether they are as many as the taps among `readings`.
     fn check(&self, record: &Record, readings: &[Reading]) -> Result<(), InputError> {
         let taps = readings.iter().filter(|r| r.kind != Kind::Rest).count();
         let fits = |key: &str, values: &[f64]| match values.len() {
@@ -137,12 +135,11 @@ impl Labels {
     }
 }
 
-/// The value of the tap `k`: one for all, or its own.
 fn own(values: &[f64], k: usize) -> Option<f64> {
     if values.len() == 1 { values.first().copied() } else { values.get(k).copied() }
 }
 
-/// taps.csv: what calibrate and locate read. Without a drive in the record the rest is subtracted; with one the rests are rows of drive 0.
+/// taps.csv, as calibrate and locate read it. Without drives in the record the rest is subtracted; with drives, rests are rows of drive 0.
 fn taps_table(record: &Record, readings: &[Reading], labels: &Labels) -> Result<Frame, Error> {
     let drive = record.drive.as_ref().map(|(kind, _)| *kind).or(labels.drive.as_ref().map(|(kind, _)| *kind));
     let own_distance = record.labels.iter().position(|(name, _)| name == DISTANCE);
@@ -186,7 +183,6 @@ fn taps_table(record: &Record, readings: &[Reading], labels: &Labels) -> Result<
     Ok(table)
 }
 
-/// Six digits after the point are enough of a mean of drives, and of a time.
 fn rounded(x: f64) -> f64 {
     (x * 1e6).round() / 1e6
 }
@@ -195,7 +191,7 @@ fn middle(record: &Record, reading: &Reading) -> f64 {
     0.5 * (record.time[reading.mean[0]] + record.time[reading.mean[1]])
 }
 
-/// readings.csv: of each reading what it is of, when contact begins and ends, what it is the mean of, and how well its samples agree.
+/// readings.csv: kind, time of contact, time of the mean, and scatter of each reading.
 fn readings_table(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
     let mut table = heading("readings").frame(&[]);
     for r in readings {
@@ -208,7 +204,6 @@ fn readings_table(record: &Record, readings: &[Reading]) -> Result<Frame, Error>
     Ok(table)
 }
 
-/// The record, its rest, and its readings.
 fn drawn(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {
     let every = record.time.len().div_ceil(DRAWN).max(1);
     let line = |name: &str, colour, values: &[f64], dash| {

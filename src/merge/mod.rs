@@ -1,10 +1,7 @@
-//! Parts of a sweep that several machines made, joined to the tables of the whole, byte for byte.
-//!
-//! Each part holds whole designs in the order of the whole, so most tables are the parts one behind the other. Rows of a tuple file
-//! interleave, and rows that were ranked compete: their parts say where each row stands ([`Place`](crate::sweep::Place)), and the rows
-//! are taken in that order. A chart ranks candidates before they are solved; how many of them the whole would have solved is decided here,
-//! over all parts. No tap is solved, so any machine can do it; memory is that of the places, not of the rows. Searches with seeds of their own
-//! are joined to their best design and one front.
+//! Joins the parts of a sweep to the tables of the whole, byte for byte. Each part holds whole designs in the order of the whole, so most tables are
+//! the parts in sequence. Rows of a tuple file interleave, and ranked rows compete: their parts store the position of each row
+//! ([`Place`](crate::sweep::Place)), and the number of a chart's candidates to solve is decided here. No tap is solved; memory holds positions, not
+//! rows. Searches with different seeds are joined to their best design and one front.
 
 mod order;
 mod part;
@@ -24,36 +21,28 @@ use crate::sweep::PLACES;
 use part::Part;
 use source::Source;
 
-/// What a merge tells.
 #[derive(Debug)]
 pub struct Report {
-    /// Where the whole is.
     pub out: PathBuf,
-    /// Files written.
     pub files: Vec<PathBuf>,
     /// Files of an older result that only `force` removed.
     pub removed: Vec<PathBuf>,
-    /// The run.json of the whole.
     pub run: Value,
-    /// What the parts differ in without being of another sweep.
+    /// Harmless differences between the parts.
     pub warnings: Vec<String>,
-    /// Seconds of the merge.
     pub seconds: f64,
 }
 
-/// Joins the parts of a sweep, or the searches, in `folders`, or in folders of `folders`, into `out` (where they all lie, by default).
-///
-/// # Errors
-/// Parts that are missing, unfinished, edited, there twice, of another sweep or of another version; a folder that holds something else.
+/// Joins the parts or searches in `folders` or their subfolders into `out` (by default their common parent).
+/// Errors: missing, unfinished, edited or repeated parts; parts of another sweep or version; a folder that holds something else.
 pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Report, Error> {
     let start = Instant::now();
     let (parts, out) = found(folders, out)?;
-    // The part that says what the whole says.
     let lead = if parts[0].is_search() { search::best(&parts) } else { &parts[0] };
     let mut run = record::whole(&parts, lead, &out);
     let names: Vec<&str> =
         lead.listed.iter().map(|file| file.name.as_str()).filter(|name| *name != PLACES).collect();
-    // What an unsharded run would answer.
+    // Same question as a run without shards.
     let mut asked = lead.run["asked"].clone();
     asked.as_object_mut().map(|asked| asked.shift_remove("shard"));
     let inputs = parts.iter().flat_map(Part::files).collect();
@@ -65,7 +54,7 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
         true => search::joined(&parts, lead, &mut folder, &mut run),
         false => joined(&parts, &mut folder, &mut run),
     };
-    // What is not as it was written may fail in any way; then that is the reason.
+    // If joining failed, an edited part is the better reason.
     part::unedited(&parts)?;
     joined?;
     record::timed(&mut run, start.elapsed().as_secs_f64());
@@ -75,10 +64,6 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })
 }
 
-/// How many parts, or searches, [`run`] would join, and where.
-///
-/// # Errors
-/// Parts that are missing, unfinished, there twice, of another sweep or of another version.
 pub fn plan(folders: &[PathBuf], out: Option<&Path>) -> Result<(usize, PathBuf), Error> {
     found(folders, out).map(|(parts, out)| (parts.len(), out))
 }
@@ -89,12 +74,10 @@ fn found(folders: &[PathBuf], out: Option<&Path>) -> Result<(Vec<Part>, PathBuf)
     Ok((parts, out))
 }
 
-/// The tables of a part, in their order.
 fn tables(part: &Part) -> impl Iterator<Item = Table> {
     Table::ALL.into_iter().filter(|table| part.lists(&table.file(part.format)))
 }
 
-/// Writes the tables of the whole, and says in `run` how many rows each has, and how many `top` keeps.
 fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Error> {
     let order = order::Order::new(parts)?;
     let mut rows = [0u64; 3];
@@ -118,7 +101,6 @@ fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Er
     Ok(())
 }
 
-/// The folder in which all parts lie.
 fn beside(parts: &[Part]) -> Result<PathBuf, Error> {
     let parent = |part: &Part| match part.folder.parent() {
         Some(parent) if parent.as_os_str().is_empty() => PathBuf::from("."),

@@ -1,4 +1,4 @@
-//! In which order the rows of the parts follow each other in the whole, and which of them are in it.
+//! The order of the parts' rows in the whole, and the selection of kept rows.
 
 use std::collections::HashSet;
 
@@ -10,16 +10,14 @@ use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 use crate::sweep::{PLACES, Place};
 
-/// The order of the rows of all tables.
 pub(super) struct Order {
-    /// The places of the rows of each part; none where one part simply follows the other.
+    /// Positions of the rows of each part; empty if the parts are consecutive.
     parts: Vec<Vec<Place>>,
-    /// The rows that `top` keeps of the whole, where it is asked for.
+    /// The rows that `top` keeps of the whole, if requested.
     kept: Option<Kept>,
 }
 
 struct Kept {
-    /// Designs and strokes.
     rows: HashSet<(u64, u32)>,
     designs: HashSet<u64>,
 }
@@ -35,12 +33,10 @@ impl Order {
         Ok(Self { parts, kept })
     }
 
-    /// How many rows `top` keeps; `None` where it is not asked for.
     pub fn kept(&self) -> Option<usize> {
         self.kept.as_ref().map(|kept| kept.rows.len())
     }
 
-    /// Writes the rows of `table`; how many.
     pub fn write(&self, table: Table, sources: &mut [Source], sheet: &mut Sheet) -> Result<u64, Error> {
         if self.parts.is_empty() {
             return sources.iter_mut().map(|source| source.rest(sheet)).sum();
@@ -51,7 +47,7 @@ impl Order {
             let own = places.iter().filter(|place| place.table == table);
             all.extend(own.map(|place| (place.order, part, is_kept(place))));
         }
-        // The rows of a part are in order already, and stay so.
+        // Stable: the rows of each part are already in order.
         all.sort_by_key(|(order, part, _)| (*order, *part));
         all.iter().try_for_each(|(_, part, wanted)| sources[*part].next(*wanted, sheet))?;
         Ok(all.iter().filter(|(.., wanted)| *wanted).count() as u64)
@@ -64,7 +60,7 @@ fn places(part: &Part) -> Result<Vec<Place>, Error> {
 }
 
 impl Kept {
-    /// Of the `candidates` that the chart of the whole would have brought back, and of the rows that were solved, the `top` best.
+    /// The `top` best of the solved rows and of the first `candidates` rows by chart, which the whole would have solved.
     fn new(parts: &[Vec<Place>], top: u64, candidates: Option<u64>) -> Self {
         let rows = parts.iter().flatten().filter(|place| place.table == Table::Designs);
         let (mut solved, mut charted): (Vec<&Place>, Vec<&Place>) =

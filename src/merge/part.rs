@@ -1,4 +1,4 @@
-//! Parts as they lie on the disk, and whether they are those of one sweep, or searches of one spec.
+//! Parts on the disk, and checks that they belong to one sweep, or to searches of one spec.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -19,7 +19,6 @@ pub(super) struct Part {
     pub folder: PathBuf,
     pub shard: Shard,
     pub run: Value,
-    /// Of the tables of a sweep.
     pub format: TableFormat,
     pub listed: Vec<Listed>,
 }
@@ -29,18 +28,15 @@ impl Part {
         self.run["command"] == "optimise"
     }
 
-    /// The files of the part.
     pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
         let names = self.listed.iter().map(|file| file.name.as_str()).chain(["run.json"]);
         names.map(|name| self.folder.join(name))
     }
 
-    /// True if its run.json lists the file `name`.
     pub fn lists(&self, name: &str) -> bool {
         self.listed.iter().any(|file| file.name == name)
     }
 
-    /// The file `name`, to be read.
     pub fn file(&self, name: &str) -> Result<(PathBuf, File), Error> {
         if !self.lists(name) {
             return Err(refuse(&self.folder, format!("its run.json lists no {name}"), "a whole part"));
@@ -52,14 +48,12 @@ impl Part {
         }
     }
 
-    /// All bytes of the file `name`.
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>, Error> {
         let ((path, mut file), mut bytes) = (self.file(name)?, Vec::new());
         file.read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
         Ok(bytes)
     }
 
-    /// A number of its description.
     pub fn number(&self, key: &str) -> Option<u64> {
         self.run["shard"][key].as_u64()
     }
@@ -76,7 +70,6 @@ fn edited(folder: &Path, name: &str, why: &str) -> Error {
 
 const FOLDERS: &str = "folders shard-i-of-n, or the folder that holds them";
 
-/// Why what was named cannot be read: a mistake of whoever named it, or the machine's.
 fn absent(folder: &Path, e: std::io::Error) -> Error {
     match e.kind() {
         ErrorKind::NotFound => refuse(folder, "there is no such folder", FOLDERS),
@@ -85,7 +78,7 @@ fn absent(folder: &Path, e: std::io::Error) -> Error {
     }
 }
 
-/// The parts in `folders` or right below them, by number: all that belong together, whole, and of one question.
+/// The parts in `folders` or directly below them, by number, checked to be complete and of one sweep.
 pub(super) fn all(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     let found = found(folders)?;
     let parts = found.iter().map(|(shard, folder)| read(*shard, folder)).collect::<Result<Vec<_>, _>>()?;
@@ -97,7 +90,7 @@ fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error> {
     let mut all: Vec<(Shard, PathBuf)> = Vec::new();
     for folder in folders {
         let named = |path: &Path| path.file_name().and_then(|n| n.to_str()).and_then(Shard::of_folder);
-        // As it is called, also where it was named `.`.
+        // The real name, also of `.`.
         let real = folder.canonicalize().map_err(|e| absent(folder, e))?;
         if let Some(shard) = named(&real) {
             all.push((shard, folder.clone()));
@@ -132,7 +125,6 @@ fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error> {
     Ok(all)
 }
 
-/// Where the run.json of parts must say the same, and what it says there.
 const SAME: [(&str, &str); 8] = [
     ("/version", "version of the program"),
     ("/backend/name", "backend"),
@@ -141,11 +133,11 @@ const SAME: [(&str, &str); 8] = [
     ("/backend/tolerance", "tolerance"),
     ("/shard/whole", "spec (values in force)"),
     ("/shard/candidates", "number of candidates"),
-    // The tables name it, and those of the whole can name but one.
+    // The tables contain it, so the whole can have only one.
     ("/spec/hash", "text of the spec, though its values are the same"),
 ];
 
-/// Fails unless all parts are of one command, spec, version and backend; of searches the seeds may differ by their numbers.
+/// Fails unless all parts have the same command, spec, version and backend; seeds of searches may differ by their numbers.
 fn of_one_question(parts: &[Part]) -> Result<(), Error> {
     let first = &parts[0];
     for part in &parts[1..] {
@@ -172,7 +164,6 @@ fn of_one_question(parts: &[Part]) -> Result<(), Error> {
     Ok(())
 }
 
-/// The part in `folder`, as its run.json describes it.
 fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     let again = format!("the whole part: the same command with --shard {shard} makes it, or goes on with it");
     let text = read_run(folder)?.ok_or_else(|| {
@@ -194,7 +185,7 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     if !is_own {
         return Err(refuse(folder, format!("its run.json is not that of part {shard} of {what}"), &again));
     }
-    // What it counts is what the whole counts.
+    // Its counts go into the whole, so it must be unedited.
     let Some(listed) = listed(&run).filter(|_| is_sealed(&text, &run)) else {
         return Err(edited(folder, "run.json", "is not what this version of the program wrote"));
     };
@@ -202,7 +193,6 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     Ok(Part { folder: folder.to_owned(), shard, run, format, listed })
 }
 
-/// Fails unless each file of `parts` is what was written.
 pub(super) fn unedited(parts: &[Part]) -> Result<(), Error> {
     let each = |part: &Part| {
         part.listed.iter().try_for_each(|listed| {
@@ -216,7 +206,7 @@ pub(super) fn unedited(parts: &[Part]) -> Result<(), Error> {
     parts.par_iter().try_for_each(each)
 }
 
-/// In what the parts differ though they are of one sweep: their tables are within the tolerance then, but perhaps not the very bytes.
+/// Differences between parts of one sweep: the tables are then within the tolerance, but perhaps not byte-identical.
 pub(super) fn differences(parts: &[Part]) -> Vec<String> {
     let of = |(what, place): (&str, &str)| {
         let mut values: BTreeMap<&str, u32> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! The run.json of a whole that was merged: what the parts share, what they come to together, and which they are.
+//! The run.json of a merged whole: shared entries, sums, and the list of parts.
 
 use std::path::Path;
 
@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 use super::part::Part;
 use super::search::seed;
 
-/// Values of which the whole has the sum of its parts, where these have them.
 const SUMS: [(&str, &str); 15] = [
     ("counts", "taps"),
     ("counts", "solved"),
@@ -25,10 +24,9 @@ const SUMS: [(&str, &str); 15] = [
     ("seconds", "solve"),
     ("seconds", "chart"),
 ];
-/// Values of which it has the largest.
 const LARGEST: [(&str, &str); 2] = [("counts", "sweeps_max"), ("material_fit", "largest_gauge_strain")];
 
-/// The whole, of which `lead` says what its parts share, but for its rows and the time of the merge.
+/// The run.json of the whole, with shared entries from `lead`; row counts and the time of the merge are added later.
 pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
     let mut run = lead.run.clone();
     for (group, key) in SUMS.into_iter().chain(LARGEST) {
@@ -39,7 +37,7 @@ pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
         }
     }
     if !lead.is_search() {
-        // The mean of the parts, each by the taps that were solved for it.
+        // Mean over the parts, weighted by their solved taps.
         let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
         let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
         let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();
@@ -62,7 +60,7 @@ pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
     for key in ["shard", "resumed", "files", "asked", "name", "handed_over"] {
         run.as_object_mut().map(|run| run.shift_remove(key));
     }
-    // What one device did is told with its part.
+    // Entries of one device stay with its part.
     run["backend"].as_object_mut().map(|backend| backend.shift_remove("device"));
     run["parts"] = parts.iter().map(|part| described(part, std::ptr::eq(part, lead))).collect();
     run
@@ -72,7 +70,6 @@ fn larger(a: &Value, b: &Value) -> Value {
     if a.as_f64() < b.as_f64() { b.clone() } else { a.clone() }
 }
 
-/// Both together: counts, numbers, or counts of words.
 fn sum(a: &Value, b: &Value) -> Value {
     if let (Some(a), Some(b)) = (a.as_object(), b.as_object()) {
         let mut all = a.clone();
@@ -90,7 +87,6 @@ fn sum(a: &Value, b: &Value) -> Value {
     }
 }
 
-/// What the whole says of a part, of which `lead` is true if it says what they share.
 fn described(part: &Part, lead: bool) -> Value {
     let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
     let (seconds, files, counts) = (&run["seconds"]["total"], &run["files"], &run["counts"]);

@@ -1,4 +1,4 @@
-//! Searches of several machines, each with a seed of its own: the best design of all, and the front of all their fronts.
+//! Joins searches with different seeds: the best design of all, and one front from all fronts.
 
 use serde_json::{Value, json};
 
@@ -11,7 +11,7 @@ use crate::sink::read;
 
 const FRONT: &str = "pareto.csv";
 
-/// Value of the objective of its best design; smaller is better.
+/// Objective of the best design; smaller is better.
 fn value(part: &Part) -> f64 {
     part.run["result"]["value"].as_f64().unwrap_or(f64::INFINITY)
 }
@@ -20,7 +20,6 @@ pub(super) fn best(parts: &[Part]) -> &Part {
     parts.iter().min_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(&parts[0])
 }
 
-/// Writes the files of the `best` search, with the front of all.
 pub(super) fn joined(parts: &[Part], best: &Part, folder: &mut Folder, run: &mut Value) -> Result<(), Error> {
     for file in &best.listed {
         let bytes = match &*file.name {
@@ -36,13 +35,12 @@ pub(super) fn joined(parts: &[Part], best: &Part, folder: &mut Folder, run: &mut
     Ok(())
 }
 
-/// The entries of `in_force`, by key and value.
 fn in_force(part: &Part) -> impl Iterator<Item = (&str, &str)> {
     let entries = part.run["in_force"].as_array().into_iter().flatten();
     entries.filter_map(|e| Some((e["key"].as_str()?, e["value"].as_str()?)))
 }
 
-/// The values in force on which a search depends, but its seed.
+/// The values in force that affect a search, without its seed.
 pub(super) fn values(part: &Part) -> Vec<(&str, &str)> {
     let free = |key: &str| key == "optimise.seed" || key.starts_with("run.") && key != "run.model_error";
     in_force(part).filter(|(key, _)| !free(key)).collect()
@@ -52,12 +50,11 @@ pub(super) fn seed(part: &Part) -> Option<u64> {
     in_force(part).find(|(key, _)| *key == "optimise.seed")?.1.parse().ok()
 }
 
-/// The seed that the first part has, if seeds rise by one from part to part.
+/// The seed of the first part, if seeds increase by one per part.
 pub(super) fn seed_of_first(part: &Part) -> Option<u64> {
     seed(part).map(|seed| seed.wrapping_sub(part.shard.index.into()).wrapping_add(1))
 }
 
-/// The points of all fronts that no other beats in both figures, by rising spread.
 fn front(parts: &[Part]) -> Result<Frame, Error> {
     let read = |part: &Part| {
         let label = part.folder.join(FRONT).display().to_string();

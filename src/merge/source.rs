@@ -1,4 +1,4 @@
-//! The rows of one table of one part, in their order. Rows of CSV are copied as they are; those of Parquet are put into groups anew.
+//! The rows of one table of one part, in order. Rows of CSV are copied; rows of Parquet are regrouped.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -15,7 +15,6 @@ use crate::sink::table::Table;
 
 pub(super) struct Source {
     path: PathBuf,
-    /// Its columns without rows.
     pub empty: Frame,
     rows: Rows,
 }
@@ -23,12 +22,11 @@ pub(super) struct Source {
 enum Rows {
     Csv {
         file: BufReader<File>,
-        /// The last row.
         line: Vec<u8>,
     },
     Parquet {
         reader: Box<parquet::Reader>,
-        /// Rows that were read, and how many of them were taken.
+        /// The current row group, and the number of its rows already taken.
         group: (Frame, usize),
     },
 }
@@ -51,7 +49,6 @@ impl Source {
         Ok(Self { path, empty, rows })
     }
 
-    /// A table `name` in `folder` with the same columns, from the same place.
     pub fn sheet(&self, folder: &mut Folder, name: &str) -> Result<Sheet, Error> {
         let (format, provenance) = match &self.rows {
             Rows::Csv { .. } => (TableFormat::Csv, String::new()),
@@ -65,7 +62,7 @@ impl Source {
         error.at(self.path.display().to_string(), None).allowed("the part as it was written").into()
     }
 
-    /// Takes the next row into `sheet`, or passes over it.
+    /// Copies the next row into `sheet`, or skips it.
     pub fn next(&mut self, wanted: bool, sheet: &mut Sheet) -> Result<(), Error> {
         match &mut self.rows {
             Rows::Csv { file, line } => {
@@ -89,7 +86,6 @@ impl Source {
         }
     }
 
-    /// All rows, into `sheet`; how many.
     pub fn rest(&mut self, sheet: &mut Sheet) -> Result<u64, Error> {
         let mut rows = 0;
         match &mut self.rows {

@@ -1,4 +1,4 @@
-//! `best.toml`.
+//! `best.toml`: the best design as a spec. Also judges the best design by the other estimator.
 
 use super::blame::why;
 use super::evaluate::Scorer;
@@ -13,7 +13,6 @@ use crate::plan::Layout;
 use crate::scene::search::{Quantity, Search};
 use crate::scene::{Column, Material, Property, Setup, Spec, Theory, Tuple};
 
-/// A spec of the best design at its drive, for `sweep`.
 pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Error> {
     let fail = |e: &dyn std::fmt::Display| Error::Run(format!("best.toml: {e}"));
     let mut best: toml::Table = spec.text.parse().map_err(|e| fail(&e))?;
@@ -48,7 +47,7 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
         table.insert(name.into(), value.into());
     }
     if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material) {
-        // The curve's path is relative to the spec; its fit is what was computed with.
+        // The curve's path is relative to the spec, so the fitted coefficients are written instead.
         let material: toml::Table =
             [("yeoh".to_owned(), toml::Value::from(c.to_vec()))].into_iter().collect();
         if let Some(model) = best.get_mut("model").and_then(toml::Value::as_table_mut) {
@@ -74,21 +73,19 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
     Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)
 }
 
-/// Drives looked at first, with the nominal whisker alone, and how far on either side of the best of them the best of all samples is sought.
+/// Number of drives in the first scan (nominal whisker only), and how many of them on each side of the best the next scan covers.
 const FIRST: (usize, usize) = (65, 4);
-/// Drives looked at then, and again between the neighbours of the best, so many times.
+/// Number of drives in each later scan, between the neighbours of the last best one, and number of these scans.
 const NEXT: (usize, u32) = (9, 5);
 
 #[derive(Debug)]
 pub struct Other {
     pub theory: Theory,
-    /// At the drive that was found.
     pub here: Design,
-    /// At the best of the drives that were searched or listed; `None` where there is but one, or none that keeps the limits.
+    /// At the best of the drives searched or listed; `None` if there is one drive only, or no drive keeps the limits.
     pub best: Option<Design>,
 }
 
-/// Judges the whisker of `point` by the other estimator.
 pub(super) fn judge(
     (setup, layout): (&Setup, &Layout),
     search: &Search,
@@ -132,12 +129,10 @@ pub(super) fn judge(
     Ok(Other { theory, here: design(*point)?, best: best.map(design).transpose()? })
 }
 
-/// The whisker of `point` at each of `drives`.
 fn taps(point: &Tuple, drives: &[f64]) -> Vec<Tuple> {
     drives.iter().map(|&drive| Tuple { drive, ..*point }).collect()
 }
 
-/// Place of the best of `scores`; `None` where none keeps the limits.
 fn least(scores: &[Score], goal: Goal) -> Option<usize> {
     let allowed = (0..scores.len()).filter(|&i| goal.feasible(&scores[i]));
     allowed.min_by(|&i, &j| goal.value(&scores[i]).total_cmp(&goal.value(&scores[j])))

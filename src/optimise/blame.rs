@@ -1,4 +1,4 @@
-//! A problem that cannot be met: which limit, and by how much.
+//! Explains infeasible searches: which limit is violated, and by how much.
 
 use super::report::Report;
 use super::score::{Limit, Score};
@@ -7,7 +7,6 @@ use crate::error::InputError;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{Setup, Theory};
 
-/// The limit that `closest`, the best of all candidates, violates most, and by how much.
 pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError {
     let first = violated(closest)[0];
     let message =
@@ -86,15 +85,14 @@ fn phrase(setup: &Setup, search: &Search, score: &Score, limit: Limit) -> String
     }
 }
 
-/// What the limited quantity reaches, to four digits.
 fn reached(score: &Score, limit: Limit, least: f64) -> f64 {
-    // Rounded up, for the number is there to be typed; printed and read again, so that it is the decimal number.
+    // Rounded up, because the user will type it; printed and parsed, so that it is the decimal number.
     let value = (1.0 + score.limit(limit)) * least;
     let digits = 10f64.powi(3 - value.log10().floor() as i32);
     format!("{:.3e}", (value * digits * (1.0 - 1e-9)).ceil() / digits).parse().unwrap_or(value)
 }
 
-/// The bias for people: a model that inverts its own strains has none by construction.
+/// The bias as text: an exact model that inverts its own strains has 0 by construction.
 pub fn bias(theory: Theory, value: Option<f64>, number: &dyn Fn(Option<f64>) -> String) -> String {
     match (theory, value) {
         (Theory::Exact, Some(0.0)) => "0 by construction".into(),
@@ -102,7 +100,6 @@ pub fn bias(theory: Theory, value: Option<f64>, number: &dyn Fn(Option<f64>) -> 
     }
 }
 
-/// What ends the way to something better.
 pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
     let mut parts: Vec<String> = Vec::new();
     for (quantity, end) in &report.at_bounds {

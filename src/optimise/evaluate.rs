@@ -1,4 +1,4 @@
-//! Scores of candidates: all candidates × robust samples × distances go to the backend in one batch.
+//! Scores candidates: all candidates × robust samples × distances form one batch of the backend.
 
 use std::sync::Arc;
 
@@ -24,27 +24,25 @@ use crate::scene::search::{Calibrated, Quantity, Search};
 use crate::scene::{Column, Direction, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Told};
 
-/// Taps that go to the backend together: to a GPU, and to a CPU, which is asked to stop between them. The model's own curves that
-/// exact distances are read from are so many taps more.
+/// Taps per batch: for a GPU, and for a CPU, which checks for a stop between batches.
 pub(super) const BATCH: [usize; 2] = [1 << 18, 1 << 11];
+/// A candidate with exact curves counts as this many in a batch.
 const CURVE: usize = 4;
 
-/// Error of the reference, relative: that of its integration, and of the root that it is led to.
+/// Relative error of the reference: of its integration and of its root finding.
 const REFERENCE: f64 = 1e-12;
 
-/// Taps that are read from charts together.
 const READ: usize = 1 << 16;
 
 pub struct Scorer<'a> {
     pub evaluator: Evaluator<'a>,
     pub(super) judge: Judge<'a>,
     pub(super) batch: usize,
-    /// What whole rows are read from in place of solved taps.
+    /// Reads whole rows from charts instead of solving taps.
     pub(super) rows: Option<Arc<Ranker>>,
 }
 
 impl<'a> Scorer<'a> {
-    /// For the candidates of `search`, each over the distances of `layout`, whose taps `method` solves.
     pub fn new(setup: &'a Setup, layout: &Layout, search: &'a Search, method: Method) -> Self {
         let distances = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let samples = search.robust.as_ref().map_or(0, |r| r.samples);
@@ -61,12 +59,11 @@ impl<'a> Scorer<'a> {
         (1 + samples + again) * self.judge.distances.len()
     }
 
-    /// Scores of `points`, each a design with its drive, in their order.
     pub fn scores(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         self.scores_while(points, &|| true)
     }
 
-    /// As [`Self::scores`], of the first ones that are there when `on` says no more.
+    /// Like [`Self::scores`], until `on` returns false; then the scores of the first points.
     pub fn scores_while(&mut self, points: &[Tuple], on: &dyn Fn() -> bool) -> Result<Vec<Score>, Error> {
         let mut scores = Vec::with_capacity(points.len());
         let more = if self.judge.setup.estimate.theory == Theory::Exact { CURVE } else { 1 };
@@ -80,7 +77,6 @@ impl<'a> Scorer<'a> {
         Ok(scores)
     }
 
-    /// As [`Self::scores_while`], of the nominal whiskers alone.
     pub fn nominal(&mut self, points: &[Tuple], on: &dyn Fn() -> bool) -> Result<Vec<Score>, Error> {
         let deviations = std::mem::take(&mut self.judge.deviations);
         let scores = self.scores_while(points, on);
@@ -94,7 +90,6 @@ impl<'a> Scorer<'a> {
         Ok(self.evaluator.run(&design, &tasks)?.iter().map(|tap| tap.sticking).collect())
     }
 
-    /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
         Ok(self.along(point, &[point.drive])?[0].0)
     }
@@ -104,7 +99,6 @@ impl<'a> Scorer<'a> {
         Ok(report::Design { point, row: self.row(&point)?, score, unit })
     }
 
-    /// Scores of whiskers read from charts, those outside them from their taps.
     fn read(&mut self, reader: &Ranker, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         let (judge, n) = (&self.judge, self.judge.distances.len());
         let whiskers = 1 + judge.deviations.len();
@@ -171,10 +165,9 @@ impl<'a> Scorer<'a> {
     }
 }
 
-/// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
+/// Charts cover this many standard deviations of the samples; the few beyond are solved.
 const SPREAD: f64 = 3.5;
 
-/// What the numbers of candidates, and of whiskers sampled around them, can be.
 pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) -> Wanted {
     let drives = Wanted::of(layout).drive;
     let range = |column: Column| {
@@ -186,7 +179,6 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
             _ => [layout.design(0).to_array()[k]; 2],
         };
         let sd = search.robust.as_ref().map_or(0.0, |r| r.sd[k]);
-        // A drive or a length that is not positive is none.
         let least = if column == Column::GaugePosition { 0.0 } else { 0.05 * lo };
         [(lo - SPREAD * sd).max(least), hi + SPREAD * sd]
     };
@@ -201,7 +193,7 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
 }
 
 impl Scorer<'_> {
-    /// The same, which reads candidates from charts where charts can and it pays, and whether it does.
+    /// The same scorer with charts, if charts are possible and save time; and whether it has them.
     pub(super) fn charted(
         mut self,
         layout: &Layout,
@@ -213,7 +205,7 @@ impl Scorer<'_> {
         let samples = robust.map_or(0, |r| r.samples) as u64;
         let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
         let few = layout.n_distances > between::MOST || taps.is_some_and(|taps| taps < LEAST_TAPS);
-        // A direction that is sampled has no chart; nor has a rig that varies.
+        // Charts need a fixed direction and a fixed rig.
         let still = setup.rigs.is_none() && !robust.is_some_and(|r| r.tilts() || !r.properties.is_empty());
         let Some((tolerance, directions)) =
             choice.chart_tolerance().zip(directions(layout)).filter(|_| still && !few)
@@ -221,7 +213,7 @@ impl Scorer<'_> {
             return Ok((self, false));
         };
         let planar = layout.is_upright() && !setup.gauge.second;
-        // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
+        // Readings that are converted with another whisker's calibration are reduced from taps.
         let own = robust.is_none_or(|r| r.calibrated == Calibrated::Each);
         if own && planar {
             self.rows = Ranker::of_rows(setup, distances, wanted, tolerance)?.map(Arc::new);
@@ -234,7 +226,6 @@ impl Scorer<'_> {
         Ok((Self { evaluator: self.evaluator.reading(taps), ..self }, any))
     }
 
-    /// Designs rows and scores of the nominal `whisker` at `drives`, degrees or mm.
     pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         let mut all = Vec::with_capacity(drives.len());
         for part in drives.chunks((self.batch / self.judge.distances.len()).max(1)) {
@@ -243,7 +234,6 @@ impl Scorer<'_> {
         Ok(all)
     }
 
-    /// The same at as many drives as go to the backend together.
     fn along_some(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         let (setup, reach, direction) = (self.judge.setup, self.judge.reach, whisker.direction());
         let n = self.judge.distances.len();
@@ -252,7 +242,6 @@ impl Scorer<'_> {
         let designs: Vec<Design> = drives.iter().map(|drive| at(*drive)).collect();
         let task = |a: f64, drive: f64| Task::of(0, &Tuple { a, drive, ..*whisker });
         let distances = &self.judge.distances;
-        // Drive by drive, as a row has them.
         let tasks: Vec<Task> =
             drives.iter().flat_map(|&drive| distances.iter().map(move |&a| task(a, drive))).collect();
         let one = std::slice::from_ref(&design);
@@ -277,7 +266,7 @@ impl Scorer<'_> {
         Ok((0..drives.len()).map(one).collect())
     }
 
-    /// The model's own curves at `drives` where distances are told by it; none without a `reach`.
+    /// The exact model's curves at `drives`; empty without a `reach`.
     fn curves(
         &mut self,
         design: &[Design],

@@ -1,15 +1,9 @@
 //! The trade-off between the spread of K and the total of bias and noise: ε-constraint scans.
 //!
-//! # Theory
-//! A point of the front makes total_rms_mm least among the designs whose K_sd is at most some ε. So the front is a family of
-//! problems that the polish solves with one more limit; the next ε halves the largest gap, and its start is the middle
-//! between two neighbours, which a few steps bring onto the front. Swarms towards both ends and between them find the branch
-//! to follow; whatever any swarm scored that the front does not reach becomes another start.
-//!
-//! # Why not a multi-objective crate
-//! `moors`, the one that is kept up, evolves populations (NSGA-II and its kin). Such a front lies near the true one, and knows neither bounds nor
-//! limits that bind; pymoo's NSGA-II, which stands for the method in `benches/search`, gets less hypervolume from the same
-//! evaluations. Points made by the polish lie on the front, and need no further dependency.
+//! A point of the front has the least total_rms_mm among the designs with K_sd ≤ ε: the polish solves this with one more limit. The next ε halves the
+//! largest gap. Swarms find the branch to follow; each of their candidates that beats the front is another start.
+//! `moors`, the maintained multi-objective crate, evolves populations (NSGA-II and similar). Such a front lies near the true one, but not on the limits
+//! that bind; pymoo's NSGA-II (`benches/search`) reaches less hypervolume with the same evaluations.
 
 use super::global::{COLD, pick, swarm};
 use super::polish::{self, Radii};
@@ -20,31 +14,26 @@ use crate::error::Error;
 use crate::scene::Tuple;
 
 const POINTS: usize = 128;
-/// Gap, of the front's extent, that needs no further point.
+/// Gaps below this share of the front's extent are not divided further.
 const GAP: f64 = 0.004;
-/// Radii of a polish that begins between two neighbours.
 const WARM: Radii = Radii { first: 0.01, last: 1e-3 };
-/// Radii of a polish that begins at something a swarm scored.
 const CHALLENGE: Radii = Radii { first: 0.04, last: 1e-3 };
-/// A scored candidate better than the front by this share in both figures is a start.
+/// A candidate that is better than the front by this share in both figures becomes a start.
 const BETTER: f64 = 1e-3;
-/// Most of such starts in one round.
 const CHALLENGES: usize = 12;
-/// Goals of the swarms, and how many starts each.
+/// Goals of the swarms, and the number of starts of each.
 const SWARMS: [(Goal, u32); 4] =
     [(Goal::Figure(1), 2), (Goal::Figure(0), 2), (Goal::Blend(0.5), 2), (Goal::Blend(0.2), 1)];
 
-/// Points none of which is better than another in both figures.
+/// Non-dominated points: no point is better than another in both figures.
 #[derive(Debug)]
 pub struct Front {
-    /// By rising K_sd.
     pub points: Vec<Design>,
-    /// Area between the front and its reference, K_sd × mm.
+    /// Area between the front and `reference`, K_sd × mm.
     pub hypervolume: f64,
-    /// Largest K_sd and largest total_rms_mm of the front: the corner of that area.
+    /// Largest K_sd and largest total_rms_mm of the front.
     pub reference: [f64; 2],
-    /// Mean deviation of the gaps between neighbours from their mean, over their mean, in units of the front's extent (Deb's Δ without
-    /// its ends); 0 for even gaps.
+    /// Mean absolute deviation of the gaps, relative to their mean (Deb's Δ without its ends); 0 for even gaps.
     pub spread: f64,
 }
 
@@ -57,7 +46,7 @@ impl Front {
     }
 }
 
-/// Area dominated by `figures`, which rise in the first and fall in the second, up to `reference`.
+/// Area dominated by `figures` (first rising, second falling) up to `reference`.
 fn hypervolume(figures: &[[f64; 2]], reference: [f64; 2]) -> f64 {
     let next = |i: usize| figures.get(i + 1).map_or(reference[0], |f| f[0]);
     figures.iter().enumerate().map(|(i, f)| (next(i) - f[0]).max(0.0) * (reference[1] - f[1]).max(0.0)).sum()
@@ -72,7 +61,6 @@ fn spread(figures: &[[f64; 2]]) -> f64 {
     gaps.iter().map(|g| (g - mean).abs()).sum::<f64>() / (gaps.len() as f64 * mean)
 }
 
-/// Distances between neighbours in units of the extent.
 fn gaps(figures: &[[f64; 2]]) -> Vec<f64> {
     let (Some(first), Some(last)) = (figures.first(), figures.last()) else { return Vec::new() };
     let extent = [0, 1].map(|i| (last[i] - first[i]).abs().max(f64::MIN_POSITIVE));
@@ -82,12 +70,11 @@ fn gaps(figures: &[[f64; 2]]) -> Vec<f64> {
         .collect()
 }
 
-/// Searches for the front: how it ended, and the front, by rising K_sd.
+/// Searches for the front; returns how the search ended, and the front by rising K_sd.
 pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Result<(), Halt>, Vec<Found>), Error> {
     let mut scan = Scan { front: Vec::new(), pool: Vec::new() };
     let ended = scan.run(session, seed);
     if ended.is_err() {
-        // What was scored on the way, in f64.
         scan.gather(session);
         let points: Vec<Tuple> = scan.pool.iter().map(|f| f.point).collect();
         let scores = session.again(&points)?;
@@ -100,14 +87,14 @@ fn figures(f: &Found) -> [f64; 2] {
     [f.score.figures[0], f.score.figures[1]]
 }
 
-/// Those that keep all limits and that no other beats in both figures, by rising K_sd.
+/// Keeps the non-dominated candidates within all limits, by rising K_sd.
 fn nondominated(mut all: Vec<Found>) -> Vec<Found> {
     all.retain(|f| f.score.violation() == 0.0 && figures(f).iter().all(|x| x.is_finite()));
     unbeaten(&mut all, figures);
     all
 }
 
-/// Leaves those that no other beats in both figures, by the first of these, rising.
+/// Keeps the non-dominated items, sorted by the first figure.
 pub(crate) fn unbeaten<T>(all: &mut Vec<T>, figures: impl Fn(&T) -> [f64; 2]) {
     let order = |[a, c]: [f64; 2], [b, d]: [f64; 2]| a.total_cmp(&b).then(c.total_cmp(&d));
     all.sort_by(|a, b| order(figures(a), figures(b)));
@@ -141,7 +128,7 @@ impl Scan {
                 self.gather(session);
             }
         }
-        // The end of least K_sd may leave the total free to fall.
+        // The end with the least K_sd may still allow a smaller total.
         if let Some(end) = nondominated(self.front.clone()).first() {
             let (u, j) = session.variables.place(&end.point);
             self.polish(session, Goal::Capped(figures(end)[0] * (1.0 + 1e-6)), (&u, j), COLD)?;
@@ -169,7 +156,6 @@ impl Scan {
         self.pool = nondominated(std::mem::take(&mut self.pool));
     }
 
-    /// Polishes from what was scored better than the front.
     fn challenge(&mut self, session: &mut Session<'_>) -> Result<(), Halt> {
         self.gather(session);
         for _ in 0..CHALLENGES {
@@ -178,7 +164,7 @@ impl Scan {
                 let [sd, distance] = figures(p).map(|x| x * (1.0 + BETTER));
                 !front.iter().any(|f| figures(f)[0] <= sd && figures(f)[1] <= distance)
             };
-            // A gap that is still to be filled is no better point: the nearest neighbour must lose in both.
+            // A point inside a gap is not better: some point of the front must lose to it in both figures.
             let loses = |p: &Found| {
                 front.iter().any(|f| {
                     let ([a, b], [sd, distance]) = (figures(f), figures(p).map(|x| x * (1.0 + BETTER)));
@@ -197,7 +183,6 @@ impl Scan {
         Ok(())
     }
 
-    /// Halves the largest gap until all are small or there are points enough.
     fn fill(&mut self, session: &mut Session<'_>) -> Result<(), Halt> {
         let mut closed: Vec<[u64; 2]> = Vec::new();
         loop {
@@ -215,7 +200,7 @@ impl Scan {
             let ends = [i, i + 1].map(|k| session.variables.place(&front[k].point));
             let middle: Vec<f64> = ends[0].0.iter().zip(&ends[1].0).map(|(a, b)| 0.5 * (a + b)).collect();
             let found = self.polish(session, Goal::Capped(cap), (&middle, ends[0].1), WARM)?;
-            // A middle between two branches leads nowhere: begin again at either end.
+            // No design between two branches: start again from either end.
             let inside = |f: &Found| Goal::Capped(cap).feasible(&f.score) && figures(f)[1] < all[i][1];
             if !inside(&found) {
                 for (u, j) in &ends {

@@ -1,4 +1,4 @@
-//! Several starts, each a swarm and the polish of the best of what it scored.
+//! Several starts, each a swarm and the polish of its best candidates.
 
 use std::borrow::Borrow;
 use std::cell::RefCell;
@@ -16,37 +16,32 @@ use crate::scene::sampler::Sampler;
 
 pub const STARTS: u32 = 12;
 const LEAST: u32 = 4;
-/// Starts that must have found the same.
 const AGREEING: usize = 3;
-/// What is the same, relative.
+/// Relative difference at which starts agree.
 const SAME: f64 = 1e-5;
-/// Most times that a polish is repeated, and the relative gain for which it is.
+/// Maximum number of repeated polishes, and the relative gain that each needs.
 const AGAIN: usize = 4;
 const GAIN: f64 = 1e-6;
-/// Distinct candidates of a swarm that are polished.
 const POLISHED: usize = 3;
-/// Candidates closer than this in every variable of the unit box are not distinct.
+/// Candidates closer than this in every variable of the unit box count as one.
 const DISTINCT: f64 = 0.08;
 
-/// Radii of a polish that begins at a swarm's candidate and ends at an optimum.
+/// Radii of a polish from a swarm's candidate to an optimum.
 pub const COLD: Radii = Radii { first: 0.04, last: 1e-5 };
 
-/// Radii of a polish of what is read from charts: farther down their errors show.
+/// Radii of a polish on charts; at smaller radii the charts' errors show.
 const READ: Radii = Radii { first: 0.04, last: 2e-3 };
-/// Radii of the polish that begins at what that found.
+/// Radii of the f64 polish after the one on charts.
 const WARM: Radii = Radii { first: 5e-3, last: 1e-5 };
-/// What is the same of what is read from charts.
+/// Relative difference at which starts on charts agree.
 const SAME_READ: f64 = 1e-4;
-/// Candidates read from charts that are polished in f64.
 const FINISHED: usize = 2;
 
-/// Searches until starts agree, all are made, or the budget ends it.
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Result<(), Halt> {
     if session.scorers[0].rows.is_none() {
         return starting(session, goal, seed, starts, (Stage::Polish, COLD, SAME)).map(drop);
     }
-    // What is read from charts is smooth, and good to their error: only what was found there is polished in f64, for which some of the
-    // budget is kept.
+    // Charts are smooth and accurate to their tolerance: only their best candidates are polished in f64; part of the budget is kept for that.
     session.keep_back();
     let mut found = match starting(session, goal, seed, starts, (Stage::Swarm, READ, SAME_READ)) {
         Err(Halt::Ended(Ended::Evaluations)) => session.best[0].into_iter().collect(),
@@ -62,7 +57,7 @@ pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Res
     if out_of { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(()) }
 }
 
-/// The best of each start: swarms, and the best of what they scored improved.
+/// Runs the starts: a swarm and the polish of its best candidates each. Returns the best of each start.
 fn starting(
     session: &mut Session<'_>,
     goal: Goal,
@@ -92,7 +87,7 @@ fn starting(
     Ok(all)
 }
 
-/// Polishes, and polishes again while that still helps: where limits of many samples meet, models stop too early.
+/// Repeats the polish while it helps: where limits of many samples meet, its models stop too early.
 fn to_the_end(
     session: &mut Session<'_>,
     goal: Goal,
@@ -114,7 +109,6 @@ fn to_the_end(
     Ok(best)
 }
 
-/// The best candidates of `scored` that are distinct, in the unit box.
 pub fn pick(
     variables: &Variables,
     goal: Goal,
@@ -149,8 +143,7 @@ pub fn ending(result: Result<(), Halt>) -> Result<Ended, crate::error::Error> {
 
 const PARTICLES: usize = 24;
 
-/// Particles and steps of start `k`: small first, so that a small budget sees a whole search, then larger. A particle that tries
-/// several drives counts for several.
+/// A small first start, so that a small budget still gives a result. A particle with several drives counts several times.
 fn size(k: u32, drives: usize) -> (usize, u64) {
     let (particles, steps) = match k {
         0 => (24, 12),
@@ -161,12 +154,11 @@ fn size(k: u32, drives: usize) -> (usize, u64) {
     ((particles / drives).max(PARTICLES), steps)
 }
 
-/// Runs one swarm towards `goal`; what it scored is in the session's archive. `seeds` are places in the unit box where particles begin.
+/// Runs one swarm towards `goal`; its scores go to the session's archive. `seeds` are initial positions in the unit box.
 pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
     let (particles, steps) = size(session.start, session.variables.drives());
     let k = session.variables.list.len();
     session.swarms += 1;
-    // Each start has a stream of its own, whatever the seeds of others.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     for _ in 0..session.start {
         random.jump();
@@ -207,7 +199,6 @@ struct Flock<'s, 'a> {
 }
 
 impl Flock<'_, '_> {
-    /// Order of each position; where drives are listed, that of the best of them.
     fn orders<P: Borrow<Vec<f64>>>(&self, positions: &[P]) -> Result<Vec<f64>, Halt> {
         let mut session = self.session.borrow_mut();
         let variables = session.variables;

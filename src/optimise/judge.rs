@@ -1,4 +1,4 @@
-//! From the solved taps of candidates, and of whiskers sampled around them, to scores.
+//! Scores candidates from the solved taps of their nominal and sampled whiskers.
 
 use rayon::prelude::*;
 
@@ -24,18 +24,17 @@ pub(super) struct Judge<'a> {
     pub distances: Vec<f64>,
     pub reach: [f64; 2],
     pub deviations: Vec<[f64; COLUMNS]>,
-    /// How far inside its limits a tap is kept, relative: as far as its kernel may be off, so that every more accurate one finds them kept.
+    /// Relative safety margin of the limits: the error of the kernel, so that a more accurate one also finds them kept.
     pub margin: f64,
 }
 
 impl Judge<'_> {
-    /// Whether each sampled whisker is calibrated at upright poles, and judged at poles whose direction it does not know.
+    /// True if each sampled whisker is calibrated at upright poles, but measures poles of unknown direction.
     pub fn blind(&self) -> bool {
         let each = self.search.robust.as_ref().filter(|r| r.calibrated == Calibrated::Each);
         !self.deviations.is_empty() && each.is_some_and(Robust::tilts)
     }
 
-    /// The taps of `designs`, each over all distances.
     pub fn tasks(&self, designs: &[Design]) -> Vec<Task> {
         let n = self.distances.len();
         let task =
@@ -43,12 +42,11 @@ impl Judge<'_> {
         (0..designs.len() * n).into_par_iter().map(task).collect()
     }
 
-    /// Whisker `w` of a point: the nominal one, or a sampled one.
+    /// Whisker `w` of a point: 0 is the nominal one, the others are samples.
     pub fn whisker(&self, point: &Tuple, w: usize) -> Tuple {
         let (Some(robust), Some(sample)) = (&self.search.robust, w.checked_sub(1)) else { return *point };
         let (mut values, z) = (point.to_array(), &self.deviations[sample]);
         for ((value, sd), z) in values.iter_mut().zip(&robust.sd).zip(z) {
-            // A gauge bonded at the clamp cannot lie before it.
             *value += sd * z;
         }
         let place = &mut values[Column::GaugePosition as usize];
@@ -56,7 +54,7 @@ impl Judge<'_> {
         Tuple::from_array(values).of_rig(point.rig)
     }
 
-    /// The design of whisker `w` of a point, a sampled one with a rig of its own where properties of it are sampled.
+    /// The design of whisker `w` of a point; a sample has a separate rig if properties of the rig are sampled.
     pub fn design(&self, point: &Tuple, w: usize) -> Design {
         let mut tuple = self.whisker(point, w);
         let robust = self.search.robust.as_ref().filter(|robust| w > 0 && !robust.properties.is_empty());
@@ -84,7 +82,7 @@ impl Judge<'_> {
         Design::with(own, tuple)
     }
 
-    /// Where the model's own curve of whisker `w` of a point is wanted, which taps a pole of this direction, if it is.
+    /// The range over which the exact model's curve of whisker `w` is needed, for a pole of this direction; `None` if it is not needed.
     pub fn reach_of(&self, w: usize, direction: Direction) -> Option<Reach> {
         if self.setup.estimate.theory != Theory::Exact {
             return None;
@@ -100,8 +98,8 @@ impl Judge<'_> {
         }
     }
 
-    /// What two strains of `tap` are told by: the model of the whisker itself or, where so calibrated, of the nominal one among the `whiskers` of its
-    /// candidate. The lean is the nominal one's in both.
+    /// Request for the distance of `tap` from two strains, by the model of its whisker or of the nominal whisker (as calibrated). The lean is the
+    /// nominal one.
     pub fn ask(&self, designs: &[Design], whiskers: usize, tap: Task, outcome: &Outcome) -> both::Ask {
         let mine = both::Ask::own(self.setup, tap, outcome, self.reach);
         let nominal = tap.design - tap.design % whiskers as u32;
@@ -120,9 +118,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Score of one candidate: its nominal whisker, then the sampled ones; `own` are the model's own curves, where distances are told by
-    /// them, and `both` what the model takes two strains for; `upright`: the taps at upright poles by which each of the sampled ones is calibrated,
-    /// where it is [`Self::blind`].
+    /// Score of a candidate: nominal whisker, then samples. `own`: exact curves; `both`: estimates from two strains; `upright`: calibrating taps if
+    /// [`Self::blind`].
     pub fn score(
         &self,
         designs: &[Design],
@@ -163,7 +160,6 @@ impl Judge<'_> {
         gather(robust, &nominal.score, &samples)
     }
 
-    /// The calibration of a whisker by its taps at upright poles.
     fn calibrated<'d>(
         &self,
         design: &'d Design,
@@ -181,7 +177,6 @@ impl Judge<'_> {
         })
     }
 
-    /// Score of one whisker by itself, from what charts say of it.
     pub fn score_of_chart(&self, tuple: &Tuple, figures: &Figures) -> Score {
         let mut score = self.shape(tuple);
         let taper = Taper::new(tuple.D, tuple.d, tuple.L_a);
@@ -209,7 +204,6 @@ impl Judge<'_> {
         score
     }
 
-    /// Score of a candidate from those of its nominal whisker and the sampled ones, each by itself.
     pub fn gather(&self, scores: &[Score]) -> Score {
         match &self.search.robust {
             Some(robust) if scores.len() > 1 => gather(robust, &scores[0], &scores[1..]),
@@ -217,7 +211,6 @@ impl Judge<'_> {
         }
     }
 
-    /// What the numbers of a whisker alone violate.
     pub fn shape(&self, tuple: &Tuple) -> Score {
         let mut score = Score::NOTHING;
         let farthest = self.distances.iter().copied().fold(0.0, f64::max);
@@ -229,7 +222,6 @@ impl Judge<'_> {
         score
     }
 
-    /// What the taps of a whisker violate.
     pub fn limits(&self, score: &mut Score, seen: &Seen) {
         let limits = &self.search.limits;
         let share = |value: f64, most: f64| value * (1.0 + self.margin) / most - 1.0;
@@ -249,8 +241,7 @@ impl Judge<'_> {
         }
     }
 
-    /// The designs row of one whisker, its distances told by `own` or with what is `given`: the calibration of another one; or by what the model takes
-    /// two strains for.
+    /// The designs row of one whisker. Distances come from `own`, from the calibration `given` of another whisker, or from two strains (`both`).
     pub fn reduce(
         &self,
         design: &Design,
@@ -284,7 +275,6 @@ impl Judge<'_> {
     }
 }
 
-/// A value that is none as the nearest that is.
 fn inside(property: Property, value: f64) -> f64 {
     match property {
         Property::Exponent => value.clamp(0.25, 4.0),
@@ -296,14 +286,12 @@ fn inside(property: Property, value: f64) -> f64 {
     }
 }
 
-/// With what readings are turned into distances, where it is not the whisker's own.
+/// Calibration by which readings become distances, if it is not the whisker's.
 pub(super) struct Calibration<'a> {
     pub estimator: Estimator<'a>,
-    /// K̄, where f needs it.
     k: Option<f64>,
     pub drive: f64,
-    /// The model's curve, where it stands in for f.
     pub curve: Option<&'a Curve>,
-    /// K − 1 of the taps that it was made of, where these are other taps of the same whisker.
+    /// K − 1 of the calibrating taps, if these are other taps of the same whisker.
     pub upright: Option<Spread>,
 }

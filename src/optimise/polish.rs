@@ -1,32 +1,27 @@
-//! Local stage: a trust-region method in f64.
-//!
-//! Around the best place so far the objective and every limit are read on a small stencil and modelled by quadratics
-//! ([`Stencil`]); the step that makes the model small within the trust region, the bounds and the limits is
-//! tried, also with the limits drawn in a little, for a limit that binds is only as good as its model. Of everything scored
-//! the best by the feasibility rules is the next place. So a bound is met exactly, and a limit that binds from its inner side
-//! to about the square of the last radius.
+//! Local stage: a trust-region method in f64. Objective and limits are evaluated on a small stencil around the best place and modelled by quadratics
+//! ([`Stencil`]). The step that minimises the model within trust region, bounds and limits is tried, also with tightened limits, because a binding
+//! limit is only as good as its model. Bounds are met exactly, a binding limit from its inner side to about the square of the last radius.
 
 use super::quadratic::{Quadratic, Stencil, step};
 use super::score::{Goal, Score};
 use super::session::{Found, Halt, Session, Stage};
 
 const LARGEST: f64 = 0.25;
-/// Limits are drawn in by these multiples of the squared radius.
+/// Limits are tightened by these multiples of the squared radius.
 const MARGINS: [f64; 3] = [0.0, 0.02, 0.3];
-/// Limits farther away than this play no part in a step.
+/// Limits farther from binding than this are ignored in a step.
 const FAR: f64 = -0.9;
 const STEPS: u32 = 80;
 
-/// Size of the region in which a polish begins, and the radius at which it is done.
+/// Trust radii at the start and at the end of a polish.
 #[derive(Debug, Clone, Copy)]
 pub struct Radii {
-    /// First trust radius, of the unit box.
     pub first: f64,
     pub last: f64,
 }
 
 impl Stage {
-    /// Shortest arm of a stencil in the unit box: below it the rounding of the scores shows in the curvature.
+    /// Shortest arm of a stencil in the unit box: below it the rounding of the scores disturbs the curvature.
     fn arm(self) -> f64 {
         match self {
             Self::Swarm => 1e-2,
@@ -35,7 +30,7 @@ impl Stage {
     }
 }
 
-/// Improves the candidate at `u` (drive `j` of the list) by what scores at `stage`, and returns the best it found.
+/// Improves the candidate at `u` (drive `j` of the list), scored at `stage`; returns the best found.
 pub fn run(
     session: &mut Session<'_>,
     goal: Goal,
@@ -76,7 +71,7 @@ pub fn run(
                 (u, here) = (stencil.places[near].clone(), scores[near]);
             }
         }
-        // Where nothing can be gained the region need not shrink to its last radius step by step.
+        // Without any gain the radius shrinks faster.
         let (before, after) = (goal.value(&old), goal.value(&here));
         if stepped.is_some() && goal.feasible(&old) && before - after < 1e-11 * before {
             radius *= 0.25;
@@ -85,7 +80,7 @@ pub fn run(
     Ok(Found { point: variables.point(&u, j), score: here })
 }
 
-/// Places to try from the models around `u`; none where a value is missing.
+/// Places to try, from the models around `u`; empty if a value is missing.
 fn steps(goal: Goal, radius: f64, u: &[f64], stencil: &Stencil, scores: &[Score]) -> Vec<Vec<f64>> {
     let model = |f: &dyn Fn(&Score) -> f64| stencil.model(&scores.iter().map(f).collect::<Vec<_>>());
     let mut limits: Vec<Quadratic> = (0..scores[0].limits.len())
@@ -98,7 +93,6 @@ fn steps(goal: Goal, radius: f64, u: &[f64], stencil: &Stencil, scores: &[Score]
     let scale = goal.value(&scores[0]).abs();
     let mut aim = model(&|s| goal.value(s) / scale);
     if !aim.is_finite() {
-        // Nothing to lower yet: only the limits lead.
         let k = u.len();
         aim = Quadratic { value: 0.0, slope: vec![0.0; k], curvature: vec![0.0; k * k] };
     }
@@ -120,7 +114,6 @@ fn steps(goal: Goal, radius: f64, u: &[f64], stencil: &Stencil, scores: &[Score]
     steps
 }
 
-/// A coordinate within rounding of a bound is at the bound.
 fn snapped(u: f64) -> f64 {
     match u {
         u if u < 1e-9 => 0.0,

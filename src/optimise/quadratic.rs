@@ -1,27 +1,23 @@
-//! Quadratic models of smooth functions in a few variables, and the step that makes one small while others stay below zero.
+//! Quadratic models of smooth functions in a few variables, and the step that minimises one while others stay below zero.
 
 use nalgebra::{DMatrix, DVector};
 
 /// v + gᵀp + ½ pᵀHp.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadratic {
-    /// v.
     pub value: f64,
-    /// g.
     pub slope: Vec<f64>,
     /// H, row by row.
     pub curvature: Vec<f64>,
 }
 
 impl Quadratic {
-    /// Value at `p`.
     pub fn at(&self, p: &[f64]) -> f64 {
         let k = p.len();
         let bend: f64 = (0..k * k).map(|ij| self.curvature[ij] * p[ij / k] * p[ij % k]).sum();
         self.value + dot(&self.slope, p) + 0.5 * bend
     }
 
-    /// Gradient at `p`.
     fn slope_at(&self, p: &[f64]) -> Vec<f64> {
         let k = p.len();
         (0..k).map(|i| self.slope[i] + dot(&self.curvature[i * k..(i + 1) * k], p)).collect()
@@ -32,18 +28,15 @@ impl Quadratic {
     }
 }
 
-/// Places around `u` in the unit box at which functions are read to model them: two along each axis, one for each pair of
-/// axes.
+/// Places around `u` in the unit box where functions are evaluated to model them: two per axis, one per pair of axes.
 #[derive(Debug, Clone)]
 pub struct Stencil {
-    /// Two offsets along each axis.
     axes: Vec<[f64; 2]>,
-    /// `u`, then the others.
     pub places: Vec<Vec<f64>>,
 }
 
 impl Stencil {
-    /// With arms of length `h`; both arms on the inner side where a bound is nearer than `h`.
+    /// Arms of length `h`; both on the inner side if a bound is nearer than `h`.
     pub fn new(u: &[f64], h: f64) -> Self {
         let arms = |x: &f64| match *x {
             x if x + h > 1.0 => [-h, -2.0 * h],
@@ -94,9 +87,8 @@ impl Stencil {
 const UPDATES: usize = 40;
 const STEPS: usize = 40;
 
-/// The step p in the box [`lo`, `hi`] that makes `goal` small with every one of `limits` ≤ 0, by an augmented
-/// Lagrangian and projected Newton steps (D. P. Bertsekas, SIAM J. Control Optim. 20, 1982). Where the limits cannot be kept it
-/// violates them little. `goal` and `limits` are of order 1.
+/// The step p in the box [`lo`, `hi`] that minimises `goal` with all `limits` ≤ 0: augmented Lagrangian, projected Newton steps (D. P. Bertsekas,
+/// SIAM J. Control Optim. 20, 1982). If the limits cannot be kept, it violates them little. `goal` and `limits` are of order 1.
 pub fn step(goal: &Quadratic, limits: &[Quadratic], [lo, hi]: [&[f64]; 2]) -> Vec<f64> {
     let mut p: Vec<f64> = lo.iter().zip(hi).map(|(lo, hi)| 0.0f64.clamp(*lo, *hi)).collect();
     let mut multipliers = vec![0.0; limits.len()];
@@ -120,7 +112,6 @@ pub fn step(goal: &Quadratic, limits: &[Quadratic], [lo, hi]: [&[f64]; 2]) -> Ve
     p
 }
 
-/// Value, gradient and Hessian at a point.
 type Local = (f64, Vec<f64>, Vec<f64>);
 
 /// goal + Σ (max(0, λ + w c)² − λ²)/(2w).
@@ -145,7 +136,6 @@ fn lagrangian(goal: &Quadratic, limits: &[Quadratic], multipliers: &[f64], weigh
     (value, slope, curvature)
 }
 
-/// Projected Newton steps on `f` in a box until none lowers it.
 fn newton(p: &mut [f64], [lo, hi]: [&[f64]; 2], f: &dyn Fn(&[f64]) -> Local) {
     let k = p.len();
     for _ in 0..STEPS {
@@ -183,7 +173,7 @@ fn newton(p: &mut [f64], [lo, hi]: [&[f64]; 2], f: &dyn Fn(&[f64]) -> Local) {
     }
 }
 
-/// −H⁻¹g with the eigenvalues of H made positive: a Newton step where H is positive definite, away from a saddle elsewhere.
+/// −H⁻¹g with the eigenvalues of H made positive: Newton where H is positive definite; elsewhere it leads away from a saddle.
 fn descent(g: &[f64], h: &[f64]) -> Vec<f64> {
     let k = g.len();
     if !g.iter().chain(h).all(|x| x.is_finite()) {

@@ -1,4 +1,4 @@
-//! What a finished search tells.
+//! Results of a finished search, as JSON and tables.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -27,10 +27,9 @@ use crate::statistics::DriveRow;
 #[derive(Debug, Clone, Copy)]
 pub struct Design {
     pub point: Tuple,
-    /// Its row of designs.csv, of the nominal whisker.
     pub row: DriveRow,
     pub score: Score,
-    /// Unit of K in the tables.
+    /// Factor of K in the tables: 1, or the elongation length, mm.
     pub unit: f64,
 }
 
@@ -42,50 +41,45 @@ impl Design {
 
 #[derive(Debug)]
 pub struct Report {
-    /// The best design; of a front, the one that tells distance best.
     pub best: Design,
     pub value: f64,
     pub ended: Ended,
-    /// Starts made, each a swarm.
     pub starts: u32,
     pub evaluations: u64,
     pub taps_each: usize,
-    /// Seconds: all, and of the search alone.
+    /// Seconds: total, and of the search alone.
     pub seconds: [f64; 2],
-    /// Seconds of making charts; `None` where none was tried.
     pub chart: Option<f64>,
-    /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
+    /// `model_error` of `run.json`, if effects could be left off, and the same in a few lines of text.
     pub model_error: Option<(Value, String)>,
     pub at_bounds: Vec<(Quantity, &'static str)>,
     pub binding: Vec<Limit>,
-    /// What the other estimator would make of the best design; `None` where no distance is told, or by two gauges, or the search was asked to stop.
+    /// The best design by the other estimator; `None` without distances, with two gauges, or after a stop.
     pub other: Option<Other>,
     pub sensitivity: Sensitivity,
     pub front: Option<Front>,
-    /// Backend of the swarm, and of the polish and the figures.
+    /// Backends of the swarm and of the polish, which computes the figures.
     pub backends: [Backend; 2],
     pub history: Vec<Step>,
 }
 
-/// Unit of K of a design in the tables.
 pub(crate) fn unit(setup: &Setup, point: &Tuple) -> f64 {
     crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
 }
 
 const EVERY: Duration = Duration::from_millis(20);
 
-/// Rings once a search is to end.
 #[derive(Debug, Default)]
 pub struct Alarm {
     pub rings: AtomicBool,
-    /// Whether anything has been scored: however slow the machine, there is an answer.
+    /// True once something was scored: a time limit waits for this, so that even a slow machine gives an answer.
     pub scored: AtomicBool,
 }
 
-/// Does `f` beside a thread that rings once `stop` is set, or `seconds` have passed and something has been scored.
+/// Runs `f`; another thread raises the alarm once `stop` is set, or after `seconds` if something has been scored.
 pub fn watched<R>(stop: &AtomicBool, seconds: Option<f64>, f: impl FnOnce(&Alarm) -> R) -> R {
     let (alarm, begun) = (&Alarm::default(), Instant::now());
-    // The thread ends when the sender is dropped, also where `f` panics.
+    // The thread ends when the sender is dropped, even if `f` panics.
     let (done, wait) = channel::<()>();
     let look = move || {
         while wait.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
@@ -124,7 +118,6 @@ pub fn counts(report: &Report) -> Value {
     })
 }
 
-/// How long it took; the rate is that of this run.
 pub fn seconds(report: &Report) -> Value {
     let mut seconds = json!({ "total": report.seconds[0], "search": report.seconds[1], "evaluations_per_second": report.evaluations as f64 / report.seconds[1].max(1e-9) });
     if let Some(chart) = report.chart {
@@ -133,12 +126,10 @@ pub fn seconds(report: &Report) -> Value {
     seconds
 }
 
-/// A designs row as JSON; missing is null.
 pub fn row(spec: &Spec, design: &Design) -> Value {
     design.at_drive().json(&spec.study.setup)
 }
 
-/// Name of a column without its unit, as in a spec.
 pub fn key(setup: &Setup, column: Column) -> &'static str {
     Quantity::Column(column).name(setup.drive)
 }
@@ -184,10 +175,8 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     value
 }
 
-/// Of what the shares of variance are: the logarithm of a figure.
 pub const SCALE: &str = "ln";
 
-/// First and total shares of variance as JSON, with their intervals.
 fn shares(setup: &Setup, s: &Sensitivity) -> Value {
     let both = |found: &[Option<Shares>; 2], of: &dyn Fn(&Shares) -> Value| {
         let [sd, total] = found.each_ref().map(|f| f.as_ref().map(of));
@@ -203,7 +192,6 @@ fn shares(setup: &Setup, s: &Sensitivity) -> Value {
     s.global.iter().map(variable).collect()
 }
 
-/// What the other estimator would give; over the sampled whiskers where there are any.
 fn other(setup: &Setup, other: &Other) -> Value {
     let figures = |d: &Design| {
         let row = d.row.figures();
@@ -223,7 +211,7 @@ fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
     let mut table = heading("history").frame_for(setup);
     let last = report.history.len().saturating_sub(1);
     for (i, step) in report.history.iter().enumerate() {
-        // Steps that found nothing better are left out, but for the last.
+        // Only steps with a better result are listed, and the last.
         if i > 0 && i < last && report.history[i - 1].best.point == step.best.point {
             continue;
         }

@@ -1,4 +1,4 @@
-//! A whole search: starts, ending, what is reported.
+//! A whole search: its starts, its end, its report.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,14 +24,12 @@ use crate::progress::NEVER;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Precision, RunOptions, Spec, Tuple};
 
-/// Strain tolerance of the polish.
 pub const TOLERANCE: f64 = 1e-10;
-/// A limit this close binds; one of sampled whiskers, whose quantile has kinks, from farther off.
+/// A limit within this distance binds; the second value is for sampled whiskers, whose quantile has kinks.
 const BINDING: [f64; 2] = [-1e-5, -5e-3];
-/// Candidates of an unfinished swarm that are scored again in f64.
 const AGAIN: usize = 64;
 
-/// Seconds for the sensitivities of a search whose seconds are spent: so many, or this share of them.
+/// Time for the sensitivities once the time of the search is spent: seconds, or a share of it.
 const MORE: (f64, f64) = (1.0, 0.1);
 
 fn goal(objective: Objective) -> Goal {
@@ -42,7 +40,6 @@ fn goal(objective: Objective) -> Goal {
     }
 }
 
-/// Where the polish and the reported figures are computed: in f64 on the CPU, or by the reference if that was asked for.
 pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
     let backend = match options.backend {
         Some(BackendChoice::Reference) => BackendChoice::Reference,
@@ -59,10 +56,6 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
     Ok(choice)
 }
 
-/// What the candidates of `search` need of the model of `spec` for a strain within `bound`.
-///
-/// # Errors
-/// A tuple file; a kernel that fails.
 pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error> {
     if search.robust.as_ref().is_some_and(|robust| !robust.properties.is_empty()) {
         let why = "with tolerances of the rig which effects it needs is not one answer";
@@ -76,11 +69,9 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
     Needed::new(&spec.study.setup, ComparedRows::of_box(&wanted, &layout), bound)
 }
 
-/// Searches, its swarms by what is [`needed`] of the model, where that was asked for; `stop`, set from outside, ends the search with the best so
-/// far. Polish and figures are those of the full model; where the best or the front show that the bound is not kept, the swarms are repeated.
-///
-/// # Errors
-/// Limits that no design keeps, an end before any did; a backend that fails.
+/// Swarms use the reduced model `needed`, if given; polish and figures use the full model. If the best or the front violate its bound, the swarms are
+/// repeated.
+/// Errors: no design keeps the limits; the search ended before any did; a backend failed.
 pub fn find(
     spec: &Spec,
     search: &Search,
@@ -112,7 +103,7 @@ fn under_alarm(
     };
     let scorer = |choice: &Choice, setup| {
         let mut scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
-        // With no distance of taps that come near no equilibrium: the reference takes seconds to say that there is none.
+        // Taps near no equilibrium get no distance; the reference would need seconds for each.
         scorer.evaluator.leaves = true;
         scorer.batch = BATCH[usize::from(choice.backend.name != "gpu")];
         Ok::<_, Error>(scorer)
@@ -203,21 +194,18 @@ fn under_alarm(
     })
 }
 
-/// Tuples that are listed leave nothing to vary.
 pub fn no_axes() -> InputError {
     InputError::new("this needs axes; the tuples of a file cannot be varied")
         .key("tuples.file")
         .allowed("[whisker], [gauge] and [tap]")
 }
 
-/// The best in f64: of the polish, or of what an unfinished swarm left, scored again.
 fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, Error> {
     let mut best = session.best[1];
     if ended != Ended::Converged {
         let mut left = session.take();
         left.retain(|(stage, _)| *stage == Stage::Swarm);
         left.sort_by(|a, b| goal.order(&a.1.score).total_cmp(&goal.order(&b.1.score)));
-        // A search that ends between swarm and polish has left nothing but its best.
         let last = session.best[0].filter(|_| best.is_none() && left.is_empty());
         let points: Vec<Tuple> =
             left.iter().map(|(_, f)| f.point).take(AGAIN).chain(last.map(|f| f.point)).collect();

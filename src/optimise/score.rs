@@ -1,8 +1,5 @@
-//! What a candidate is worth: its figures, what it violates, and which of two is better.
-//!
-//! Limits are kept by feasibility rules (K. Deb, Comput. Methods Appl. Mech. Engrg. 186, 2000), not by penalties: a
-//! candidate that keeps all limits beats one that does not; of two that keep them the one of the smaller objective is
-//! better; of two that do not, the one that violates them less.
+//! Scores of candidates. Limits follow feasibility rules (K. Deb, Comput. Methods Appl. Mech. Engrg. 186, 2000), not penalties: a feasible candidate
+//! beats an infeasible one; of two feasible ones the smaller objective wins; of two infeasible ones the smaller violation.
 
 use crate::scene::sampler::Sampler;
 use crate::scene::search::{Measure, Robust};
@@ -45,14 +42,13 @@ impl Limit {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
-    /// K_sd (in the tables' unit), total_rms_mm and the weighted sum; NaN where missing.
+    /// K_sd (in the unit of the tables), total_rms_mm and the weighted sum; NaN if missing.
     pub figures: [f64; 3],
-    /// By [`Limit::WORDS`]; −∞ for a limit that is off, NaN for one that could not be computed.
+    /// By [`Limit::WORDS`]; −∞ for a limit that is off, NaN if it could not be computed.
     pub limits: [f64; Limit::WORDS.len()],
 }
 
 impl Score {
-    /// Nothing known.
     pub const NOTHING: Self =
         Self { figures: [f64::NAN; 3], limits: [f64::NEG_INFINITY; Limit::WORDS.len()] };
 
@@ -64,12 +60,11 @@ impl Score {
         self.limits[limit as usize] = value;
     }
 
-    /// Whether the numbers are no whisker with its gauge and contacts on it: then nothing could be computed.
+    /// True if the gauge or a distance lies beyond the whisker, so that nothing can be computed.
     pub fn outside(&self) -> bool {
         self.limit(Limit::Gauge) > 0.0 || self.limit(Limit::Reach) > 0.0
     }
 
-    /// Sum of what is violated; 0 where all limits are kept.
     pub fn violation(&self) -> f64 {
         self.limits.iter().filter(|v| **v > 0.0).fold(0.0, |sum, v| sum + v)
     }
@@ -82,14 +77,13 @@ impl Score {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
     Figure(usize),
-    /// K_sd^w · total_rms^(1−w), by its logarithm's exponential: a direction between both figures of a front.
+    /// K_sd^w · total_rms^(1−w): a direction between both figures of a front.
     Blend(f64),
     /// total_rms with K_sd at most this.
     Capped(f64),
 }
 
 impl Goal {
-    /// Its value, NaN where missing.
     pub fn value(self, score: &Score) -> f64 {
         let [sd, distance, _] = score.figures;
         match self {
@@ -99,7 +93,6 @@ impl Goal {
         }
     }
 
-    /// The limit it adds, if any.
     pub fn cap(self, score: &Score) -> f64 {
         match self {
             Self::Capped(sd) => score.figures[0] / sd - 1.0,
@@ -111,8 +104,7 @@ impl Goal {
         score.violation() == 0.0 && self.cap(score) <= 0.0 && self.value(score).is_finite()
     }
 
-    /// A number that orders candidates by the feasibility rules, smaller is better. Its size has no meaning: candidates that keep
-    /// all limits lie below 0, those that do not in (0, 1), those that are no whisker in (1, 2).
+    /// Orders candidates by the feasibility rules; smaller is better. Feasible: < 0; infeasible: in (0, 1); not a valid whisker: in (1, 2).
     pub fn order(self, score: &Score) -> f64 {
         if self.feasible(score) {
             return (-1.0 / self.value(score)).max(-f64::MAX);
@@ -126,7 +118,7 @@ impl Goal {
     }
 }
 
-/// Figures over the samples; limits of the nominal whisker, and that 90 % of the samples keep theirs.
+/// Figures over the samples; limits of the nominal whisker, and the limit that 90 % of the samples keep theirs.
 pub(super) fn gather(robust: &Robust, nominal: &Score, samples: &[Score]) -> Score {
     let mut score = *nominal;
     let mut worst: Vec<f64> = samples
@@ -143,7 +135,7 @@ pub(super) fn gather(robust: &Robust, nominal: &Score, samples: &[Score]) -> Sco
     score
 }
 
-/// Mean, or mean of the worst tenth (R. T. Rockafellar and S. Uryasev, J. Risk 2, 2000); NaN of nothing.
+/// Mean, or mean of the worst tenth (R. T. Rockafellar and S. Uryasev, J. Risk 2, 2000); NaN if empty.
 fn measure(measure: Measure, mut values: Vec<f64>) -> f64 {
     let n = values.len() as f64;
     match measure {
@@ -160,9 +152,9 @@ fn measure(measure: Measure, mut values: Vec<f64>) -> f64 {
 /// Φ(−3).
 const BELOW: f64 = 1.349_898_031_630_094_5e-3;
 
-/// Standard normal deviations cut at ±3, by sample and column: scrambled Sobol points, the same for every candidate.
+/// Standard normal deviations, truncated at ±3, by sample and column: scrambled Sobol points, the same for every candidate.
 pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
-    // The pole's direction takes the dimensions after those of whisker and drive.
+    // Whisker and drive take the first Sobol dimensions, the pole's direction the next.
     let mut columns = Column::ALL;
     columns.sort_by_key(|column| matches!(column, Column::Tilt | Column::Lean));
     let one = |i| {
@@ -173,13 +165,12 @@ pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
     (0..samples).map(one).collect()
 }
 
-/// That of sample `i` for the `k`-th property of the rig.
 pub fn deviation(seed: u64, i: usize, k: u32) -> f64 {
     normal(seed, i as u32, COLUMNS as u32 + k)
 }
 
 fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
-    // Any seed but 0 scrambles.
+    // Odd, because a seed of 0 does not scramble.
     let seed = seed.wrapping_mul(2).wrapping_add(1);
     let uniform = (f64::from(Sampler::Sobol.coordinate(seed, dimension, i)) + 0.5) / 4_294_967_296.0;
     quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform)

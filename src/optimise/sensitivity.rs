@@ -1,4 +1,4 @@
-//! How much each parameter matters: at the optimum, and over the whole box.
+//! Sensitivity to each parameter: at the optimum, and over the whole box.
 
 use super::evaluate::Scorer;
 use super::score::Score;
@@ -9,22 +9,21 @@ use crate::scene::sampler::Sampler;
 use crate::scene::search::Quantity;
 use crate::scene::{Column, Property, Tuple};
 
-/// Relative step of the local derivatives.
 const STEP: f64 = 1e-3;
 
-/// Values for K_sd and for total_rms_mm; `None` where they could not be computed.
+/// Values for K_sd and for total_rms_mm; `None` if not computable.
 pub type Pair = [Option<f64>; 2];
 
-/// Sensitivities of the nominal whisker, whatever its tolerances.
+/// Sensitivities of the nominal whisker, without tolerances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
-    /// Elasticities ∂ln F/∂ln p at the optimum, in % per %.
+    /// Elasticities ∂ln F/∂ln p at the optimum, % per %.
     pub local: Vec<(Quantity, Pair)>,
-    /// Shares of the variance of ln K_sd and of ln total_rms_mm that are due to each variable over its bounds: Sobol' indices.
+    /// Sobol' indices: shares of the variance of ln K_sd and of ln total_rms_mm due to each variable over its bounds.
     pub global: Vec<(Quantity, [Option<Shares>; 2])>,
-    /// Points at which they were evaluated: fewer where the search was asked to stop, or had no more time.
+    /// Number of evaluated points: fewer after a stop or if time ran out.
     pub samples: u32,
-    /// Those of them that have K_sd, and that have total_rms_mm, above 0; the shares are over these.
+    /// Points with K_sd > 0 and with total_rms_mm > 0; the shares use these.
     pub complete: [u32; 2],
     pub evaluations: u64,
 }
@@ -33,7 +32,7 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple) -> Result<Vec<(Quantity, 
     let setup = scorer.judge.setup;
     let rigs = setup.rigs.as_deref();
     let properties = rigs.map_or(&[][..], |rigs| &rigs.properties).iter().copied().map(Quantity::Property);
-    // In row order: properties of the rig come before the drive.
+    // Order of rows: properties of the rig come before the drive.
     let whisker =
         Column::ALL.into_iter().take_while(|column| *column != Column::Distance).map(Quantity::Column);
     let parameters: Vec<Quantity> =
@@ -60,7 +59,7 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple) -> Result<Vec<(Quantity, 
     let pair = |(i, &quantity): (usize, &Quantity)| {
         let (up, down) = (scores[2 * i].figures, scores[2 * i + 1].figures);
         let slope = |f: usize| {
-            // One side is enough where the other is no whisker.
+            // One-sided if the other side is not a valid whisker.
             let rise = match (up[f].is_finite(), down[f].is_finite()) {
                 (true, true) => (up[f] - down[f]) / 2.0,
                 (true, false) => up[f] - here[f],
@@ -74,10 +73,8 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple) -> Result<Vec<(Quantity, 
     Ok(parameters.iter().enumerate().map(pair).collect())
 }
 
-/// Around `best` by `local`, over the box of `variables` by `global`, as far as that is there when `on` says no more.
-///
-/// Shares are those of the logarithms: over a box both figures span decades, and next to a fold, where a reading has no distance, total_rms_mm
-/// grows as 1/|x − x₀|. Its variance does not exist, and what is found for it depends on the points; that of its logarithm does.
+/// Elasticities around `best` by `local`; shares over the box of `variables` by `global`, from the points scored until `on` returns false.
+/// Shares refer to logarithms: next to a fold total_rms_mm grows as 1/|x − x₀|, so that it has no variance, while its logarithm has one.
 pub fn run(
     [global, local]: &mut [Scorer<'_>; 2],
     variables: &Variables,
@@ -99,7 +96,7 @@ pub fn run(
     let lines = (0..LINES).flat_map(|i| (0..k).map(move |c| (i, c)));
     let points: Vec<Tuple> = lines.flat_map(|(i, c)| (0..LEVELS).map(move |j| point(i, c, j))).collect();
     let mut scores = global.nominal(&points, on)?;
-    // Those of a place of the lines belong together.
+    // Only complete sets of lines count.
     scores.truncate(scores.len() / (k * LEVELS) * (k * LEVELS));
     let mut found = Sensitivity {
         evaluations: (2 * local.len() + 1 + scores.len()) as u64,

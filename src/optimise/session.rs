@@ -1,4 +1,4 @@
-//! One search under way: what it spent, what it found, and the one door to evaluations.
+//! A running search: its budget, its findings, and its only access to evaluations.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -11,10 +11,10 @@ use crate::error::{Error, SolveError};
 use crate::scene::Tuple;
 use crate::scene::search::Budget;
 
-/// Time for what is reported of a search that was asked to stop: beside it, all is written within two seconds.
+/// Time for the last evaluations after a stop; all must be written within two seconds.
 const LAST: Duration = Duration::from_millis(500);
 
-/// Most evaluations that are kept for the polish at the end.
+/// Maximum number of evaluations kept for the final polish.
 const KEPT_BACK: u64 = 3000;
 
 vibrissa_core::words! {
@@ -56,18 +56,16 @@ pub struct Found {
     pub score: Score,
 }
 
-/// The best after one step of a search: a row of history.csv.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     pub evaluations: u64,
-    /// Start, from 0.
     pub start: u32,
     pub stage: Stage,
     pub best: Found,
 }
 
 pub trait Watch {
-    /// After a step; `left` is what the budget still allows.
+    /// Called after a step; `left` is the remaining budget.
     fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>);
 }
 
@@ -76,7 +74,6 @@ pub struct Session<'a> {
     pub variables: &'a Variables,
     pub goal: Goal,
     budget: Budget,
-    /// Evaluations of it that are kept for the end.
     kept_back: u64,
     begun: Instant,
     stop: &'a AtomicBool,
@@ -86,9 +83,8 @@ pub struct Session<'a> {
     pub swarms: u32,
     pub evaluations: u64,
     pub history: Vec<Step>,
-    /// Best of all, and best of the f64 ones.
+    /// Best of all, and best of those in f64.
     pub best: [Option<Found>; 2],
-    /// Everything scored since the last [`Self::take`].
     archive: Vec<(Stage, Found)>,
 }
 
@@ -119,12 +115,10 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Evaluations fail once `stop` is set.
     pub fn stop_by(&mut self, stop: &'a AtomicBool) {
         self.scorers.iter_mut().for_each(|scorer| scorer.evaluator.stop = stop);
     }
 
-    /// Scores `points`; the last batch of a budget may be cut short and then ends the search.
     pub fn scores(&mut self, stage: Stage, points: &[Tuple]) -> Result<Vec<Score>, Halt> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Halt::Ended(Ended::Interrupted));
@@ -135,7 +129,7 @@ impl<'a> Session<'a> {
         if take == 0 && !points.is_empty() {
             return Err(Halt::Ended(Ended::Evaluations));
         }
-        // However slow the machine, there is an answer.
+        // At least one evaluation is made, so that a slow machine gives an answer too.
         let spent = |s| self.evaluations > 0 && self.begun.elapsed().as_secs_f64() >= s;
         if self.budget.seconds.is_some_and(spent) {
             return Err(Halt::Ended(Ended::Seconds));
@@ -168,7 +162,7 @@ impl<'a> Session<'a> {
         self.kept_back = self.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
     }
 
-    /// Gives back what was kept, and says whether the rest of the budget is spent.
+    /// Releases the evaluations kept back; true if the rest of the budget is spent.
     pub fn release(&mut self) -> bool {
         let spent = self.left() == Some(0);
         self.kept_back = 0;
@@ -191,7 +185,6 @@ impl<'a> Session<'a> {
                 }
             }
         }
-        // What the polish found is what counts.
         if let Some(best) = self.best[1].or(self.best[0]) {
             let step = Step { evaluations: self.evaluations, start: self.start, stage, best };
             self.history.push(step);
@@ -199,13 +192,11 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Everything scored since the last time.
     pub fn take(&mut self) -> Vec<(Stage, Found)> {
         std::mem::take(&mut self.archive)
     }
 
-    /// Scores of `points` in f64 outside the budget, for what is reported: all, or, of a search that was asked to stop, those first ones for
-    /// which there is time.
+    /// Scores `points` in f64, outside the budget, for the report; after a stop only the first ones for which there is time.
     pub fn again(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         let (begun, stop) = (Instant::now(), self.stop);
         let on = || !stop.load(Ordering::Relaxed) || begun.elapsed() < LAST;

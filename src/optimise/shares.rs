@@ -1,51 +1,43 @@
-//! Shares of variance: how much of what a figure varies over a box one variable makes, alone and with all others.
+//! Shares of variance: the part of a figure's variance over a box that one variable causes, alone and with all others.
 //!
-//! # Theory
-//! Lines along a variable, through points that fill the box of the others and all at the same levels of it, are a two-way table. Its sum
-//! of squares splits twice: between levels and within them, between lines and within them (R. A. Fisher). The share of the first is the first-order
-//! index Var(E[y|x])/Var(y) of I. M. Sobol' (1993), that of the last the total one, E[Var(y|all others)]/Var(y). No term is negative, so both lie
-//! in [0, 1], and are exact where a variable does nothing, or all. Missing values are left out of their line and level: the shares are then those of
-//! the part of the box that has values.
-//!
-//! Estimators that compare two points at a time (A. Saltelli et al., Comput. Phys. Commun. 181, 2010) divide by a variance that other points have,
-//! and leave [0, 1] where tails are heavy.
+//! Lines along a variable, all at the same levels of it, form a two-way table. Its sum of squares splits between and within levels, and between and
+//! within lines (R. A. Fisher). The share between levels is the first-order index Var(E[y|x])/Var(y) of I. M. Sobol' (1993); the share within lines
+//! is the total index E[Var(y|all others)]/Var(y). Both lie in [0, 1], and are exact if a variable has no effect, or all of it. Missing values are
+//! left out. Estimators on pairs of points (A. Saltelli et al., Comput. Phys. Commun. 181, 2010) leave [0, 1] for heavy tails.
 
 use crate::scene::sampler::Sampler;
 
-/// Lines along each variable: two halves, whose levels lie between each other's.
+/// Lines along each variable: two halves with interleaved levels.
 pub const LINES: usize = 128;
 pub const LEVELS: usize = 16;
-/// Resamples of the confidence intervals, and how many of them lie beyond each end: 95 % lie within.
+/// Bootstrap samples of the confidence intervals, and how many lie beyond each end (95 % lie within).
 const RESAMPLES: usize = 200;
 const BEYOND: usize = 5;
-/// Of the intervals.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Values along one line; NaN where there is none.
+/// Values along one line; NaN is missing.
 pub type Line = [f64; LEVELS];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
-    /// In [0, 1].
     pub value: f64,
-    /// In [0, 1], around the value.
     pub interval: [f64; 2],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shares {
-    /// What it makes alone.
+    /// First-order index.
     pub first: Share,
-    /// What it takes part in.
+    /// Total index.
     pub total: Share,
 }
 
-/// Place in [0, 1] of level `j` on line `i`: turn by turn on either side of the middle of its cell, so that the mean of all is 1/2.
+/// Position in [0, 1] of level `j` on line `i`: alternating around the middle of its cell, so that the mean of all is 1/2.
 pub fn level(i: usize, j: usize) -> f64 {
     (j as f64 + if (i < LINES / 2) == j.is_multiple_of(2) { 0.25 } else { 0.75 }) / LEVELS as f64
 }
 
-/// Shares of the variable along which `lines` lie, in their order; `None` where nothing varies.
+/// Shares of the variable along which `lines` lie; `None` if the values do not vary.
 pub fn shares(lines: &[Line]) -> Option<Shares> {
     let whole: Vec<usize> = (0..lines.len()).collect();
     let found = Squares::of(lines, &whole)?;
@@ -64,8 +56,7 @@ pub fn shares(lines: &[Line]) -> Option<Shares> {
             0 => [0.0, 1.0],
             n => [drawn[beyond], drawn[n - 1 - beyond]],
         };
-        // A share next to 0 is drawn too large again and again: its mirror image lies on the other side. Levels that lie elsewhere say what
-        // the number of them is worth.
+        // Resampling overestimates a share next to 0: its mirror image is included. The difference of the halves shows the error from few levels.
         let apart = match halves.as_slice() {
             [a, b] => 0.5 * (a.shares()[k] - b.shares()[k]).abs(),
             _ => 0.0,
@@ -76,12 +67,10 @@ pub fn shares(lines: &[Line]) -> Option<Shares> {
     Some(Shares { first: share(0), total: share(1) })
 }
 
-/// Lines of the first half.
 fn half(lines: &[Line]) -> usize {
     lines.len().min(LINES / 2)
 }
 
-/// Lines drawn with replacement, as many of each half as it has.
 fn resample(lines: &[Line], r: usize) -> Vec<usize> {
     let drawn = |i: usize| {
         let (from, n) =
@@ -92,7 +81,6 @@ fn resample(lines: &[Line], r: usize) -> Vec<usize> {
     (0..lines.len()).map(drawn).collect()
 }
 
-/// Sums of squares, of values about their means: between and within levels, between and within lines.
 #[derive(Debug, Clone, Copy, Default)]
 struct Squares {
     levels: [f64; 2],
@@ -100,7 +88,7 @@ struct Squares {
 }
 
 impl Squares {
-    /// Of the lines `chosen`, each half by itself; `None` where nothing varies.
+    /// Sums over the lines `chosen`, each half separately; `None` if the values do not vary.
     fn of(lines: &[Line], chosen: &[usize]) -> Option<Self> {
         let (first, second) = chosen.split_at(half(lines));
         let both = [Self::half(lines, first), Self::half(lines, second)];
@@ -110,7 +98,6 @@ impl Squares {
         })
     }
 
-    /// Of lines that have the same levels.
     fn half(lines: &[Line], chosen: &[usize]) -> Option<Self> {
         let mut squares = Self::default();
         let (mut of_lines, mut of_levels) = (Weighted::default(), Weighted::default());
@@ -132,14 +119,13 @@ impl Squares {
         (squares.lines[0] + squares.lines[1] > 0.0).then_some(squares)
     }
 
-    /// Shares of the sum: of the first order, and total.
     fn shares(&self) -> [f64; 2] {
         let ([of, rest], [other, within]) = (self.levels, self.lines);
         [of / (of + rest), within / (other + within)]
     }
 }
 
-/// Mean, and sum of squared distances from it, of weighted values (B. P. Welford 1962; D. H. D. West 1979).
+/// Weighted mean and sum of squared deviations (B. P. Welford 1962; D. H. D. West 1979).
 #[derive(Debug, Clone, Copy, Default)]
 struct Weighted {
     weight: f64,

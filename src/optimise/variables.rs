@@ -1,4 +1,4 @@
-//! Between the unit box in which a search moves and the designs it scores.
+//! Maps the unit box of a search to designs.
 
 use crate::plan::Layout;
 use crate::scene::search::{Quantity, Search, Variable};
@@ -6,18 +6,16 @@ use crate::scene::{Column, Property, Setup, Tuple};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variables {
-    /// What varies, with its bounds in force.
     pub list: Vec<Variable>,
     base: Tuple,
-    /// Drives of which each design takes the best; one, unused, where the drive is a variable.
+    /// Drives from which each design takes the best; a single placeholder if the drive is a variable.
     drives: Vec<f64>,
     setup: Setup,
-    /// The first start of the spec, in the unit box.
     pub start: Option<Vec<f64>>,
 }
 
 impl Variables {
-    /// Of `search` in `setup` over the distances of `layout`. Parts of the bounds in which no candidate can lie are cut off.
+    /// Cuts off parts of the bounds that contain no valid candidate for the distances of `layout`.
     pub fn new(setup: &Setup, layout: &Layout, search: &Search) -> Self {
         let base = Tuple { a: 0.0, ..layout.stroke(&layout.design(0), 0) };
         let mut list = search.variables.clone();
@@ -41,18 +39,16 @@ impl Variables {
         Self { list, base, drives, setup: setup.clone(), start }
     }
 
-    /// Drives from which each design takes its best.
     pub fn drives(&self) -> usize {
         self.drives.len()
     }
 
-    /// The design at `u` in the unit box with its drive, or with drive `j` of the list.
+    /// The design at `u` in the unit box, with its drive, or drive `j` of the list.
     pub fn point(&self, u: &[f64], j: usize) -> Tuple {
         let mut values = self.base.to_array();
         values[Column::Drive as usize] = self.drives[j];
         let (mut properties, mut scale) = (Vec::new(), 1.0);
         for (v, u) in self.list.iter().zip(u) {
-            // Bounds are met exactly.
             let value = match *u {
                 u if u <= 0.0 => v.min,
                 u if u >= 1.0 => v.max,
@@ -75,7 +71,6 @@ impl Variables {
         }
     }
 
-    /// Where a point lies in the unit box, and which drive of the list it has.
     pub fn place(&self, point: &Tuple) -> (Vec<f64>, usize) {
         let u = self
             .list
@@ -85,7 +80,6 @@ impl Variables {
         (u, self.drives.iter().position(|d| *d == point.drive).unwrap_or(0))
     }
 
-    /// Variables that lie at a bound of `point`, and at which.
     pub fn at_bounds(&self, point: &Tuple) -> Vec<(Quantity, &'static str)> {
         let (u, _) = self.place(point);
         let at = |(v, u): (&Variable, &f64)| match *u {
@@ -97,7 +91,7 @@ impl Variables {
     }
 }
 
-/// Value of `quantity` at `point`; NaN of a property that does not vary.
+/// Value of `quantity` at `point`; NaN for a property that does not vary.
 pub fn value(setup: &Setup, point: &Tuple, quantity: Quantity) -> f64 {
     match (quantity, &setup.rigs) {
         (Quantity::Column(column), _) => point.to_array()[column as usize],

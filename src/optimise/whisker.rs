@@ -1,4 +1,4 @@
-//! What the taps of one whisker give: its figures, and what limits ask of it.
+//! Figures and limits of one whisker from its taps.
 
 use super::judge::{Calibration, Judge};
 use super::score::{Limit, Score};
@@ -10,7 +10,7 @@ use crate::scene::{Convention, Tuple};
 use crate::statistics::{DriveRow, Told};
 use crate::status::Status;
 
-/// A slipped contact has its own limit; its tap is continued, so that figures change smoothly across it.
+/// The taps of slipped contacts are continued beyond the tip, so that figures stay smooth; a separate limit excludes them.
 pub(super) fn continued(taps: &[Outcome]) -> Vec<Outcome> {
     taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect()
 }
@@ -41,7 +41,6 @@ impl Read {
         let taps = continued(taps);
         let own = Estimator::new(setup, shared, judge.reach);
         let mut row = judge.reduce(design, (&taps, both), told, other);
-        // K̄ and its spread are those of the calibration.
         if let Some(spread) = other.and_then(|other| other.upright).filter(|_| row.complete()) {
             row.deviation = spread;
         }
@@ -60,7 +59,7 @@ impl Read {
             _ if !both.is_empty() => None,
             (_, Some(curve)) => Some((1.0, curve.peak().1)),
             (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
-            // What a whisker reads of its own tap has a distance.
+            // A reading of the own model always has a distance.
             (Told::Own(_) | Told::Other(_) | Told::Both(_), None) => None,
         };
         let peak = match told {
@@ -91,31 +90,30 @@ pub(super) struct Seen {
     pub farthest: f64,
     /// Largest |ε|.
     pub strain: f64,
-    /// Largest K̄⁻¹ θ f(â) that is read: |ε|, of two gauges √(ε₁² + ε₂²)/cos β̂.
+    /// Largest reading as strain: |ε|; with two gauges √(ε₁² + ε₂²)/cos β̂.
     pub reading: f64,
     /// Largest P, N.
     pub force: f64,
-    /// Share of the taps that are not solved.
+    /// Share of unsolved taps.
     pub unsolved: f64,
-    /// K̄, and the largest strain of which the theory has a distance, where that matters.
+    /// K̄, and the largest strain for which the theory has a distance, if needed.
     pub highest: Option<(f64, f64)>,
-    /// Where the curve that distances are told by peaks, mm.
+    /// Distance of the peak of the curve in use, mm.
     pub peak: f64,
 }
 
-/// Rounding of a sum of decimal numbers is no violation.
+/// Removes the rounding of a sum of decimal numbers.
 pub(super) fn over(value: f64) -> f64 {
     if value <= 1e-12 { value.min(0.0) } else { value }
 }
 
-/// K_sd, total_rms_mm, weighted sum.
 pub(super) fn figures(judge: &Judge<'_>, row: &DriveRow, gauge: f64, length: f64) -> [f64; 3] {
     let unit = if judge.setup.estimate.convention == Convention::Elongation { gauge } else { 1.0 };
     let row = row.figures();
     let [sd, total] = [row.sd, row.total_rms()].map(|x| x.unwrap_or(f64::NAN));
     let mean = 1.0 + row.mean.unwrap_or(f64::NAN);
     let [by_sd, by_distance] = judge.search.weights;
-    // A weight of 0 leaves its term out, also where that has no value.
+    // A weight of 0 drops its term, even a missing one.
     let term = |weight: f64, value: f64| if weight == 0.0 { 0.0 } else { weight * value };
     [sd * unit, total, term(by_sd, sd / mean) + term(by_distance, total / length)]
 }

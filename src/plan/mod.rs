@@ -1,4 +1,4 @@
-//! What will run, as data: `--plan` prints it, `sweep` executes it.
+//! The plan of a sweep as data: `--plan` prints it, `sweep` executes it.
 
 use std::time::Instant;
 
@@ -14,25 +14,20 @@ use crate::kernel::ranking::{Case, Charts};
 use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory, Tuple};
 use crate::sink::shard::Shard;
 
-/// Largest tuples table that is written without being asked for, bytes.
+/// Largest tuples table that is written by default, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
 
 /// Mean bytes of a CSV row, measured on `sweeps/prototypes.toml`.
 const ROW_BYTES: [f64; 3] = [250.0, 220.0, 75.0];
 
-/// How the rows of a sweep are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Rows are ranked from charts; those kept are solved.
     Charted,
-    /// Every tap is solved by a kernel.
     Solved,
-    /// Every tap is solved by the reference.
     Reference,
 }
 
 impl Way {
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Charted => "ranked from a chart",
@@ -42,50 +37,41 @@ impl Way {
     }
 }
 
-/// Sizes of a sweep, and how it goes.
 #[derive(Debug)]
 pub struct Plan {
-    /// Taps to evaluate.
     pub taps: u64,
-    /// Designs (D, d, L_a, x_ss, l).
     pub designs: u64,
     /// Rows of tuples, designs and distances tables; 0 for a table that is not written.
     pub rows: [u64; 3],
-    /// Designs rows of which the model's own curve is solved too, for distances are told by it.
+    /// Designs rows that need the exact model's curve for their distances.
     pub curves: u64,
-    /// Taps around which the model is solved too, for their distances are told by it from two strains.
+    /// Taps whose distances the exact model estimates from two strains.
     pub both: u64,
-    /// Estimated bytes of the tables.
     pub bytes: f64,
-    /// Whether tuples are written.
     pub tuples: bool,
-    /// How its rows are found.
     pub way: Way,
-    /// How the taps of designs outside the chart, and of the rows kept, are found; the same as `way` without a chart.
+    /// Method for designs outside the chart and for kept rows; the same as `way` without a chart.
     pub solved: Way,
-    /// What ranks the rows, with [`Way::Charted`].
     pub rankers: Option<Rankers>,
-    /// Seconds it took to make charts, also those that were refused; `None` where none was tried.
+    /// Seconds of making charts, with refused ones; `None` if none was tried.
     pub chart: Option<f64>,
-    /// Seconds of the whole plan, the charts' among them.
     pub seconds: f64,
-    /// Taps of a chunk: as many whole designs as have no more, or one. What of a sweep is complete is known in whole chunks.
+    /// Taps of a chunk: as many whole designs as fit, at least one. Progress is saved in whole chunks.
     pub chunk: u64,
 }
 
-/// Rigs that have charts of their own at most.
 const MOST_RIGS: u64 = 64;
 
-/// Seconds from which on a chart that did not come about was tried.
+/// A chart that was not made counts as tried if it took this many seconds.
 pub(crate) const TRIED: f64 = 1e-3;
 
 impl Plan {
-    /// What a sweep of `study` on `choice` does, its chart included. An error where its default tables would be too large to write.
+    /// The plan of a sweep of `study` on `choice`, with its charts. An error if the default tables would be too large.
     pub fn new(study: &Study, choice: &Choice) -> Result<Self, InputError> {
         let begun = Instant::now();
         let output = &study.output;
         let kept = |n: u64, each: u64| output.top.map_or(n, |top| n.min((top as u64).saturating_mul(each)));
-        // Taps, designs, all rows of the tables, and rows of tuples and distances of a row that is kept.
+        // Taps, designs, all rows of the tables, and the tuples and distances rows per kept row.
         let (taps, designs, full, [per_row, per_design]) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
@@ -142,7 +128,7 @@ impl Plan {
         })
     }
 
-    /// Taps of a part, about: where designs differ in their taps, those of a mean one.
+    /// Approximate number of taps of a part, from the mean per design.
     pub fn taps_of(&self, shard: Option<Shard>) -> u64 {
         let Some(designs) = shard.map(|shard| shard.designs(self.designs)) else { return self.taps };
         let share = u128::from(self.taps) * u128::from(designs.end - designs.start);
@@ -150,15 +136,14 @@ impl Plan {
     }
 }
 
-/// What ranks the designs of each rig; nothing of a rig whose designs are all solved.
+/// One ranker per rig; `None` for a rig whose designs are all solved.
 #[derive(Debug)]
 pub struct Rankers(pub Vec<Option<Ranker>>);
 
 impl Rankers {
-    /// Of `study` on `choice`; `None` where no design is ranked.
     fn new(study: &Study, choice: &Choice) -> Option<Self> {
         let tolerance = choice.chart_tolerance()?;
-        // Where taps cannot be solved the sweep itself says why.
+        // Errors are reported by the sweep itself.
         let one = |study: &Study| Ranker::new(study, &study.space.layout()?, tolerance).ok().flatten();
         let all: Vec<Option<Ranker>> = match &study.setup.rigs {
             None => vec![one(study)],
@@ -167,29 +152,25 @@ impl Rankers {
         all.iter().any(Option::is_some).then_some(Self(all))
     }
 
-    /// All that there are.
     pub fn all(&self) -> impl Iterator<Item = &Ranker> {
         self.0.iter().flatten()
     }
 
-    /// Candidates to bring back.
     pub fn keep(&self) -> usize {
         self.all().map(Ranker::keep).max().unwrap_or(0)
     }
 
-    /// What `run.json` says of the first of the charts.
     pub fn summary(&self) -> Option<Summary> {
         self.all().next().map(Ranker::summary)
     }
 
-    /// How a design is ranked.
     pub fn case(&self, t: &Tuple) -> Case {
         let ranker = self.0.get(t.rig as usize).and_then(Option::as_ref);
         ranker.map_or(Case::Hard, |ranker| ranker.case(t))
     }
 }
 
-/// Taps of a chunk: fewer where each takes long, so that a chunk takes about a second of one thread. A device has many at once.
+/// Taps of a chunk: about a second of one thread, so fewer for slow methods; more for a device.
 fn chunk(solved: Way, study: &Study, choice: &Choice) -> u64 {
     let setup = &study.setup;
     match () {
@@ -200,7 +181,7 @@ fn chunk(solved: Way, study: &Study, choice: &Choice) -> u64 {
     }
 }
 
-/// The study of each rig of a grid alone; none where there are many, or where rigs are sampled together with a design's axes.
+/// One study per rig of a grid; empty if there are too many rigs, or if rigs are sampled together with axes of designs.
 fn of_rigs(study: &Study) -> Vec<Study> {
     let (Some(rigs), Space::Grid(factors)) = (&study.setup.rigs, &study.space) else { return Vec::new() };
     if rigs.len() > MOST_RIGS || factors.iter().any(|f| !f.properties.is_empty() && !f.axes.is_empty()) {

@@ -1,22 +1,20 @@
-//! How long a run takes on all CPU threads, s, to the order of magnitude: whether a device pays for it.
+//! Estimated duration of a run on all CPU threads, s, to the order of magnitude: decides if a device is worth using.
 
 use crate::chart::scope::Scope;
 use crate::scene::search::Search;
 use crate::scene::{Contact, Geometry, Precision, RunOptions, Setup, Space, Study};
 
-/// CPU seconds of one thread for a tap: solved in f32 without friction, and read from charts where each design has its own drive, or all share theirs.
+/// CPU seconds of one thread per tap: solved in f32 without friction; read from charts with one drive per design; or with shared drives.
 const SOLVED: f64 = 1.5e-6;
 const READ: f64 = 6e-8;
 const READ_TOGETHER: f64 = 1.5e-9;
 
-/// How much dearer friction and f64 make a solved tap.
+/// Cost factors of friction and of f64 for a solved tap.
 const FRICTION: f64 = 4.0;
 const DOUBLE: f64 = 2.0;
 
-/// Evaluations of a search.
 const SEARCHED: f64 = 2e4;
 
-/// Of all taps of `study`.
 pub fn of_study(study: &Study, options: &RunOptions) -> f64 {
     let Some(layout) = study.space.layout() else {
         let taps = match &study.space {
@@ -33,7 +31,6 @@ pub fn of_study(study: &Study, options: &RunOptions) -> f64 {
     shared(taps * each, options)
 }
 
-/// Of a search for the best design.
 pub fn of_search(search: &Search, space: &Space, setup: &Setup, options: &RunOptions) -> f64 {
     let distances = space.layout().map_or(1, |layout| layout.n_distances);
     let samples = search.robust.as_ref().map_or(0, |robust| robust.samples);
@@ -50,7 +47,7 @@ fn solved(taps: f64, setup: &Setup, options: &RunOptions) -> f64 {
     if options.precision == Some(Precision::F64) {
         each *= DOUBLE;
     }
-    // Closed forms, on any backend.
+    // Closed forms are fast on any backend.
     if setup.model.geometry == Geometry::Linear {
         each = 0.0;
     }

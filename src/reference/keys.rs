@@ -1,4 +1,4 @@
-//! Keys of a spec: what `keys.toml` says of them.
+//! Keys of a spec, from `keys.toml`.
 
 use super::layout::{EXAMPLE, Entry, Part};
 use crate::spec::keys::Form;

@@ -1,16 +1,14 @@
-//! How a list of named things is laid out: as a table in Markdown, as indented lines on a terminal.
+//! Formats lists of named things: as a table in Markdown, or as indented lines on a terminal.
 
 const WIDTH: usize = 100;
-/// Width of a paragraph in Markdown.
 const PAGE: usize = 140;
-/// Column at which the words behind a name begin.
+/// Column where the text after a name begins.
 const INDENT: usize = 18;
-/// Cells up to this width are padded, so that the source of a table can be read too.
+/// Cells up to this width are padded, to keep the source of a table readable.
 const PADDED: usize = 30;
-/// The head of facts that have a line of their own.
 pub const EXAMPLE: &str = "example";
 
-/// A titled list of things of which the same facts are told.
+/// A titled list of entries with the same heads.
 #[derive(Debug, Clone)]
 pub struct Part {
     pub title: String,
@@ -22,9 +20,9 @@ pub struct Part {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// Its name; `this or that` where it is called one or the other.
+    /// Name, or `this or that` for two names.
     pub name: String,
-    /// As many facts as there are heads between the first and the last; an empty one is not told.
+    /// One per head between the first and the last; empty facts are not printed.
     pub facts: Vec<String>,
     pub meaning: String,
 }
@@ -69,7 +67,7 @@ impl Part {
     pub fn plain(&self) -> String {
         let mut text = format!("{}\n{}", self.title, plainly("", 2, &self.about));
         text.extend(self.examples.iter().map(|e| format!("      {e}\n")));
-        // Names with little to tell follow each other closely.
+        // Entries with few facts are printed without blank lines between them.
         let close = self.heads.len() <= 3;
         text += if close { "\n" } else { "" };
         for e in &self.entries {
@@ -98,12 +96,12 @@ pub fn paragraph(text: &str) -> String {
     fill("", 0, text, PAGE)
 }
 
-/// As [`fill`], for a terminal, where code has no marks.
+/// Like [`fill`], for a terminal, without the marks of code.
 pub fn plainly(name: &str, indent: usize, text: &str) -> String {
     fill(name, indent, &text.replace('`', ""), WIDTH)
 }
 
-/// `name`, and from column `indent` on the words of `text`, in lines up to `width`; a long name has a line of its own.
+/// `name`, then the words of `text` from column `indent` in lines up to `width`; a long name has a separate line.
 fn fill(name: &str, indent: usize, text: &str, width: usize) -> String {
     let blank = " ".repeat(indent);
     let (mut out, mut line) = (String::new(), format!("{name:indent$}"));

@@ -1,5 +1,4 @@
-//! The reference: every key of a spec, every column of every table, every status word, every exit code. The site's page
-//! of them is [`page`].
+//! The reference: every key of a spec, every column of every table, every status word, every exit code. [`page`] is the page of the site.
 
 pub mod columns;
 pub mod keys;
@@ -11,7 +10,6 @@ pub use layout::{Entry, Part};
 
 use crate::scene::Property;
 
-/// A part of the reference that can be asked for alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
     Spec,
@@ -34,7 +32,6 @@ impl Topic {
         }
     }
 
-    /// Titles of its parts, as [`Self::plain`] takes them.
     pub fn titles(self) -> Vec<String> {
         let mut titles: Vec<String> = self.parts().iter().map(|p| short(&p.title).to_owned()).collect();
         titles.dedup();
@@ -49,7 +46,7 @@ impl Topic {
         }
     }
 
-    /// For a terminal: the whole topic, or its parts that have `title`; empty where there are none.
+    /// For a terminal: the whole topic, or its parts with `title`; empty if the title is unknown.
     pub fn plain(self, title: Option<&str>) -> String {
         let parts = self.parts();
         let wanted = |p: &&Part| title.is_none_or(|t| short(&p.title) == short(t));
@@ -67,7 +64,7 @@ fn short(title: &str) -> &str {
     name.trim_matches(['[', ']'])
 }
 
-/// What `[optimise]` may vary, without the properties of the rig, which their own sections explain; its first words name them.
+/// The variables of `[optimise]` without properties of the rig, which other sections explain; its introduction names them.
 fn without_properties(mut part: Part) -> Part {
     if !["optimise.variables", "optimise.robust"].contains(&part.title.as_str()) {
         return part;
@@ -83,7 +80,7 @@ fn without_properties(mut part: Part) -> Part {
     part
 }
 
-/// A part without the columns that tables before it have told; its first words name them.
+/// A part without the columns that earlier tables explain; its introduction names them.
 fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> Part {
     if topic != Topic::Columns {
         return without_properties(part);

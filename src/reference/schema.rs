@@ -1,4 +1,4 @@
-//! The JSON Schema of specs, made of the same table as the reference: `vibrissa schema`.
+//! The JSON Schema of specs, from the same table as the reference: `vibrissa schema`.
 
 use serde_json::{Map, Value, json};
 
@@ -11,7 +11,7 @@ pub fn text() -> String {
     format!("{:#}\n", document())
 }
 
-/// The schema: draft 7, which editors know.
+/// Draft 7, which editors support.
 pub fn document() -> Value {
     let mut defs = Map::new();
     let mut properties = properties(section(""), &mut defs);
@@ -29,7 +29,7 @@ pub fn document() -> Value {
     all
 }
 
-/// What a spec without a list of taps and without a search must say.
+/// Required keys of a spec without a list of taps and without a search.
 fn needs() -> Value {
     let has = |keys: &[&str]| json!({ "required": keys });
     let of = |section: &str, rule: Value| json!({ "required": [section], "properties": { section: rule } });
@@ -68,13 +68,13 @@ fn properties(section: &Section, defs: &mut Map<String, Value>) -> Map<String, V
     properties
 }
 
-/// Puts `value` also into the inline table that may stand in its place.
+/// Adds `value` also to the inline table that may replace it.
 fn nested(properties: &mut Map<String, Value>, outer: &str, inner: &str, value: &Value) {
     let empty = || json!({ "type": "object", "additionalProperties": false, "properties": {} });
     properties.entry(outer).or_insert_with(empty)["properties"][inner] = value.clone();
 }
 
-/// Whether a table is refused without this key. Of a whisker, a gauge and taps that depends on the rest of the spec, of a search on the command.
+/// True if a table always needs this key. For whisker, gauge and taps this depends on the rest of the spec, for a search on the command.
 fn always(section: &Section, key: &Key) -> bool {
     let varies = ["whisker", "gauge", "tap", "axis", "optimise"].contains(&section.name);
     !varies && (section.name == "tuples" || key.if_absent() == "required")
@@ -90,7 +90,7 @@ fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
         key.if_absent().trim_matches('`')
     );
     let form = value_of(&key.form, defs);
-    // Beside a reference other words have no meaning in draft 7.
+    // In draft 7, keywords next to `$ref` are ignored.
     let mut value = if form.get("$ref").is_some() { json!({ "allOf": [form] }) } else { form };
     value["description"] = about.into();
     let read = |text: &str| -> Option<Value> {
@@ -154,7 +154,7 @@ fn number(range: &Interval) -> Value {
     json!({ "type": "number", format!("{lower}inimum"): low, format!("{upper}aximum"): high })
 }
 
-/// A number, a list, a range or samples; each range of numbers is written once.
+/// A number, a list, a range or samples; each range of numbers is defined once.
 fn axis(range: &Interval, defs: &mut Map<String, Value>) -> Value {
     let [low, high] = range.ends;
     let [lower, upper] = range.open.map(|open| if open { "beyond" } else { "from" });

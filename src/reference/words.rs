@@ -1,4 +1,4 @@
-//! Words that stand in tables, and exit codes, as `words.toml` explains them.
+//! Status words and other words of tables, and exit codes, from `words.toml`.
 
 use toml::{Table, Value};
 
@@ -10,7 +10,6 @@ pub const ABOUT: &str = "Every row that was asked for comes back; one without va
     Summaries count each combination of words once, and add up to the number of taps, as `counts.combinations` of run.json does; `counts.status` there \
     counts each word.";
 
-/// Statuses, reasons, verdicts, exit codes.
 pub fn parts() -> Vec<Part> {
     let all: Table = include_str!("words.toml").parse().expect("words.toml is TOML");
     all.iter().map(|(title, words)| part(title, words)).collect()
@@ -28,7 +27,7 @@ fn part(title: &str, words: &Value) -> Part {
         let [meaning, values, locate] =
             [0, 1, 2].map(|k| told.get(k).and_then(Value::as_str).unwrap_or_default().to_owned());
         let status = Status::ALL.iter().find(|(_, name)| name == word).filter(|_| title == "status");
-        // A word that no tap of a sweep has neither counts nor does not.
+        // Words that sweeps never give have no entry for counting.
         let counts = status.map(|(status, _)| match (values.as_str(), status.counts()) {
             ("", _) => "",
             (_, true) => "yes",

@@ -1,7 +1,5 @@
-//! The shape of a tapped whisker: where each of its sections lies, and how strained its touching side is.
-//!
-//! A tap that is solved gives the force (P, T) and the place c of its contact; from there the rod is an initial value problem with
-//! nothing unknown (model §3), integrated to the clamp in fixed steps. Beyond the contact the whisker is straight.
+//! The shape of a tapped whisker. The solved tap gives force (P, T) and contact c; from there the rod is an initial value problem (model §3),
+//! integrated to the clamp in fixed steps. Beyond the contact the whisker is straight.
 
 mod table;
 
@@ -19,45 +17,42 @@ use crate::physics::solid::{Bonded, Held, Soft};
 use crate::physics::taper::Taper;
 use crate::scene::{BackendChoice, Drive, Geometry, Model, RunOptions, Setup};
 
-/// Sections from the contact to the tip of a whisker that is no cone.
+/// Sections from the contact to the tip of a built whisker.
 const FREE: usize = 16;
 
 /// Runge–Kutta steps between two nodes.
 const STEPS: usize = 8;
 
-/// A section. The frame is that of model §6: the motor's axis the origin, x along the whisker at first touch, y towards the object,
-/// z the motor's axis; at upright poles z is 0.
+/// A section, in the frame of model §6: origin at the motor's axis, x along the whisker at first touch, y towards the object, z along the motor's
+/// axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
     /// Arc length s from the clamp in the unloaded whisker, mm.
     pub s: f64,
     /// Centre of the section, mm.
     pub at: DVec3,
-    /// ψ(s), rad: its turn against the section at the contact, where it is 0.
+    /// Rotation ψ(s) of the section relative to the one at the contact, rad.
     pub psi: f64,
-    /// Direction of the whisker's axis against x, seen along the motor's axis, rad; with shear, of the section's normal.
+    /// Direction of the whisker's axis (with shear, of the section's normal) against x, seen along the motor's axis, rad.
     pub direction: f64,
-    /// Strain of the fibre on the side that touches.
+    /// Strain of the fibre on the touching side.
     pub strain: f64,
-    /// Of the unloaded section, mm.
+    /// Diameter of the unloaded section, mm.
     pub diameter: f64,
 }
 
-/// A bent whisker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
-    /// From the clamp to the tip; two at the contact, where the strain ends. Where it has slipped off, to the contact beyond the tip.
+    /// From the clamp to the tip, or to the contact beyond the tip if slipped off; two nodes at the contact, where the strain ends.
     pub nodes: Vec<Node>,
-    /// Where the force acts, mm.
+    /// Point of the force, mm.
     pub contact: DVec3,
-    /// Centre of the pole, mm.
     pub pole: DVec3,
 }
 
-/// Angle, place and side strain while s falls from the contact: ψ, r (contact frame).
+/// ψ, x, y in the contact frame, mm and rad.
 type State = [f64; 3];
 
-/// s, state, and strain of the touching side.
 type Section = (f64, State, f64);
 
 struct Rod<'a> {
@@ -69,15 +64,14 @@ struct Rod<'a> {
     point: DVec2,
     /// 1/(kG), 1/MPa; 0 without shear.
     compliance: f64,
-    /// Where the rod begins, mm from the face of its clamp.
+    /// Start of the rod, mm from the face of its clamp.
     start: f64,
     foil: Option<Bonded>,
-    /// What is no cone.
+    /// Present for a built whisker, which is not a plain cone.
     body: Option<&'a Body>,
 }
 
-/// The shape of the tap `task` of `design` that has the answer `outcome`, with `nodes` ≥ 3 sections from clamp to contact. `None` where
-/// it has no answer, or where the material bears none of it.
+/// `nodes` ≥ 3 sections from clamp to contact. `None` without a solution, or if the material cannot carry the load.
 pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nodes: usize) -> Option<Shape> {
     let setup = design.setup(setup);
     let model = &setup.model;
@@ -118,7 +112,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     let [base, x, y] = held;
     // The face of the clamp, in line with the section that does not turn.
     let clamp = DVec2::new(x, y) - shared.start * DVec2::from_angle(base);
-    // A root turns and moves the base.
+    // A compliant root turns and moves the base.
     let root = body.map(|body| body.root);
     let force = rod.force;
     let moment = (rod.point - DVec2::new(x, y)).perp_dot(force);
@@ -128,7 +122,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     });
     let frame = turn + given - base;
     let azimuth = if outcome.azimuth.is_nan() { 0.0 } else { outcome.azimuth };
-    // The plane of bending is that of rotation, turned round the base tangent by φ.
+    // The plane of bending is the plane of rotation, turned about the base tangent by φ.
     let out = |v: DVec2| {
         let m = azimuth.cos() * v.y;
         (DVec2::from_angle(turn).rotate(DVec2::new(v.x, m))).extend(azimuth.sin() * v.y)
@@ -161,7 +155,6 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     }
     let length = design.tuple.L_a;
     if arc < length {
-        // Nothing is strained beyond the contact, whatever its force does to the section that bears it.
         let free = |s: f64| {
             let (at, psi) = match body.filter(|body| !body.is_straight()) {
                 None => (DVec2::new(s - arc, 0.0), 0.0),
@@ -183,7 +176,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
 }
 
 impl Rod<'_> {
-    /// Sections from the contact to the clamp, s, state, strain of the touching side; and the section that does not turn.
+    /// Sections from the contact to the clamp (s, state, strain of the touching side), and the clamped section.
     fn bend(&self, nodes: usize) -> Option<(Vec<Section>, State)> {
         let parts = nodes.max(3) - 1;
         let end = self.start.max(0.0);
@@ -198,7 +191,7 @@ impl Rod<'_> {
             let s = if i + 1 == parts { end } else { end + length * (1.0 - (i + 1) as f64 / parts as f64) };
             all.push((s, state, self.slope(self.arc - s, &state)?.1));
         }
-        // A clamp that holds the rod behind its face.
+        // A rod that is clamped behind the clamp's face.
         let behind = (end - self.start) / STEPS as f64;
         let mut last = (0..STEPS).filter(|_| behind > 0.0);
         let held = last.try_fold(state, |state, k| self.step(state, self.arc + k as f64 * behind, behind));
@@ -243,7 +236,6 @@ impl Rod<'_> {
     }
 }
 
-/// Refuses a model without shapes.
 pub fn check(setup: &Setup) -> Result<(), InputError> {
     if setup.model.geometry != Geometry::Linear {
         return Ok(());
@@ -252,7 +244,7 @@ pub fn check(setup: &Setup) -> Result<(), InputError> {
     Err(InputError::new(message).key("model.geometry").value("linear").allowed("exact"))
 }
 
-/// What solves the taps of which shapes are asked, and its word in run.json: they are few, so the reference unless `options` say otherwise.
+/// Solver of the few taps of shapes, and its word in run.json: the reference, unless `options` choose another.
 pub fn method(options: &RunOptions, model: &Model) -> Result<(Method, &'static str), Error> {
     let free = options.backend.is_none() && options.precision.is_none() && options.adapter.is_none();
     match free || options.backend == Some(BackendChoice::Reference) {

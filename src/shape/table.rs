@@ -16,17 +16,10 @@ use crate::sink::heading::heading;
 use crate::sink::values::Field;
 use crate::status::Status;
 
-/// Their names.
 pub const FILES: [&str; 2] = ["shape.csv", "contacts.csv"];
-/// Taps of which shapes are written at most.
 pub const MOST_TAPS: u64 = 10_000;
-/// Taps between two tellings of how far the work is.
 const PART: usize = 256;
 
-/// Number of taps and of shapes of `spec`, and both tables, with `nodes` sections from clamp to contact; `progress` is told of taps solved.
-///
-/// # Errors
-/// Too many taps; a backend that fails; [`SolveError::Stopped`] once `stop` is set.
 pub fn tables(
     spec: &Spec,
     method: Method,
@@ -58,12 +51,9 @@ pub fn tables(
     Ok(([tuples.len(), shapes], [sections, contacts]))
 }
 
-/// Rows of `shape.csv` of all taps of `space`, at most; `room` for so many.
-///
-/// # Errors
-/// Too many taps; more rows than there is room for.
+/// Upper bound of the rows of `shape.csv` for all taps of `space`; an error if there are more than `room`.
 pub fn rows(space: &Space, nodes: usize, room: u64) -> Result<u64, InputError> {
-    // Two more from contact to tip, or as many as the outline of what is no cone needs.
+    // Two more from contact to tip, or up to `FREE` + 1 for a built whisker.
     let rows = tuples(space)?.len() as u64 * (nodes + super::FREE + 1) as u64;
     if rows <= room {
         return Ok(rows);
@@ -96,7 +86,7 @@ fn tap_columns(DirectionColumns { tilt, lean }: DirectionColumns, t: &Tuple) -> 
     whisker.chain(stroke).map(Field::Number)
 }
 
-/// A place, its z where directions are told.
+/// x, y and, with directions of the pole, z.
 fn place(DirectionColumns { tilt, lean }: DirectionColumns, at: DVec3) -> impl Iterator<Item = f64> {
     [at.x, at.y].into_iter().chain((tilt || lean).then_some(at.z))
 }

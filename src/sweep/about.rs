@@ -1,4 +1,4 @@
-//! What a sweep's result is a function of, how it is written, and what `merge` must know of the rows of a part beside the tables.
+//! Identity and format of a sweep's result, and the data that `merge` needs about the rows of a part besides the tables.
 
 use std::ops::Range;
 
@@ -17,22 +17,18 @@ use crate::sink::table::Table;
 
 #[derive(Debug)]
 pub(super) struct About {
-    /// Designs of the part.
     pub designs: Range<u64>,
-    /// How tables are written.
     pub format: TableFormat,
-    /// Whether the places of its rows in the whole are written: where it is a part whose rows do not simply follow those of the part before.
+    /// True if the places of the rows in the whole are written: in a part whose rows do not simply follow those of the part before.
     pub places: bool,
-    /// Where the tables come from: the same for every part.
     pub provenance: String,
-    /// What its folder answers.
     pub question: Question,
-    /// The same for all parts, whatever driver and instructions they were computed with.
+    /// Hash of the whole sweep: equal for all parts, with any driver and CPU instructions.
     pub whole: String,
 }
 
 impl About {
-    /// Of a `shard`, or of the whole with effects left off within `bound`.
+    /// For a `shard`, or for the whole with effects left off within `bound`.
     pub fn new(
         spec: &Spec,
         plan: &Plan,
@@ -48,7 +44,6 @@ impl About {
         let mut question = Question::of_scene("sweep", spec, Value::Null);
         let body = json!({ "in_force": question.lasting(), "backend": backend });
         let provenance = run_json::document("sweep", run_json::spec(spec), body).to_string();
-        // Listed tuples are known by their hash.
         let study = &spec.study;
         let space = if listed { String::new() } else { format!("{:?}", study.space) };
         let whole = json!([
@@ -72,22 +67,18 @@ impl About {
     }
 }
 
-/// Where a row of a part stands in the whole.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
-    /// Its table.
     pub table: Table,
-    /// Number of its design and stroke; of a distances row only of its design.
+    /// Number of its design and stroke; for a distances row only of its design.
     pub of: (u64, u32),
-    /// By what the rows of a table follow each other: the ranked value of a row that was kept, the design or the row in the tuple file, and the
-    /// place in the design.
+    /// Sort key of the rows of a table: ranked value of a kept row, then design or row of the tuple file, then place in the design.
     pub order: (u64, u64, u32),
-    /// What a chart ranked it by; NaN where none did.
+    /// Rank value from a chart; NaN without one.
     pub charted: f32,
 }
 
 impl Place {
-    /// Of a row that was kept, of the design `number`.
     pub(super) fn of(row: &Kept, number: u64) -> Self {
         let (first, stroke) = row.index;
         let order = (ordered(row.rank), first, stroke);
@@ -95,13 +86,12 @@ impl Place {
     }
 }
 
-/// A number that is ordered as `x` is by `total_cmp`.
+/// A number with the same order as `x` by `total_cmp`.
 pub fn ordered(x: f64) -> u64 {
     let bits = x.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
 }
 
-/// What run.json says of a part.
 pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &About) -> Value {
     json!({
         "index": shard.index,

@@ -1,4 +1,4 @@
-//! The rows that a sweep keeps with `top`, and those that it shows: in bounded memory.
+//! The rows that a sweep keeps with `top`, and those that it shows; in bounded memory.
 
 use std::cmp::Ordering;
 
@@ -8,37 +8,30 @@ use super::key;
 use crate::recommend::{self, Standing};
 use crate::sink::table::AtDrive;
 
-/// A designs row that was kept.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
-    /// Ranked value.
     pub rank: f64,
-    /// Place of the design, then of the stroke.
+    /// Number of the design, then of the stroke.
     pub index: (u64, u32),
-    /// The row.
     pub at: AtDrive,
-    /// What it was ranked by in a chart, which decides whether it is a candidate; NaN of a row solved tap by tap.
+    /// Rank value from a chart, which selects candidates; NaN for a row solved tap by tap.
     pub(super) charted: f32,
 }
 
 impl Kept {
-    /// Better first: smaller value, then smaller index.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         self.rank.total_cmp(&other.rank).then(self.index.cmp(&other.index))
     }
 }
 
-/// The `n` best rows of all that were offered.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Best {
     n: usize,
-    /// They, and more that are not yet compared.
+    /// The best rows, and newer ones not compared yet.
     rows: Vec<Kept>,
-    /// Complete rows offered.
     pub offered: u64,
 }
 
-/// Rows that wait to be compared, at least.
 const WAITING: usize = 64;
 
 impl Best {
@@ -46,7 +39,6 @@ impl Best {
         Self { n, ..Self::default() }
     }
 
-    /// Takes a complete row.
     pub fn offer(&mut self, row: Kept) {
         self.offered += 1;
         self.rows.push(row);
@@ -56,7 +48,6 @@ impl Best {
         }
     }
 
-    /// The rows kept, best first.
     pub fn into_rows(mut self) -> Vec<Kept> {
         self.rows.sort_unstable_by(Kept::order);
         self.rows.truncate(self.n);
@@ -66,23 +57,20 @@ impl Best {
 
 const SHOWN: usize = 8;
 
-/// The best rows of all that were offered, and the best row of each of the best designs.
+/// The best of all offered rows, and the best row of each of the best designs.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Highlights {
-    /// Complete rows offered.
     pub offered: u64,
     least: Option<f64>,
     rows: Vec<Kept>,
     designs: Vec<Kept>,
 }
 
-/// What decides between two complete rows.
 fn order(a: &Kept, b: &Kept) -> Ordering {
     let of = |row: &Kept| (row.at.row.status, row.rank);
     recommend::order(of(a), of(b)).then(a.index.cmp(&b.index))
 }
 
-/// Puts `row` into the `best` rows, if it is one of them: one of each design, where that is asked.
 fn put(best: &mut Vec<Kept>, row: &Kept, of_each_design: bool) {
     if best.len() == SHOWN && order(row, &best[SHOWN - 1]).is_ge() {
         return;
@@ -99,7 +87,6 @@ fn put(best: &mut Vec<Kept>, row: &Kept, of_each_design: bool) {
 }
 
 impl Highlights {
-    /// Takes a complete row.
     pub fn offer(&mut self, row: &Kept) {
         self.offered += 1;
         self.least = Some(self.least.map_or(row.rank, |least| least.min(row.rank)));
@@ -107,13 +94,13 @@ impl Highlights {
         put(&mut self.designs, row, true);
     }
 
-    /// How the recommended row stands to the strain limit; without a complete row there is none.
+    /// Position of the recommended row relative to the strain limit; `None` without a complete row.
     pub fn standing(&self) -> Option<Standing> {
         let best = self.rows.first()?;
         Some(Standing::of((best.at.row.status, best.rank), self.least?))
     }
 
-    /// The rows shown, the recommended one first: all, where they are few or were `asked` for, else one of each design, if there are several.
+    /// The rows shown, the recommended one first: all if they are few or were `asked` for, else one per design if there are several.
     pub fn into_rows(self, asked: bool) -> (Vec<Kept>, bool) {
         let by_design = !asked && self.offered > SHOWN as u64 && self.designs.len() > 1;
         (if by_design { self.designs } else { self.rows }, by_design)

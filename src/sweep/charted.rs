@@ -1,4 +1,4 @@
-//! A ranked sweep from charts: all rows ranked in a few flops each, the best solved again.
+//! A ranked sweep from charts: all rows are ranked in a few flops each, the best are solved.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -25,29 +25,27 @@ use crate::sink::{run_json::Counts, table::AtDrive};
 use crate::statistics::Reduction;
 use crate::status::Status;
 
-/// Designs of a chunk at most, and its taps, about.
+/// Maximum number of designs in a chunk, and approximate number of its taps.
 const GROUP: u64 = 1 << 16;
 const CHUNK: u64 = 1 << 26;
 
-/// Designs of the first chunk, before there is a bound, and how many times as many are complete after each further one.
+/// Designs of the first chunk, before there is a bound; each further chunk multiplies the finished designs by `GROWTH`.
 const FIRST: u64 = 64;
 const GROWTH: u64 = 16;
 
-/// Words of taps that do not depend on f.
+/// Status words that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 
-/// Designs of one work item at least, whole packs of lanes, and at most; between them as many as have about so many taps.
+/// Fewest and most designs of one work item, in whole packs of lanes; in between as many as have about `GRAIN` taps.
 const GRAINS: [u64; 2] = [256, 2048];
 const GRAIN: u64 = 1 << 18;
 
-/// The best `top` rows, best first.
 pub(super) fn run(
     run: &mut Run<'_>,
     (taps, layout): (&Taps<'_>, &Layout),
     ranker: &Rankers,
 ) -> Result<Vec<Kept>, Error> {
     if run.reached.next == 0 {
-        // Taps solved to make and to check the charts.
         for sweeps in ranker.all().map(Ranker::sweeps) {
             run.reached.counts.solved += sweeps.taps;
             run.reached.counts.sweeps.merge(&sweeps);
@@ -82,7 +80,7 @@ pub(super) fn run(
     counts.complete = Some(best.offered + found.complete);
     let solved = solve(run, layout, &found.rows)?;
     if run.writers.places.is_some() {
-        // Which of them are candidates of the whole, only the whole can tell.
+        // Candidates of the whole can be selected only when all parts are known.
         let mut rows: Vec<Kept> = best.into_rows().into_iter().chain(solved).collect();
         rows.sort_by(Kept::order);
         return Ok(rows);
@@ -95,7 +93,6 @@ pub(super) fn note(counts: &mut Counts, words: &Words) {
     words.combinations().filter(|(_, n)| *n > 0).for_each(|(status, n)| counts.combinations.note(status, n));
 }
 
-/// What ranks on the backend's own device, where it can.
 pub(super) fn device(
     run: &mut Run<'_>,
     rankers: &Rankers,
@@ -115,13 +112,12 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Designs of the chunk that begins after so many: few at first, until there is a bound.
+    /// Designs of the chunk after `done` designs: few at first, until there is a bound.
     fn chunk(&self, done: u64) -> u64 {
         let most = (CHUNK / self.layout.block()).clamp(1, GROUP);
         most.min(FIRST + (GROWTH - 1) * done)
     }
 
-    /// In lanes, a chunk of designs at a time.
     fn on_host(&self, run: &mut Run<'_>) -> Result<(), Error> {
         let Range { start, end } = run.designs;
         while start + run.reached.next < end {
@@ -138,14 +134,13 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
+    /// Ranks on a GPU in overlapping batches; the few designs with rows below the bound are listed in CPU lanes.
     fn on_device(&self, run: &mut Run<'_>, mut device: DeviceRanker) -> Result<(), Error> {
         let Range { start, end } = run.designs;
         let mut next = start + run.reached.next;
         loop {
             run.check_stop()?;
             while next < end && device.free() {
-                // Small at first, until there is a bound.
                 let to = (next + device.most().min(FIRST + run.reached.next)).min(end);
                 device.start(next..to, bound(&mut run.reached.found, self.ranker.keep()));
                 next = to;
@@ -162,7 +157,7 @@ impl Search<'_> {
         }
     }
 
-    /// Takes over what the next `designs` designs gave; the hard ones are solved tap by tap.
+    /// Adds the results of the next `designs` designs; the hard ones are solved tap by tap.
     fn take(&self, run: &mut Run<'_>, found: Found, designs: u64) -> Result<(), Error> {
         let all = &mut run.reached.found;
         all.merge(found);
@@ -178,7 +173,7 @@ impl Search<'_> {
     }
 }
 
-/// Cuts the rows down to the `keep` best; the worst of them, once there are as many.
+/// Keeps the `keep` best rows; returns the worst of them once there are that many, else infinity.
 pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
     let order = |a: &(f32, u64, u32), b: &(f32, u64, u32)| {
         a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
@@ -191,7 +186,7 @@ pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
     found.rows[keep - 1].0
 }
 
-/// Rows of the designs `ks`, those that rank no worse than `bound`.
+/// Rows of the designs `ks` that rank no worse than `bound`.
 pub(super) fn group(layout: &Layout, rankers: &Rankers, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
@@ -223,7 +218,6 @@ pub(super) fn group(layout: &Layout, rankers: &Rankers, ks: &[u64], bound: f32) 
     ks.par_chunks(grain as usize).map(one).reduce(Found::default, merge)
 }
 
-/// The rows found, solved tap by tap.
 fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result<Vec<Kept>, Error> {
     let study = run.study;
     let mut kept = Vec::with_capacity(rows.len());

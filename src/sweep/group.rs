@@ -1,4 +1,4 @@
-//! Designs that go together: their taps are solved, reduced, and written.
+//! Solves, reduces and writes a group of designs together.
 
 use std::borrow::Cow;
 use std::iter::Peekable;
@@ -23,27 +23,23 @@ use crate::sink::{
 };
 use crate::statistics::{Reduction, Told};
 
-/// Designs whose own curves are solved together.
 const TOGETHER: usize = 1 << 12;
 
-/// Rows of one work item.
 const PIECE: usize = 1 << 10;
 
-/// Strokes by the numbers of their designs and their places in them, in order.
+/// Number of the design and place of the stroke in it, in order.
 pub(super) type Strokes<'s> = &'s [(u64, u32)];
 
-/// Designs with the outcomes of their taps.
 pub(super) struct Group {
-    /// Numbers of the designs.
     pub numbers: Vec<u64>,
     designs: Vec<Design>,
-    /// Where the taps of each design begin, and where those of the last end.
+    /// First tap of each design, and the end of the last.
     starts: Vec<usize>,
     outcomes: Vec<Outcome>,
 }
 
 impl Group {
-    /// The next chunk of `designs`, with their taps solved; `None` after the last. `all` are one chunk where the rows of designs alternate.
+    /// The next chunk of `designs`, with solved taps; `None` after the last. `all`: one chunk, because the rows of designs alternate.
     pub fn next(
         run: &mut Run<'_>,
         taps: &Taps<'_>,
@@ -63,7 +59,6 @@ impl Group {
         let designs: Vec<Design> = numbers.par_iter().map(|&k| Design::new(setup, taps.design(k))).collect();
         let total = total as usize;
         let mut group = Self { numbers, designs, starts, outcomes: Vec::with_capacity(total) };
-        // Of more taps it is shown how far they are.
         for from in (0..total).step_by(chunk as usize) {
             let to = total.min(from + chunk as usize);
             group.outcomes.extend(run.evaluate(&group.designs, &group.tasks(taps, from..to))?);
@@ -83,8 +78,7 @@ impl Group {
         range.into_par_iter().map(task).collect()
     }
 
-    /// Reduces the designs and writes `tables`, taps only of the strokes that are `kept`, if some were. The complete rows of
-    /// each design.
+    /// Reduces the designs and writes `tables`, taps only of the `kept` strokes if given. Returns the complete rows of each design.
     pub fn finish(
         &self,
         run: &mut Run<'_>,
@@ -151,7 +145,6 @@ struct Reduced<'g> {
     number: u64,
     design: &'g Design,
     places: Cow<'g, Places>,
-    /// First tap of each distance, and of each stroke.
     distances: Vec<Tuple>,
     strokes: Vec<Tuple>,
     outcomes: &'g [Outcome],
@@ -176,7 +169,6 @@ impl<'g> Reduced<'g> {
         Self { number, design, places, distances, strokes, outcomes, reduction, estimates, counts }
     }
 
-    /// The places of the distance and the stroke of tap `t`, and this tap.
     fn at(&self, t: usize) -> ((usize, usize), Tuple) {
         let (i, j) = self.places.of[t];
         let (i, j) = (i as usize, j as usize);
@@ -207,7 +199,7 @@ impl<'g> Reduced<'g> {
 
     fn complete(&self, taps: &Taps<'_>, by: RankBy) -> Vec<Kept> {
         let row = |j: usize| {
-            // Of a list ties go to the row that stands first.
+            // In a list, ties go to the earlier row.
             let first = taps.row(self.number, self.places.strokes[j]).unwrap_or(self.number);
             let rank = self.reduction.rank(j, by)?;
             Some(Kept { rank, index: (first, j as u32), at: self.stroke(j), charted: f32::NAN })
@@ -215,7 +207,6 @@ impl<'g> Reduced<'g> {
         (0..self.strokes.len()).filter_map(row).collect()
     }
 
-    /// Puts row `n` of a table with these `columns` into `frame`.
     fn put<'r>(&'r self, columns: &Columns<'_, 'r>, n: usize, frame: &mut Frame) -> Result<(), Error> {
         match columns {
             Columns::Tuples(columns) => {
@@ -266,7 +257,7 @@ fn write(
         (0..n).filter(is_kept).map(move |n| (d as u32, n as u32))
     });
     let mut rows: Vec<(u32, u32)> = rows.collect();
-    // The row of a list where it stands, or begins.
+    // Row in the list, or its first one.
     let first = |&(d, n): &(u32, u32)| {
         let one = &all[d as usize];
         let tap = match table {

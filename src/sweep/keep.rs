@@ -1,4 +1,4 @@
-//! What is known after the last complete chunk of a sweep. It is kept now and then, so that a stopped sweep continues from there.
+//! The state after the last complete chunk of a sweep, saved regularly, so that a stopped sweep continues from there.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -17,43 +17,36 @@ use crate::sink::folder::{Folder, Left};
 use crate::sink::parquet::More;
 use crate::sink::run_json::Counts;
 
-/// Time between two states on the disk, unless something else is asked for.
 pub const EVERY: Duration = Duration::from_secs(2);
-/// Keeping a state takes one part in so many of the time at most.
+/// Saving takes at most 1/`SHARE` of the time.
 const SHARE: u32 = 50;
 
-/// What is known of the complete chunks, beside their rows in the tables.
+/// State of the complete chunks, besides their rows in the tables.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Reached {
-    /// Complete designs of those that the sweep goes through: its own, or, once all are ranked, those of the rows that `top` keeps.
+    /// Number of complete designs of the sweep or, once all are ranked, of those with kept rows.
     pub next: u64,
     pub counts: Counts,
-    /// The rows that are shown.
     pub shown: Highlights,
     /// Time of solving taps and reading charts, s.
     pub solve: f64,
-    /// Taps that the full model solved in earlier runs, in place of one with effects left off.
+    /// Taps that the full model solved in earlier runs, instead of the reduced one.
     pub mended: u64,
-    /// Rows that a device has not answered itself.
     pub handed: Handed,
-    /// With `top`: candidates found in charts.
     pub found: Found,
-    /// With `top`: the best rows of designs that were solved.
     pub best: Best,
-    /// With `top`: design and stroke of the rows that are kept, in order, once all are ranked and the designs table is written.
+    /// With `top`: design and stroke of the kept rows, in order, once all are ranked and the designs table is written.
     pub kept: Option<Vec<(u64, u32)>>,
 }
 
-/// What a run keeps, and goes on with: beside the files what each of the tables needs.
+/// The saved state, and the data that each table file needs to continue.
 pub(super) type State = (Reached, Vec<Option<More>>);
 
-/// Keeps what is complete in the folder of the result.
 #[derive(Debug)]
 pub(super) struct Keeper {
     pub folder: Folder,
     every: Duration,
     start: Instant,
-    /// Seconds that earlier runs worked on it.
     pub before: f64,
     last: Instant,
     pause: Duration,
@@ -65,12 +58,11 @@ impl Keeper {
         Self { folder, every, start, before, last, pause: every }
     }
 
-    /// Whether it is time. A run that is asked to stop keeps what it has unless it has only just begun.
+    /// True if it is time to save. A stopped run saves, unless it has only just begun.
     fn is_due(&self, stop: bool) -> bool {
         self.last.elapsed() >= self.pause || stop && (self.before > 0.0 || self.start.elapsed() >= self.every)
     }
 
-    /// Keeps what is `reached`, in words `done`, and the tables as they are.
     fn keep(&mut self, done: String, reached: &Reached, writers: &mut Writers) -> Result<(), Error> {
         let begun = Instant::now();
         let seconds = self.before + self.start.elapsed().as_secs_f64();
@@ -83,7 +75,7 @@ impl Keeper {
 }
 
 impl Run<'_> {
-    /// Opens the tables in `folder`, and continues from what a stopped run left there, which is given.
+    /// Opens the tables in `folder` and continues what a stopped run left there, which is returned.
     pub fn go_on(&mut self, about: &About, folder: &mut Folder) -> Result<Option<Left>, Error> {
         let (mut left, mut more) = (None, Vec::new());
         if let Some((found, (reached, kept))) = folder.resume::<State>()? {
@@ -95,7 +87,7 @@ impl Run<'_> {
         Ok(left)
     }
 
-    /// The next `designs` of `of` are complete and in the tables: this is kept if it is time.
+    /// Marks the next `designs` of `of` as complete and written; saves if it is time.
     pub fn complete(&mut self, designs: u64, (of, what): (u64, &str)) -> Result<(), Error> {
         let from = self.reached.next;
         self.reached.next += designs;
@@ -114,25 +106,24 @@ impl Run<'_> {
     }
 }
 
-/// Stretches of rows of which a tap was answered by the CPU in place of the device that was asked for, counted from 1 within the sweep or the part.
+/// Ranges of rows with taps that the CPU answered instead of the device, counted from 1 within the sweep or the part.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Handed {
-    /// What is counted, the first, the last, of how many.
+    /// Kind of the row; first row, last row, number of rows.
     stretches: Vec<(String, [u64; 3])>,
     #[serde(skip)]
     device: Log,
-    /// Taps that the CPU had answered when it was last looked at.
+    /// Taps answered by the CPU at the last check.
     #[serde(skip)]
     seen: u64,
 }
 
 impl Handed {
-    /// Continues with these on `device`.
     pub fn on(self, device: Log) -> Self {
         Self { seen: device.get().handed_over_taps, device, ..self }
     }
 
-    /// From the first to the last of so many `what`, all are answered now.
+    /// Notes that rows `from` to `to` of `of` are now answered.
     pub fn note(&mut self, what: &str, [from, to, of]: [u64; 3]) {
         let taps = self.device.get().handed_over_taps;
         if taps > self.seen {
@@ -144,7 +135,7 @@ impl Handed {
         self.seen = taps;
     }
 
-    /// `handed_over` of `run.json`; nothing where the device answered all.
+    /// `handed_over` of `run.json`; `None` if the device answered all.
     pub fn described(&self) -> Option<Value> {
         let one = |(what, [from, to, of]): &(String, [u64; 3])| json!({ "what": what, "from": from, "to": to, "of": of });
         let list: Vec<Value> = self.stretches.iter().map(one).collect();

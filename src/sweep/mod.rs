@@ -1,9 +1,6 @@
-//! The sweep: plan → evaluate → reduce → write, in bounded memory.
-//!
-//! A sweep is cut into chunks of whole designs by their index alone. A chunk's rows are a function of the spec and its index, whatever ran before
-//! or beside it. So a stopped sweep continues with the chunks that are not there, and a part of a sweep is some of the designs.
-//! Memory is that of one chunk or one design and, with `top`, of the rows kept; of listed tuples that of the list, and of all outcomes where
-//! the rows of its designs alternate.
+//! The sweep: plan → evaluate → reduce → write. It is divided into chunks of whole designs by index alone, and the rows of a chunk depend only on the
+//! spec and its index. So a stopped sweep continues with the missing chunks, and a part of a sweep is some of the designs. Memory holds one chunk or
+//! design, the rows kept with `top`, and listed tuples (with all outcomes if the rows of their designs alternate).
 
 mod about;
 mod best;
@@ -49,61 +46,53 @@ use taps::Taps;
 use writers::Writers;
 pub use writers::{PLACES, Tables};
 
-/// What a finished sweep tells.
+/// The result of a finished sweep.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Report {
-    /// Files written.
+    /// Written files.
     pub files: Vec<PathBuf>,
     /// Files of an older result that only `force` removed.
     pub removed: Vec<PathBuf>,
-    /// Counts.
+    /// Numbers of taps and rows.
     pub counts: Counts,
-    /// Times.
+    /// Times in seconds.
     pub seconds: Seconds,
     /// Backend used.
     pub backend: Backend,
-    /// The row that is recommended, then others by the same rule; one of each design where [`Self::by_design`].
+    /// The recommended row, then others by the same rule; one per design if [`Self::by_design`].
     pub highlights: Vec<Kept>,
-    /// Whether they are the best rows of different designs.
+    /// True if [`Self::highlights`] has one row per design.
     pub by_design: bool,
-    /// How the recommended row stands to the strain limit; without a complete row there is none.
+    /// Position of the recommended row relative to the strain limit; `None` without a complete row.
     pub standing: Option<Standing>,
-    /// Complete rows among which they are the best; with `top` and `per = "design"` one of each design.
+    /// Number of complete rows from which the best were chosen; with `top` and `per = "design"` one per design.
     pub ranked: u64,
-    /// `model_error` of `run.json`, where effects could be left off.
+    /// `model_error` of `run.json`, if effects could be left off.
     pub model_error: Option<Value>,
-    /// Its `handed_over`, where another than the device answered.
+    /// `handed_over` of `run.json`, if the device did not answer all.
     pub handed_over: Option<Value>,
 }
 
-/// Where and how a sweep writes.
 #[derive(Debug)]
 pub struct Target<'a> {
-    /// Result folder; `None` for tables in memory, of which nothing is written and a stopped sweep cannot continue.
+    /// Result folder; `None` for tables in memory: nothing is written, and a stopped sweep cannot continue.
     pub out: Option<&'a Path>,
-    /// Replace another spec's result.
     pub force: bool,
-    /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
-    /// One part of the whole; `out` is then the folder of the part.
+    /// A part of the whole; `out` is then the folder of the part.
     pub shard: Option<Shard>,
-    /// Time between two states on the disk.
     pub every: Duration,
 }
 
 impl<'a> Target<'a> {
-    /// The whole, into `out`.
     pub fn new(out: &'a Path, stop: &'a AtomicBool) -> Self {
         Self { out: Some(out), force: false, stop, shard: None, every: EVERY }
     }
 }
 
-/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`; continues where a run of the same stopped.
-///
-/// # Errors
-/// A folder that holds something else, tables for which there is no memory, a backend or a disk that fails, a request to stop; what is complete
-/// is kept.
+/// Writes the tables and `run.json`; continues a stopped run of the same sweep.
+/// Errors: the folder holds something else; no memory for tables; a backend or disk fails; a stop. What is complete is kept.
 pub fn run(
     spec: &Spec,
     plan: &Plan,
@@ -115,7 +104,6 @@ pub fn run(
     Ok(done.expect("without a model to check every sweep is done").0)
 }
 
-/// When a sweep began, and what was done for it before, s.
 #[derive(Clone, Copy)]
 struct Clock {
     start: Instant,
@@ -134,7 +122,7 @@ impl Clock {
     }
 }
 
-/// One sweep; `None`, and nothing is written, where its kept rows show that its model does not do.
+/// One sweep. Returns `None` and writes nothing if the kept rows show that the reduced model is not accurate enough.
 fn attempt(
     spec: &Spec,
     plan: &Plan,
@@ -160,7 +148,7 @@ fn attempt(
         Some(mut folder) => {
             resumed = run.go_on(&about, &mut folder)?;
             let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
-            // Rows kept may ask for a fuller model.
+            // The kept rows may require a fuller model, which starts anew; then states are not worth saving.
             let anew = full.is_some() && study.output.top.is_some();
             let every = if anew { Duration::MAX } else { target.every };
             run.keeper = Some(Keeper::new(folder, every, (begun, seconds)));
@@ -213,7 +201,6 @@ fn attempt(
 }
 
 impl Report {
-    /// The `run.json` of this sweep of `spec`.
     pub fn document(&self, spec: &Spec) -> Value {
         let warnings = self.backend.warnings(&spec.warnings);
         let told = [self.model_error.as_ref(), self.handed_over.as_ref()];
@@ -221,13 +208,12 @@ impl Report {
     }
 }
 
-/// Whether `state` can be read as that of a stopped sweep; for tests of the reading.
+/// For tests: true if `state` can be read as the state of a stopped sweep.
 #[doc(hidden)]
 pub fn readable(state: &[u8]) -> bool {
     unpack::<State>(state).is_some()
 }
 
-/// Everything that makes two designs of a tuple file the same.
 fn key(t: &Tuple) -> ([u64; 5], u64) {
     ([t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits()), t.rig)
 }

@@ -1,4 +1,4 @@
-//! Sweeps by a model with effects left off: the rows that are kept check it, and where they do not bear it out the full one begins.
+//! Sweeps with effects left off: the kept rows check the reduced model; if it fails, the sweep is repeated with a fuller one.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,12 +15,8 @@ use crate::progress::Progress;
 use crate::scene::{Layout, Setup, Space, Spec, Study, Tuple};
 use crate::sink::shard::Shard;
 
-/// Does what `plan` says, as [`run`](super::run), and gives tables that stay in memory. With `needed` it goes by the model that this says, which is
-/// in `spec`; where the rows kept show that it does not do, again by the full one. Where rows are kept such a sweep begins anew if it was
-/// stopped: what one attempt had done, the next one may not need.
-///
-/// # Errors
-/// As [`run`](super::run). A part is asked for only where [`whole`] allows it.
+/// Like [`run`](super::run); also returns tables in memory. The reduced model `needed` is that of `spec`; a fuller one follows if the kept rows
+/// refute it. A stopped sweep with kept rows starts anew, because the next attempt may not need its rows. [`whole`] checks which parts are allowed.
 pub fn run_needed(
     spec: &mut Spec,
     mut plan: Plan,
@@ -41,8 +37,7 @@ pub fn run_needed(
     }
 }
 
-/// Fails for a part of a ranked sweep: which effects are left off with a model error depends on the whole spec alone, but is checked on the rows that
-/// the whole keeps.
+/// Refuses a part of a ranked sweep with a model error: the reduced model is checked on the rows that the whole keeps.
 pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
     let Some(shard) = shard.filter(|_| study.output.top.is_some()) else { return Ok(()) };
     let why = "with a model error and top, the model is checked on the rows that the whole keeps, which no part knows";
@@ -51,12 +46,12 @@ pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
     Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
 }
 
-/// The model of which effects are left off, where any are.
+/// The full model, if any effects are left off.
 pub(super) fn fuller(needed: Option<&Needed>) -> Option<Setup> {
     needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
 }
 
-/// `model_error` of `run.json`, where that was asked for; `None` where the kept rows show that the full model is needed.
+/// `model_error` of `run.json`, if requested; the outer `None` if the kept rows show that a fuller model is needed.
 pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
     let Some(needed) = needed else { return Ok(Some(None)) };
     if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
@@ -67,7 +62,6 @@ pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Opti
     Ok(Some(Some(told)))
 }
 
-/// The rows of `space` that are `kept`, each a design with its drive.
 fn rows(space: &Space, kept: &[Tuple]) -> Vec<Row> {
     let listed = match space {
         Space::Grid(factors) => {

@@ -1,4 +1,4 @@
-//! About how long a sweep takes: a few of its taps go its way, on its backend, and are timed.
+//! Estimates the duration of a sweep by timing a few of its taps on its backend.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -17,18 +17,16 @@ use crate::progress::Silent;
 use crate::scene::{Layout, Space, Study, Tuple};
 use crate::sink::table::Table;
 
-/// A helping that takes so long is large enough to tell, s.
+/// A sample that takes this long is large enough, s.
 const ENOUGH: f64 = 0.03;
-/// Longest look, s.
 const LOOK: f64 = 0.5;
-/// Taps of a design that are looked at before whole designs are.
 const SINGLE: u64 = 16;
-/// Bytes a second of tables, hashed and written.
+/// Bytes per second of tables, hashed and written.
 const WRITTEN: f64 = 4e8;
-/// Taps that the model's own curve takes.
+/// Cost of the exact model's curve, in taps.
 const CURVE: f64 = 16.0;
 
-/// Seconds that a sweep of `study` by `plan` on `choice` will take, about, the plan's own among them.
+/// Estimated seconds of a sweep of `study` by `plan` on `choice`, with the plan's time.
 pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error> {
     let start = Instant::now();
     let method = choice.open(&study.setup.model)?;
@@ -45,13 +43,12 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     Ok(choice.seconds + plan.seconds + opened + work + plan.bytes / WRITTEN)
 }
 
-/// Serves ever more of `most` things until a helping takes long enough to tell; seconds of all of them.
 fn paced(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<f64, Error> {
     let [first, each] = pace(most, serve)?;
     Ok(first + each * most.saturating_sub(1) as f64)
 }
 
-/// Seconds of the first of `most` things, and of each further one.
+/// Seconds of the first item, and of each further one.
 fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f64; 2], Error> {
     let mut timed = |n: u64| -> Result<f64, Error> {
         let start = Instant::now();
@@ -61,7 +58,7 @@ fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f
     if most == 0 {
         return Ok([0.0; 2]);
     }
-    // The first one compiles shaders and makes charts; what more cost beyond fewer does not hold the wait for a device.
+    // The first one compiles shaders and makes charts; later differences exclude the latency of a device.
     let first = timed(1)?;
     let (mut each, mut spent, mut n, mut before) = (first, 0.0, 1, (0, 0.0));
     while before.0 < most && most > 1 && spent < LOOK {
@@ -78,12 +75,12 @@ fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f
     Ok([first, each])
 }
 
-/// The `i`-th of some places among `n`, without a period.
+/// Spreads samples over `n` items without a period (golden ratio).
 fn place(i: u64, n: u64) -> u64 {
     (((i as f64 + 1.0) * 0.618_033_988_749_894_9).fract() * n as f64) as u64
 }
 
-/// Whole designs, solved, reduced and made into text; or taps of large ones, whose curves make them so many times as dear.
+/// Times whole designs, solved, reduced and formatted; or single taps of large designs, multiplied by the cost of their curves.
 fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     let tables: Vec<Table> = match run.study.output.top {
         Some(_) => Vec::new(),
@@ -93,7 +90,7 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     if layout.block() > CHUNK / 8 {
         return Ok(listed(run, layout.len(), &tuple)? * curves);
     }
-    // Of a design whose taps are left to the reference single ones tell enough.
+    // Single taps are enough for a slow design, whose taps the reference solves.
     let [_, each] = pace(layout.block().min(SINGLE), &mut |n| solved(run, n, &tuple))?;
     if each * layout.block() as f64 > LOOK {
         return Ok(each * layout.len() as f64 * curves);
@@ -105,19 +102,16 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     })
 }
 
-/// Taps on their own.
 fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64, Error> {
     paced(n, &mut |some| solved(run, some.min(CHUNK), &|i| tuple(place(i, n))))
 }
 
-/// The first `n` of some taps.
 fn solved(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<(), Error> {
     let tuples: Vec<Tuple> = (0..n).map(tuple).collect();
     let taps = census::Taps::of(&run.study.setup, &tuples);
     run.evaluate(&taps.designs, &taps.tasks).map(drop)
 }
 
-/// Designs ranked from the chart, those outside it and the rows kept solved.
 fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers) -> Result<f64, Error> {
     let sample: Vec<u64> = (0..layout.n_designs.min(4096)).map(|i| place(i, layout.n_designs)).collect();
     let hard = sample.iter().filter(|k| ranker.case(&layout.design(**k)) == Case::Hard).count();

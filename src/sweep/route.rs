@@ -1,4 +1,4 @@
-//! How a sweep goes through the designs of its space: all of them, or ranked, and then those of the rows that are kept.
+//! The order in which a sweep visits the designs: all of them, or ranked first and then those of the kept rows.
 
 use super::Run;
 use super::about::Place;
@@ -10,7 +10,6 @@ use crate::error::Error;
 use crate::scene::Per;
 use crate::sink::table::{AtDrive, Table};
 
-/// Evaluates the designs that are the run's own and writes their tables.
 pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     let every: Vec<Table> = Table::ALL.into_iter().filter(|t| run.writers.wants(*t)).collect();
     let own = (run.designs.clone(), run.designs.end - run.designs.start, "designs");
@@ -32,7 +31,6 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
         write_kept(run, taps, &kept)?;
     }
 
-    // The taps and designs of the kept rows, in row order.
     let rest: Vec<Table> = every.into_iter().filter(|t| *t != Table::Designs).collect();
     if rest.is_empty() {
         return Ok(());
@@ -43,13 +41,12 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     let of = designs.len() as u64;
     let before = run.reached.counts.clone();
     chunks(run, taps, (designs.into_iter(), of, "kept designs"), (&rest, Some(&kept)), |run, _| {
-        // They were counted when they were ranked.
         run.reached.counts.taps = before.taps;
         run.reached.counts.combinations.clone_from(&before.combinations);
     })
 }
 
-/// Solves and writes the designs that are not complete, of so many, a chunk at a time; `take` has the complete rows of each design.
+/// Solves and writes the remaining designs of `of`, chunk by chunk; `take` receives the complete rows of each design.
 fn chunks(
     run: &mut Run<'_>,
     taps: &Taps<'_>,
@@ -68,7 +65,7 @@ fn chunks(
     Ok(())
 }
 
-/// Offers the complete rows of `designs`, which are no chunk of their own, to the best ones, and writes `tables`.
+/// Offers the complete rows of `designs` to the best ones, and writes `tables`; does not count as a chunk.
 pub(super) fn rank(
     run: &mut Run<'_>,
     taps: &Taps<'_>,
@@ -82,7 +79,6 @@ pub(super) fn rank(
     Ok(())
 }
 
-/// Offers the rows that compete, of each design: all, or its best.
 fn offer(run: &mut Run<'_>, complete: Vec<Vec<Kept>>) {
     let best = &mut run.reached.best;
     for rows in complete {
@@ -93,7 +89,6 @@ fn offer(run: &mut Run<'_>, complete: Vec<Vec<Kept>>) {
     }
 }
 
-/// Writes the designs table of the kept rows, best first; none of their designs is complete.
 fn write_kept(run: &mut Run<'_>, taps: &Taps<'_>, kept: &[Kept]) -> Result<(), Error> {
     let n = kept.len() as u64;
     run.reached.handed.note("kept rows", [1, n, n]);

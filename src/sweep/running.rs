@@ -1,4 +1,4 @@
-//! A sweep under way: what its routes share.
+//! State of a running sweep.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,23 +27,18 @@ pub(super) struct Run<'a> {
     pub study: &'a Study,
     pub evaluator: Evaluator<'a>,
     pub writers: Writers,
-    /// What is known of the complete chunks, and counted in the one under way.
     pub reached: Reached,
-    /// Design and drive of the rows that `top` keeps.
     pub kept: Vec<Tuple>,
     pub plan: &'a Plan,
     pub stop: &'a AtomicBool,
     pub progress: &'a mut dyn Progress,
-    /// Designs that are its own.
     pub designs: Range<u64>,
-    /// Taps of these, about.
     pub taps: u64,
-    /// Keeps what is complete; nothing where nothing is written.
+    /// `None` if nothing is written.
     pub keeper: Option<Keeper>,
 }
 
 impl<'a> Run<'a> {
-    /// Of nothing yet, into no tables.
     pub fn new(
         (study, plan): (&'a Study, &'a Plan),
         method: Method,
@@ -66,7 +61,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Does `f` unless asked to stop, and notes the time and the sweeps that it took.
+    /// Runs `f` unless stopped; records its time and sweeps.
     fn timed<R, E>(&mut self, f: impl FnOnce(&mut Evaluator<'a>) -> Result<R, E>) -> Result<R, Error>
     where
         Error: From<E>,
@@ -79,7 +74,6 @@ impl<'a> Run<'a> {
         Ok(done)
     }
 
-    /// Outcomes of `tasks`; `Err` when asked to stop.
     pub fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
         let outcomes = self.timed(|evaluator| evaluator.run(designs, tasks))?;
         self.reached.counts.solved += outcomes.len() as u64;
@@ -90,7 +84,7 @@ impl<'a> Run<'a> {
         Ok(outcomes)
     }
 
-    /// The model's own curve of each of `asks`. None unless distances are told by the model; `Err` when asked to stop.
+    /// The exact model's curve of each of `asks`; empty unless distances come from the exact model.
     pub fn curves(
         &mut self,
         designs: &[Design],
@@ -106,8 +100,7 @@ impl<'a> Run<'a> {
         Ok(curves)
     }
 
-    /// What the model takes the two strains of each of `tasks` for; `reach` says the smallest and the largest distance asked of a design.
-    /// Nothing unless distances are told so; `Err` when asked to stop.
+    /// Estimates from the two strains of each of `tasks`; `reach` gives the smallest and largest distance of a design. Empty if not used.
     pub fn both(
         &mut self,
         designs: &[Design],
@@ -127,29 +120,25 @@ impl<'a> Run<'a> {
         Ok(found)
     }
 
-    /// `Err` when asked to stop.
     pub fn check_stop(&self) -> Result<(), Error> {
         if self.stop.load(Ordering::Relaxed) { Err(SolveError::Stopped.into()) } else { Ok(()) }
     }
 
-    /// Taps that the full model solved in place of one with effects left off.
+    /// Taps that the full model solved instead of the reduced one.
     pub fn mended(&self) -> u64 {
         self.reached.mended + self.evaluator.mended()
     }
 
-    /// Takes over the counts of finished taps.
     pub fn absorb(&mut self, status: &Counts) {
         self.reached.counts.taps += status.taps;
         self.reached.counts.combinations.add(&status.combinations);
         self.progress.at(self.reached.counts.taps, self.taps);
     }
 
-    /// Shows that `more` taps than the finished ones are done.
     pub fn show(&mut self, more: u64) {
         self.progress.at(self.reached.counts.taps + more, self.taps);
     }
 
-    /// Appends the rows of `pieces` to a table, if it is written, and counts them.
     pub fn write(&mut self, table: Table, pieces: &[Frame]) -> Result<(), Error> {
         if self.writers.wants(table) {
             self.reached.counts.rows[table as usize] +=
@@ -159,17 +148,17 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Taps of the whole space that a device is compared on before the first row: what it gets wrong there, each part of a sweep finds alike.
+/// Taps on which a device is compared with the CPU before the first row. They are taken from the whole space, so that all parts agree.
 const TAPS: u32 = 32;
 
-/// The method of `choice`, whose device has been compared with the CPU on taps of `study`. Kernels of cones have known taps instead.
+/// The method of `choice`, after its device was compared with the CPU on taps of `study`. Kernels of cones are checked on fixed taps instead.
 pub(super) fn method(study: &Study, choice: &Choice, stop: &AtomicBool) -> Result<Method, Error> {
     let (setup, method) = (&study.setup, choice.open(&study.setup.model)?);
     if choice.backend.adapter.is_none() || setup.built.is_none() {
         return Ok(method);
     }
     let taps = Taps::of(setup, &sample::random(&study.space, TAPS, 0));
-    // Taps that are the reference's are compared with nothing.
+    // Taps left to the reference are not compared.
     let mut evaluator = Evaluator::new(setup, method).stopping(stop).sparing(usize::MAX);
     evaluator.run(&taps.designs, &taps.tasks)?;
     Ok(evaluator.into_method())

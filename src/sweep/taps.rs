@@ -6,20 +6,17 @@ use std::collections::HashMap;
 use crate::plan::Layout;
 use crate::scene::{Listed, Space, Tuple};
 
-/// The taps of a space. Designs are numbered in row order; of a list, in order of first appearance.
+/// Designs are numbered in row order; in a list, in order of first appearance.
 pub(super) enum Taps<'a> {
     Grid { layout: Layout, places: Places },
     List(List<'a>),
 }
 
-/// Where the taps of a design stand.
 #[derive(Debug, Clone)]
 pub(super) struct Places {
-    /// Distance (and direction of the pole) and stroke of each tap, numbered in order of first appearance.
+    /// Distance (with direction of the pole) and stroke of each tap, numbered in order of first appearance.
     pub of: Vec<(u32, u32)>,
-    /// First tap of each distance.
     pub distances: Vec<u32>,
-    /// First tap of each stroke.
     pub strokes: Vec<u32>,
 }
 
@@ -38,14 +35,13 @@ impl Places {
     }
 }
 
-/// Listed taps by their designs.
 pub(super) struct List<'a> {
     listed: &'a Listed,
     /// Rows design by design, each in the order of the list.
     rows: Vec<u32>,
-    /// Where each design begins among them, and their number.
+    /// Start of each design in `rows`, and the end of the last.
     starts: Vec<u32>,
-    /// Whether that is the order of the list.
+    /// True if `rows` is in the order of the list.
     in_order: bool,
 }
 
@@ -98,7 +94,6 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// Taps of design `k`.
     pub fn block(&self, k: u64) -> u64 {
         match self {
             Self::Grid { layout, .. } => layout.block(),
@@ -106,7 +101,7 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// Design `k`; distance and drive are not its own.
+    /// Design `k`; its distance and drive have no meaning.
     pub fn design(&self, k: u64) -> Tuple {
         match self {
             Self::Grid { layout, .. } => layout.design(k),
@@ -114,7 +109,6 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// Tap `t` of `design`, which is number `k`.
     pub fn tap(&self, (k, design): (u64, &Tuple), t: u64) -> Tuple {
         match self {
             Self::Grid { layout, .. } => tap(layout, design, t),
@@ -125,7 +119,6 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// Smallest and largest distance of design `k`, mm.
     pub fn reach(&self, k: u64) -> [f64; 2] {
         match self {
             Self::Grid { layout, .. } => layout.reach(),
@@ -133,7 +126,6 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// Where the taps of design `k` stand.
     pub fn places(&self, k: u64) -> Cow<'_, Places> {
         match self {
             Self::Grid { places, .. } => Cow::Borrowed(places),
@@ -141,8 +133,7 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// The order in which the taps of a design are reduced: of a list that of their drives and distances, so that sums do not depend on the order of
-    /// its rows; of a grid that of the taps, and nothing.
+    /// Order in which the taps of a design are reduced: in a list by drive and distance, so that sums do not depend on its order. Empty for a grid.
     pub fn order(&self, places: &Places, strokes: &[Tuple], distances: &[Tuple]) -> Vec<u32> {
         let Self::List(_) = self else { return Vec::new() };
         let bits = |x: f64, t: &Tuple| [x, t.tilt, t.lean].map(|x| (x + 0.0).to_bits());
@@ -163,7 +154,6 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// The design of a row that was kept.
     pub fn design_of(&self, index: (u64, u32)) -> u64 {
         match self {
             Self::Grid { .. } => index.0,
@@ -171,13 +161,12 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// Whether rows follow each other design by design.
+    /// True if the rows of each design are consecutive.
     pub fn in_order(&self) -> bool {
         !matches!(self, Self::List(list) if !list.in_order)
     }
 }
 
-/// Tap `t` of `design` of a grid.
 pub(super) fn tap(layout: &Layout, design: &Tuple, t: u64) -> Tuple {
     let (i, j) = (t / layout.n_drives, t % layout.n_drives);
     Tuple { a: layout.distance(i), ..layout.stroke(design, j) }

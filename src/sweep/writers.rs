@@ -1,4 +1,4 @@
-//! The tables of a sweep while they are written, or gathered in memory.
+//! The tables of a sweep, written to files or collected in memory.
 
 use super::about::{About, Place};
 use crate::error::Error;
@@ -11,49 +11,41 @@ use crate::sink::parquet::More;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 
-/// Where each row of a part stands in the whole, for `merge`.
+/// Position of each row of a part in the whole, for `merge`.
 pub const PLACES: &str = "places.bin";
 
-/// Where a table goes.
 enum Goal {
     File(Sheet),
     Memory(Frame),
 }
 
-/// Where the tables go; `None` for a table that nobody asked for.
 pub(super) struct Writers {
     goals: [Option<Goal>; 3],
-    /// Places of the rows of a part, where these do not follow from it.
     pub places: Option<Output>,
 }
 
-/// Tuples, designs and distances in memory; `None` for a table that was not asked for.
+/// Tuples, designs and distances in memory; `None` for a table not requested.
 pub type Tables = [Option<Frame>; 3];
 
-/// Which tables are written.
 fn wanted(study: &Study, plan: &Plan) -> impl Iterator<Item = Table> {
     let wanted = [plan.tuples, study.output.designs, study.output.distances];
     Table::ALL.into_iter().filter(move |table| wanted[*table as usize])
 }
 
-/// Names of the tables that are written.
 pub(super) fn tables(study: &Study, plan: &Plan) -> Vec<&'static str> {
     wanted(study, plan).map(Table::name).collect()
 }
 
-/// Names of the files that are written.
 pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
     let tables = wanted(study, plan).map(|table| table.file(about.format));
     tables.chain(about.places.then(|| PLACES.to_owned())).collect()
 }
 
 impl Writers {
-    /// Writes nothing.
     pub fn none() -> Self {
         Self { goals: [const { None }; 3], places: None }
     }
 
-    /// Gathers tables in memory, with room for all rows of `plan`.
     pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
         let bytes = wanted(study, plan).map(|table| {
@@ -75,7 +67,6 @@ impl Writers {
         Ok(Self { goals, places: None })
     }
 
-    /// The tables in `folder`, new, or as far as a stopped run came, with `more` of each.
     pub fn new(
         (study, plan): (&Study, &Plan),
         about: &About,
@@ -94,7 +85,7 @@ impl Writers {
         Ok(Self { goals, places })
     }
 
-    /// The files so far, and what [`Self::new`] needs beside them to go on.
+    /// The files until now, and the data that [`Self::new`] needs to continue them.
     pub fn marks(&mut self) -> Result<(Vec<Listed>, Vec<Option<More>>), Error> {
         let sheets = self.goals.iter_mut().flatten().filter_map(|goal| match goal {
             Goal::File(sheet) => Some(sheet.mark()),
@@ -109,7 +100,6 @@ impl Writers {
         self.goals[table as usize].is_some()
     }
 
-    /// Appends the rows of `pieces` to a table, if it is written.
     pub fn write(&mut self, table: Table, pieces: &[Frame]) -> Result<(), Error> {
         match &mut self.goals[table as usize] {
             None => Ok(()),
@@ -118,13 +108,11 @@ impl Writers {
         }
     }
 
-    /// Appends places of rows, where they are kept.
     pub fn place(&mut self, mut places: impl Iterator<Item = Place>) -> Result<(), Error> {
         let Some(file) = &mut self.places else { return Ok(()) };
         places.try_for_each(|place| file.write(&pack(&place).map_err(|e| Error::Run(e.to_string()))?))
     }
 
-    /// Ends the files; what was gathered in memory.
     pub fn close(self) -> Result<Tables, Error> {
         let mut tables = Tables::default();
         for (goal, table) in self.goals.into_iter().zip(&mut tables) {

@@ -7,20 +7,15 @@ use crate::progress::Progress;
 use crate::scene::Layout;
 use crate::scene::{Axis, Tuple};
 
-/// One whisker over its drive.
 pub struct Curve<'a> {
-    /// What solves its taps.
     pub scorer: Scorer<'a>,
     whisker: Tuple,
-    /// Taps of one evaluation, and those that all may take, about.
     taps: [u64; 2],
     progress: &'a mut dyn Progress,
-    /// Evaluations made.
     pub evaluations: u64,
 }
 
 impl<'a> Curve<'a> {
-    /// Of the whisker of `layout` at its distances; `scorer` solves the taps, and `progress` hears of them.
     pub fn new(scorer: Scorer<'a>, layout: &Layout, progress: &'a mut dyn Progress) -> Self {
         Self {
             scorer,
@@ -31,13 +26,12 @@ impl<'a> Curve<'a> {
         }
     }
 
-    /// Whether a contact turns from sticking to sliding, or back, between two drives.
     pub fn turns(&mut self, drives: [f64; 2]) -> Result<bool, Error> {
         let [before, after] = drives.map(|drive| self.scorer.sticking(&Tuple { drive, ..self.whisker }));
         Ok(before? != after?)
     }
 
-    /// At these drives, degrees or mm.
+    /// Samples at these drives, degrees or mm.
     pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
         self.evaluations += drives.len() as u64;
         let all = self.scorer.along(&self.whisker, drives)?;
@@ -47,12 +41,12 @@ impl<'a> Curve<'a> {
         Ok(drives.iter().zip(all).map(|(&drive, (row, score))| Sample { drive, row, score }).collect())
     }
 
-    /// From end to end in at most so many steps of 1, 2 or 5 times a power of ten, both ends included.
+    /// Samples from end to end in at most `steps` steps of 1, 2 or 5 times a power of ten, with both ends.
     pub fn grid(&mut self, [from, to]: [f64; 2], steps: f64) -> Result<Vec<Sample>, Error> {
         let least = (to - from) / steps;
         let power = 10f64.powf(least.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= least * (1.0 - 1e-9));
-        // Written out, so that a power of ten below 1 is the decimal number.
+        // Printed and parsed, so that the step is a decimal number.
         let step: f64 = format!("{:e}", step.unwrap_or(least)).parse().unwrap_or(least);
         let mut drives: Vec<f64> = Axis::step(from, to, step)?.iter().collect();
         if drives.last() != Some(&to) {

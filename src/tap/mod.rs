@@ -1,9 +1,6 @@
-//! The best tap angle of one whisker: K_sd, bias, noise and total against the drive, the optimum, and what limits it.
-//!
-//! Without noise the smallest angle is best, for all that is wrong grows with θ²; the error by noise falls with 1/θ, so with noise there is
-//! an optimum inside, unless the gauge's strain limit comes first. The curve is evaluated in f64 on an even grid; around every
-//! local minimum of it the optimum is polished by Brent's method, and where a limit cuts the interval its end is found by
-//! bisection.
+//! The best tap angle of one whisker. Without noise the smallest angle is best, because all deviations grow with θ². The error from noise falls with
+//! 1/θ, so with noise the optimum lies inside the interval, unless the strain limit comes first. The curve is evaluated in f64 on an even grid; each
+//! local minimum is polished by Brent's method; a limit inside an interval is found by bisection.
 
 mod curve;
 mod needed;
@@ -33,48 +30,42 @@ use needed::find_needed;
 pub use needed::needed;
 pub use write::{k_names, result, table, unit};
 
-/// Why the CPU is taken in f64 where nothing is said.
+/// Reason for the CPU in f64 as default.
 const FEW: &str = "few taps";
 /// Taps of the grid, and of the polish, that a kernel may leave to the reference.
 const LEFT: [usize; 2] = [600, 1500];
-/// Evaluations of one estimator, about.
 const EVALUATIONS: u64 = 1200;
 
-/// Taps that a best drive over the distances of `layout` takes, about.
 pub fn taps(layout: &Layout) -> u64 {
     EVALUATIONS.saturating_mul(layout.n_distances)
 }
 
-/// The curve at one drive.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
     /// Degrees or mm.
     pub drive: f64,
-    /// Its row of designs.csv.
     pub row: DriveRow,
-    /// Its figures and limits.
     pub score: Score,
 }
 
-/// What ends the way to something better.
+/// The limit that stops the improvement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LimitedBy {
-    /// Bias is the larger part of the total at an optimum inside.
+    /// Inside the interval; bias is the larger part of the total.
     Bias,
-    /// Noise is.
+    /// Inside the interval; noise is the larger part.
     Noise,
     /// The gauge's strain limit.
     Strain,
     /// A bound of the interval.
     Bound,
-    /// Beyond it a tap has no strain, no root, or slips off.
+    /// Beyond it a tap has no strain or no root, or slips off.
     CompleteRows,
-    /// There a contact turns from sticking to sliding, and what is made small has a kink.
+    /// A contact turns from sticking to sliding, which gives the objective a kink.
     Friction,
 }
 
 impl LimitedBy {
-    /// Word in results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bias => "bias",
@@ -87,7 +78,7 @@ impl LimitedBy {
     }
 }
 
-/// What was found.
+/// The result of the search.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Report {
@@ -95,41 +86,36 @@ pub struct Report {
     pub curve: Vec<Sample>,
     /// The best drive that keeps the strain limit.
     pub optimum: Sample,
-    /// The best drive whatever the strain; `None` never happens where there is an optimum.
+    /// The best drive without the strain limit.
     pub unconstrained: Sample,
-    /// What limits the optimum.
+    /// The limit at the optimum.
     pub limited_by: LimitedBy,
-    /// Whether it lies at a bound of the interval.
+    /// True if it lies at a bound of the interval.
     pub at_bound: bool,
-    /// The same in a sentence.
+    /// `limited_by` as a sentence.
     pub why: String,
-    /// What the other estimator would give; `None` where no distance is told, or by two gauges.
+    /// The result of the other estimator; `None` without distances or with two gauges.
     pub other: Option<Other>,
     /// Evaluations spent.
     pub evaluations: u64,
-    /// Seconds.
+    /// Duration in seconds.
     pub seconds: f64,
-    /// Where it was computed.
+    /// The backend that computed it.
     pub backend: Backend,
-    /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
+    /// `model_error` of `run.json`, if effects could be left off, and the same in a few lines of text.
     pub model_error: Option<(serde_json::Value, String)>,
 }
 
-/// The best drive where distances are told in another way.
+/// The best drive by the other estimator.
 #[derive(Debug)]
 pub struct Other {
-    /// By what.
     pub theory: Theory,
-    /// The best drive that keeps the strain limit, or why there is none.
+    /// The best drive within the strain limit, or the reason why it is missing.
     pub optimum: Result<Sample, String>,
-    /// Whether it lies at a bound of the interval.
+    /// True if it lies at a bound of the interval.
     pub at_bound: bool,
 }
 
-/// Where a best drive is looked for: what `options` ask for, else, for few taps, the CPU in f64.
-///
-/// # Errors
-/// A backend that the machine does not have.
 pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
     let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
         && options.adapter.is_none();
@@ -141,12 +127,8 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
     Choice::for_work(options, pays::of_study(study, options))
 }
 
-/// The best drive within `ends` of the one whisker of `study`, over its distances, and what the other estimator would give; nothing is
-/// written. Effects whose joint change of strain stays within `bound`, if there is one, are left off: over the interval, at the optima, and where
-/// a status changes from one drive of the curve to the next.
-///
-/// # Errors
-/// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails; `stop`, set from outside.
+/// With `bound`, effects are left off whose joint change of strain stays within it: over the interval, at the optima, and where the status changes.
+/// Errors: several whiskers, or a tuple file; no complete row; no drive within the strain limit; a failing backend; `stop`.
 pub fn find(
     study: &Study,
     ends: [f64; 2],
@@ -161,18 +143,15 @@ pub fn find(
     }
 }
 
-/// What is asked of a whisker.
 #[derive(Clone, Copy)]
 struct TapAsked<'a> {
     ends: [f64; 2],
     objective: Objective,
     choice: &'a Choice,
-    /// What is needed of the model, which is that of the study then.
     needed: Option<&'a Needed>,
     stop: &'a AtomicBool,
 }
 
-/// The best drive by the model of `study`, and what the other estimator would give.
 fn find_by(study: &Study, asked: TapAsked<'_>, progress: &mut dyn Progress) -> Result<Report, Error> {
     let report = tried(study, asked, STEPS, &mut *progress)?;
     if !asked.objective.needs_distance() || !both::possible(&study.setup) {
@@ -194,8 +173,7 @@ fn find_by(study: &Study, asked: TapAsked<'_>, progress: &mut dyn Progress) -> R
     })
 }
 
-/// The best drive by one estimator, on a grid of at most so many `steps`; [`SolveError::TooHard`](crate::error::SolveError::TooHard) where kernels
-/// leave too many taps to the reference.
+/// Fails with [`SolveError::TooHard`](crate::error::SolveError::TooHard) if kernels leave too many taps to the reference.
 fn best(
     study: &Study,
     asked: TapAsked<'_>,
@@ -223,7 +201,6 @@ fn best(
         return Err(incomplete(setup, &samples).into());
     };
     let kept = |s: &Sample| goal.feasible(&s.score);
-    // The least of all drives is the least of those that keep the strain limit, where it keeps it.
     let optimum = match kept(&unconstrained) {
         true => Some(unconstrained),
         false => optimum::find(&mut curve, &samples, goal, &kept)?,
@@ -254,7 +231,6 @@ fn best(
     Ok(report)
 }
 
-/// A search without variables: what a score of the curve needs.
 fn search(setup: &Setup, objective: Objective) -> Search {
     let strain = setup.gauge.strain_limit;
     let strain_key = "gauge.strain_limit";

@@ -1,4 +1,4 @@
-//! The best tap angle by what is needed of the model (`--model-error`).
+//! The best tap angle by a reduced model (`--model-error`).
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -13,7 +13,6 @@ use crate::optimise::run::no_axes;
 use crate::progress::Progress;
 use crate::scene::{Study, Tuple};
 
-/// The best drive by what is needed of the model for a strain within `bound`.
 pub(super) fn find_needed(
     study: &Study,
     asked: TapAsked<'_>,
@@ -48,10 +47,6 @@ pub(super) fn find_needed(
     }
 }
 
-/// What the one whisker of `study` needs of its model for a strain within `bound`, over its distances and the drives `ends`.
-///
-/// # Errors
-/// A tuple file; a kernel that fails.
 pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
@@ -59,7 +54,7 @@ pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error
 }
 
 impl Report {
-    /// The drives of the optima, of the ends of the curve, and those between which its status changes.
+    /// The drives of the optima, of the ends of the curve, and on both sides of each change of status.
     fn turns(&self) -> Vec<f64> {
         let ends = self.curve.first().into_iter().chain(self.curve.last());
         let other = self.other.as_ref().and_then(|other| other.optimum.as_ref().ok());

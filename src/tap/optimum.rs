@@ -1,4 +1,4 @@
-//! The smallest value of a curve on the part of an interval on which a condition holds.
+//! The smallest value of a curve on the part of an interval where a condition holds.
 
 use std::cell::RefCell;
 
@@ -11,14 +11,13 @@ use crate::error::Error;
 use crate::optimise::score::{Goal, Limit};
 use crate::scene::search::Objective;
 
-/// Local minima of the grid that are polished.
 const MINIMA: usize = 6;
-/// Relative width at which a bisection and Brent's method stop.
+/// Relative width at which bisection and Brent's method stop.
 const WIDTH: f64 = 1e-9;
-/// A limit or a bound this close (relative) is reached.
+/// A limit or bound within this relative distance counts as reached.
 const REACHED: f64 = 1e-6;
 
-/// Whether all but the strain limit is kept.
+/// True if all limits but the strain limit are kept.
 pub fn relaxed(s: &Sample, goal: Goal) -> bool {
     let mut score = s.score;
     score.set(Limit::Strain, f64::NEG_INFINITY);
@@ -83,7 +82,6 @@ fn inner(
     Ok(inside)
 }
 
-/// Brent's minimisation between two drives.
 fn brent(curve: &mut Curve<'_>, [low, high]: [f64; 2], goal: Goal) -> Result<Option<Sample>, Error> {
     let cost = Cost { curve: RefCell::new(curve), goal, failed: RefCell::default() };
     let solver = BrentOpt::new(low, high).set_tolerance(WIDTH, WIDTH * high);
@@ -102,7 +100,6 @@ fn brent(curve: &mut Curve<'_>, [low, high]: [f64; 2], goal: Goal) -> Result<Opt
 struct Cost<'c, 'a> {
     curve: RefCell<&'c mut Curve<'a>>,
     goal: Goal,
-    /// Why the curve has no value somewhere.
     failed: RefCell<Option<Error>>,
 }
 
@@ -121,22 +118,21 @@ impl CostFunction for &Cost<'_, '_> {
     }
 }
 
-/// Smallest step by which a kink is looked for, of the drive: the error of the taps is no part of what is seen.
+/// Smallest relative step of the search for a kink; larger than the error of the taps.
 const STEP: f64 = 1e-3;
 
-/// Whether friction gives the curve a kink at its minimum `at`: a contact turns from sticking to sliding there, and the slope jumps by the same whatever
-/// the step. Where a curve turns smoothly the slopes half a step away differ half as much.
+/// True if friction gives the curve a kink at its minimum `at`: the contact turns from sticking to sliding, and the slope jumps by the same for any
+/// step; for a smooth curve the jump halves with the step.
 pub fn kinked(curve: &mut Curve<'_>, at: &Sample, goal: Goal) -> Result<bool, Error> {
     let step = curve.scorer.evaluator.tolerance().cbrt().max(STEP);
     let drives = [1.0 - step, 1.0 - 0.5 * step, 1.0 + 0.5 * step, 1.0 + step].map(|by| at.drive * by);
     let values: Vec<f64> = curve.at(&drives)?.iter().map(|s| goal.value(&s.score)).collect();
     let rise = |a: f64, b: f64| a + b - 2.0 * goal.value(&at.score);
-    // Per step, of whole and half ones: equal for a kink, twice as much for a parabola.
+    // Rise over the whole step against the half step: 2× for a kink, 4× for a parabola.
     let kink = rise(values[0], values[3]) < 1.5 * 2.0 * rise(values[1], values[2]);
     Ok(kink && curve.turns([drives[0], drives[3]])?)
 }
 
-/// What limits the optimum, and whether it lies at a bound of the interval.
 pub fn limited_by(optimum: &Sample, ends: [f64; 2], objective: Objective) -> (LimitedBy, bool) {
     let row = optimum.row.figures();
     let at_bound = ends.iter().any(|end| (optimum.drive - end).abs() <= REACHED * end);

@@ -1,5 +1,5 @@
-//! Bounds the search of the best drive. The reference takes up to a second for a tap that the kernels leave to it. If there are many, the search is tried
-//! again to a larger tolerance, then with fewer drives; if that would still take minutes, it is refused.
+//! Bounds the time of the search. The reference takes up to a second per tap; if kernels leave many taps to it, the search is repeated with a
+//! larger tolerance, then with fewer drives, and refused if it would still take minutes.
 
 use super::{FEW, Report, Sample, TapAsked, best, write};
 use crate::backend::Choice;
@@ -10,12 +10,10 @@ use crate::optimise::score::Limit;
 use crate::progress::Progress;
 use crate::scene::{BackendChoice, Layout, Precision, RunOptions, Setup, Signal, Study};
 
-/// Most steps of the grid of drives, one attempt after the other. The optimum is polished, whatever the grid.
+/// Largest numbers of grid steps, one per attempt. The optimum is polished for any grid.
 pub const STEPS: &[f64] = &[1000.0, 200.0, 50.0];
-/// The same where only the optimum is wanted.
 pub const COARSE: &[f64] = &[100.0, 50.0];
 
-/// The best drive by one estimator, on grids of at most so many `steps`, one attempt after the other.
 pub(super) fn tried(
     study: &Study,
     asked: TapAsked<'_>,
@@ -44,7 +42,7 @@ pub(super) fn tried(
         .into())
 }
 
-/// What is chosen in place of the `choice` for few taps where that is too fine: f64 to its usual tolerance.
+/// Replaces the `choice` for few taps if it is too fine: f64 with its usual tolerance.
 fn looser(choice: &Choice) -> Result<Option<Choice>, Error> {
     if choice.backend.reason != FEW {
         return Ok(None);
@@ -59,7 +57,7 @@ fn looser(choice: &Choice) -> Result<Option<Choice>, Error> {
     Ok(Some(looser))
 }
 
-/// Fails where a tap is asked for that no drive makes felt: with its contact at or before the gauge's near end.
+/// Refuses a contact at or before the gauge's near end: no drive gives it a signal.
 pub(super) fn beyond_gauge(setup: &Setup, layout: &Layout) -> Result<(), InputError> {
     let design = Design::new(setup, layout.design(0));
     let ([nearest, _], Some(shared)) = (layout.reach(), design.shared) else { return Ok(()) };
@@ -76,7 +74,6 @@ pub(super) fn beyond_gauge(setup: &Setup, layout: &Layout) -> Result<(), InputEr
     .allowed(format!("> {begins} mm, or a gauge nearer to the clamp")))
 }
 
-/// No drive gives a complete row.
 pub(super) fn incomplete(setup: &Setup, samples: &[Sample]) -> InputError {
     let status = samples.iter().fold(samples[0].row.status, |all, s| all | s.row.status);
     let name = write::unit(setup).0;
@@ -85,11 +82,10 @@ pub(super) fn incomplete(setup: &Setup, samples: &[Sample]) -> InputError {
         .allowed("distances beyond the gauge and before the tip")
 }
 
-/// No drive keeps the strain limit.
 pub(super) fn overstrained(setup: &Setup, samples: &[Sample]) -> InputError {
     let name = write::unit(setup).0;
     let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
-    // Of the skin, which a foil reads less of.
+    // Strain of the skin; a foil reads less.
     let least = setup.gauge.strain_limit * (1.0 + over);
     InputError::new(format!(
         "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {:.3} times the limit",

@@ -1,4 +1,4 @@
-//! The files of `tap`, its result as JSON, and its sentence.
+//! The files of `tap`, its result as JSON, and the sentence about the limit.
 
 use serde_json::{Value, json};
 
@@ -12,18 +12,15 @@ use crate::sink::heading::heading;
 use crate::sink::table::drive_unit;
 use crate::sink::values::{Field, named};
 
-/// Name of the drive and its unit.
 pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
     let name = if setup.drive == Drive::Angle { "tap angle" } else { "displacement" };
     (name, drive_unit(setup.drive).1)
 }
 
-/// Unit of K in the tables.
 fn k_unit(study: &Study) -> f64 {
     study.space.whisker().map_or(1.0, |whisker| report::unit(&study.setup, &whisker))
 }
 
-/// Names of K̄ and SD.
 pub fn k_names(setup: &Setup) -> [&'static str; 2] {
     match setup.estimate.convention {
         Convention::Mean => ["K_mean", "K_sd"],
@@ -31,7 +28,6 @@ pub fn k_names(setup: &Setup) -> [&'static str; 2] {
     }
 }
 
-/// A row of tap.csv: one point of the curve.
 fn fields(s: &Sample, unit: f64) -> impl Iterator<Item = Field> {
     let row = s.row.figures();
     let (mean, sd) = (row.mean.map(|m| (1.0 + m) * unit), row.sd.map(|sd| sd * unit));
@@ -40,14 +36,12 @@ fn fields(s: &Sample, unit: f64) -> impl Iterator<Item = Field> {
     numbers.map(Field::from).into_iter().chain([row.status.into()])
 }
 
-/// One point of the curve as JSON.
 fn point(setup: &Setup, s: &Sample, unit: f64) -> Value {
     let mut point = named(heading("tap").names(setup), fields(s, unit));
     point["force_max_N"] = s.row.figures().force_max.into();
     point
 }
 
-/// The result.
 pub fn result(study: &Study, report: &Report) -> Value {
     let unit = k_unit(study);
     let other = report.other.as_ref().map(|other| {
@@ -70,7 +64,6 @@ pub fn result(study: &Study, report: &Report) -> Value {
     })
 }
 
-/// The curve as `tap.csv`.
 pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     let unit = k_unit(study);
     let mut table = heading("tap").frame_for(&study.setup);
@@ -78,13 +71,12 @@ pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     Ok(table)
 }
 
-/// One sentence on what limits the optimum.
 pub fn why(setup: &Setup, report: &Report, ends: [f64; 2], objective: Objective) -> String {
     let Report { optimum, unconstrained, limited_by: by, at_bound, .. } = report;
     let (name, unit) = unit(setup);
     let [from, to] = ends.map(|end| (optimum.drive - end).abs());
     let end = if from <= to { "smallest" } else { "largest" };
-    // The model itself has no bias, unless a tap before the peak is taken for one beyond it.
+    // The exact model has no bias, unless it mistakes a tap before the peak for one beyond it.
     let exact = setup.estimate.theory == Theory::Exact && optimum.row.figures().error_rms == Some(0.0);
     let trend = match (objective, end) {
         (Objective::Distance, _) if exact && optimum.row.figures().total_rms() == Some(0.0) => {

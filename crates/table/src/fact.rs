@@ -1,8 +1,5 @@
-//! What is known of every column of every table: `columns.csv`, where a line is a column in tables that mean the same by it. A table has its columns in
-//! the order of the lines.
-//!
-//! The first line of a name says its type, unit and axis; further ones say what it means in other tables, and its type where that differs. A column that
-//! is called one or the other is `this|that`; a line without tables is a name that only the second of these has.
+//! The facts of every column of every table, from `columns.csv`: a line is a column of some tables, and columns follow its order. The first line of a
+//! name has its type, unit and axis; a later line what differs. `this|that` has two names; a line without tables is a second name.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -14,34 +11,33 @@ use crate::scene::{Property, Setup};
 pub enum Kind {
     /// f64; NaN is missing.
     Number,
-    /// u64.
+    /// Unsigned whole number.
     Count,
     /// Text; empty is missing.
     Word,
 }
 
-/// What a column is, in some tables.
+/// Facts of a column in some tables.
 #[derive(Debug)]
 pub struct Fact {
-    /// Its name; `this|that` where it is called this or that.
+    /// Name; `this|that` for a column with two names.
     pub name: String,
-    /// Tables that have it so.
     tables: String,
     /// Type of its values.
     pub kind: Kind,
-    /// Unit; empty where it has none.
+    /// Unit; empty without one.
     pub unit: String,
-    /// Title of an axis of it, which ends with its symbol; empty where it has none.
+    /// Title of its axis, which ends with its symbol; may be empty.
     pub axis: String,
-    /// True if an axis of it is logarithmic.
+    /// True for a logarithmic axis.
     pub log: bool,
-    /// When these tables have it.
+    /// The condition under which these tables have it.
     pub only: Only,
-    /// What it says.
+    /// Meaning, for readers.
     pub meaning: String,
 }
 
-/// When a table has a column: its `WORDS` say what each means.
+/// The condition under which a table has a column; `WORDS` explains each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs)]
 pub enum Only {
@@ -59,7 +55,6 @@ pub enum Only {
 }
 
 impl Only {
-    /// All, by their words in `columns.csv`, and what readers are told.
     const WORDS: [(&'static str, Self, &'static str); 11] = [
         ("", Self::Always, ""),
         ("tilt", Self::Tilt, "if the spec has tilt"),
@@ -74,12 +69,12 @@ impl Only {
         ("varied", Self::Varies, "if varied"),
     ];
 
-    /// When, in words; nothing of a column that is always there.
+    /// The condition in words; empty for a column that is always there.
     pub fn when(self) -> &'static str {
         Self::WORDS[self as usize].2
     }
 
-    /// Whether a table of `setup` has the column `name` that is there only then.
+    /// True if a table of `setup` has the column `name` under this condition.
     pub fn holds(self, name: &str, setup: &Setup) -> bool {
         match self {
             Self::Always => true,
@@ -96,12 +91,12 @@ impl Only {
     }
 }
 
-/// The property that the column `name` is of.
+/// The property whose column is `name`.
 pub fn property(name: &str) -> Option<Property> {
     Property::ALL.into_iter().find(|property| property.about().column == name)
 }
 
-/// All, in the order of tables.
+/// All facts, in the order of tables.
 pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
     let mut all: Vec<Fact> = Vec::new();
     let mut firsts: HashMap<String, usize> = HashMap::new();
@@ -134,36 +129,34 @@ pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
     all
 });
 
-/// By the first name of each.
 static BY_NAME: LazyLock<HashMap<&str, Vec<&Fact>>> = LazyLock::new(|| {
     let mut all: HashMap<&str, Vec<&Fact>> = HashMap::new();
     FACTS.iter().for_each(|fact| all.entry(first(&fact.name)).or_default().push(fact));
     all
 });
 
-/// `this` of `this|that`.
 fn first(name: &str) -> &str {
     name.split('|').next().unwrap_or(name)
 }
 
 impl Fact {
-    /// True of a column of `table`.
+    /// True if `table` has this column.
     pub fn is_of(&self, table: &str) -> bool {
         self.tables.split(' ').any(|one| one == table)
     }
 }
 
-/// What the column `name` is in most tables.
+/// Facts of the column `name` in most tables.
 pub fn fact(name: &str) -> Option<&'static Fact> {
     BY_NAME.get(first(name))?.first().copied()
 }
 
-/// What the column `name` is in `table`.
+/// Facts of the column `name` in `table`.
 pub fn fact_in(table: &str, name: &str) -> Option<&'static Fact> {
     BY_NAME.get(first(name))?.iter().copied().find(|fact| fact.is_of(table))
 }
 
-/// The type of the column `name`; a column that is not known has numbers.
+/// The type of the column `name`; an unknown column has numbers.
 pub fn kind(name: &str) -> Kind {
     fact(name).map_or(Kind::Number, |fact| fact.kind)
 }

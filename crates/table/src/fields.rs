@@ -1,4 +1,4 @@
-//! How a rig writes a line of numbers: what separates the fields, and whether decimals follow a point or a comma.
+//! Fields of a line as a rig writes it: separator and decimal mark (point or comma).
 
 use std::borrow::Cow;
 
@@ -18,7 +18,7 @@ pub fn lines(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// What separates the fields of `line`: `;` or a tab where one stands outside quotes, else a comma.
+/// The separator of `line`: `;` or a tab outside quotes, else a comma.
 pub fn separator(line: &str) -> char {
     let mut quoted = false;
     let mut found = ',';
@@ -33,7 +33,7 @@ pub fn separator(line: &str) -> char {
     found
 }
 
-/// Fields of a line, without blanks around them. A quoted field may hold the separator.
+/// Trimmed fields of a line. A quoted field may contain the separator.
 pub fn fields(line: &str, separator: char) -> Vec<Cow<'_, str>> {
     if !line.contains('"') {
         return line.split(separator).map(|f| f.trim().into()).collect();
@@ -44,7 +44,7 @@ pub fn fields(line: &str, separator: char) -> Vec<Cow<'_, str>> {
     record.iter().map(|f| f.trim().to_owned().into()).collect()
 }
 
-/// A number; NaN for an empty field or anything that is not finite; `None` for words. A comma in it is a decimal comma.
+/// A number; NaN if empty or not finite; `None` for words. A comma is a decimal comma.
 pub fn number(field: &str) -> Option<f64> {
     if field.is_empty() {
         return Some(f64::NAN);
@@ -56,7 +56,7 @@ pub fn number(field: &str) -> Option<f64> {
     parsed.ok().map(|x: f64| if x.is_finite() { x } else { f64::NAN })
 }
 
-/// A number for people, without hundreds of zeros.
+/// A number as text, with an exponent below 1e-4 and from 1e9 on.
 pub fn plain(x: f64) -> String {
     if x == 0.0 || !x.is_finite() || (1e-4..1e9).contains(&x.abs()) {
         x.to_string()
@@ -65,20 +65,19 @@ pub fn plain(x: f64) -> String {
     }
 }
 
-/// The mark of decimals in a number: a point, a comma, or none.
 fn mark(field: &str) -> Option<char> {
     let mut marks = field.bytes().filter(|c| matches!(c, b'.' | b','));
     let first = marks.next()?;
-    // Two marks are thousands: no number.
+    // Two marks separate thousands; such a field is refused.
     marks.next().is_none().then_some(char::from(first))
 }
 
-/// The mark of decimals that a file uses: the first that it writes.
+/// The decimal mark of a file, taken from the first number with one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Decimals(Option<char>);
 
 impl Decimals {
-    /// The number of a field as [`LabCell::number`]; `None` too for one with the other mark: 1,234 among decimal points is more than a thousand.
+    /// Number of a field, as [`LabCell::number`]; `None` if its decimal mark differs from the file's: 1,234 in a file with points may mean 1234.
     pub fn number(&mut self, field: &LabCell<'_>) -> Option<f64> {
         let x = field.number()?;
         let LabCell::Text(text) = field else { return Some(x) };
@@ -91,13 +90,13 @@ impl Decimals {
         here.zip(self.0).is_some_and(|(here, before)| here != before)
     }
 
-    /// Whether `field` is a number with the other mark.
+    /// True if `field` is a number with the other decimal mark.
     pub fn refuses(self, field: &LabCell<'_>) -> bool {
         let LabCell::Text(text) = field else { return false };
         self.differs(mark(text)) && number(text).is_some()
     }
 
-    /// What is wrong with a `field` that is no number.
+    /// The reason why `field` is refused, for an error.
     pub fn wrong(self, field: &LabCell<'_>) -> &'static str {
         match self.refuses(field) {
             true => "numbers before this one have another decimal mark: is this more than a thousand?",
@@ -107,13 +106,12 @@ impl Decimals {
     }
 }
 
-/// First letters of the months in English and German.
 const MONTHS: [&str; 16] = [
     "jan", "feb", "mar", "mär", "apr", "may", "mai", "jun", "jul", "aug", "sep", "oct", "okt", "nov", "dec",
     "dez",
 ];
 
-/// Whether `field` is a date as spreadsheets show it: `04. Feb`, `4-Feb`, `2026-02-04 10:00`, `4/2/2026`, `04.02.2026`.
+/// True for a date as spreadsheets show it: `04. Feb`, `4-Feb`, `2026-02-04 10:00`, `4/2/2026`, `04.02.2026`.
 fn is_date(field: &str) -> bool {
     let is_month = |word: &str| MONTHS.contains(&&*word.chars().take(3).collect::<String>().to_lowercase());
     let mut words = field.split(|c: char| !c.is_alphanumeric());

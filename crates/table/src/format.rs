@@ -1,6 +1,6 @@
 //! Formats of tables.
 
-/// How tables are written.
+/// Format of written tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TableFormat {
     /// Comma-separated text.
@@ -11,15 +11,15 @@ pub enum TableFormat {
 }
 
 impl TableFormat {
-    /// All, by their words; these are also the endings of files.
+    /// All formats by their words, which are also the file extensions.
     pub const WORDS: [(&'static str, Self); 2] = [("csv", Self::Csv), ("parquet", Self::Parquet)];
 
-    /// Its word.
+    /// The word of this format.
     pub fn name(self) -> &'static str {
         Self::WORDS[self as usize].0
     }
 
-    /// Bytes of a table over those of the same as CSV, about: measured on `sweeps/million.toml`.
+    /// Approximate size of a table relative to CSV, measured on `sweeps/million.toml`.
     pub fn share(self) -> f64 {
         match self {
             Self::Csv => 1.0,
@@ -27,12 +27,12 @@ impl TableFormat {
         }
     }
 
-    /// The one of this word; CSV where there is none.
+    /// The format with this word; CSV for any other word.
     pub fn named(word: &str) -> Self {
         Self::WORDS.iter().find(|(name, _)| *name == word).map_or(Self::Csv, |(_, format)| *format)
     }
 
-    /// The one that is in force in a spec; CSV where a study has none.
+    /// The format in force in a spec; CSV by default.
     pub fn of(spec: &crate::scene::Spec) -> Self {
         let value = spec.in_force.iter().find(|(key, ..)| key == "output.format");
         Self::named(value.map_or("csv", |(_, value, _)| value.trim_matches('"')))

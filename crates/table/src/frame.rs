@@ -1,4 +1,4 @@
-//! A table: named columns, each of one type. What commands write, what their files are read into, and what Python takes.
+//! A table of named columns, each of one type: output of commands, contents of files, and tables for Python.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -7,24 +7,23 @@ use super::fact::kind;
 use super::values::{Field, Values};
 use crate::error::{Error, InputError};
 
-/// Bytes that a writer of text holds back.
 const BUFFER: usize = 1 << 13;
 
 /// Named columns of equal length.
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
-    /// Its file, as named to the user.
+    /// Its file, as shown to the user.
     pub file: String,
-    /// Names of the columns.
+    /// Column names.
     pub names: Vec<Cow<'static, str>>,
-    /// Their values.
+    /// Column values.
     pub columns: Vec<Values>,
-    /// Fields that are no numbers, in columns of numbers: column, line and text of the first of each.
+    /// Column, line and text of the first non-numeric field of each column of numbers.
     pub(super) bad: Vec<(usize, usize, String)>,
 }
 
 impl Frame {
-    /// No rows yet, of columns that are of the types which these names have in most tables.
+    /// An empty table; each column has the type that its name has in most tables.
     pub fn of(file: &str, names: impl IntoIterator<Item = impl Into<Cow<'static, str>>>) -> Self {
         let mut frame = Self { file: file.to_owned(), ..Self::default() };
         for name in names.into_iter().map(Into::into) {
@@ -34,20 +33,20 @@ impl Frame {
         frame
     }
 
-    /// Takes one more column.
+    /// Adds a column.
     pub fn add(&mut self, name: impl Into<Cow<'static, str>>, values: Values) {
         self.names.push(name.into());
         self.columns.push(values);
     }
 
-    /// Takes room for so many rows.
+    /// Reserves memory for `rows` rows.
     pub fn reserve(&mut self, rows: u64) -> Result<(), Error> {
         let large = || Error::Run(format!("a table of {rows} rows has no place in memory"));
         let n = usize::try_from(rows).map_err(|_| large())?;
         self.columns.iter_mut().try_for_each(|column| column.reserve(n)).map_err(|_| large())
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, Values::len)
     }
@@ -68,7 +67,7 @@ impl Frame {
         self.columns.iter().map(Values::kind).eq(other.columns.iter().map(Values::kind))
     }
 
-    /// Takes one row.
+    /// Appends one row.
     pub fn row(&mut self, fields: impl IntoIterator<Item = Field>) -> Result<(), Error> {
         let (mut fields, wide) = (fields.into_iter(), || Error::Run("a row of another width".into()));
         for column in &mut self.columns {
@@ -77,7 +76,7 @@ impl Frame {
         fields.next().map_or(Ok(()), |_| Err(wide()))
     }
 
-    /// Takes the rows `range` of `other`, which has the same columns.
+    /// Appends the rows `range` of `other`, which has the same columns.
     pub fn extend(&mut self, other: &Self, range: Range<usize>) -> Result<(), Error> {
         if self.columns.len() != other.columns.len() {
             return Err(Error::Run("rows of another width".into()));
@@ -117,12 +116,12 @@ impl Frame {
         })
     }
 
-    /// Place of the column `name`.
+    /// Index of the column `name`.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|one| one == name)
     }
 
-    /// True if there is such a column with a number in it.
+    /// True if this column exists and has a number in it.
     pub fn has(&self, name: &str) -> bool {
         self.place(name).is_some_and(|i| match &self.columns[i] {
             Values::Numbers(x) => x.iter().any(|x| x.is_finite()),
@@ -131,12 +130,12 @@ impl Frame {
         })
     }
 
-    /// The first of `names` that is a column.
+    /// The first of `names` that is a column, if any.
     pub fn first(&self, names: &[&'static str]) -> Option<&'static str> {
         names.iter().copied().find(|n| self.place(n).is_some())
     }
 
-    /// The first of `names` that is a column.
+    /// Like [`Self::first`]; an error if no column has one of these names.
     pub fn one_of(&self, names: &[&'static str]) -> Result<&'static str, InputError> {
         self.first(names).ok_or_else(|| self.lacks(names[0]))
     }
@@ -147,7 +146,7 @@ impl Frame {
             .allowed("a table as this version writes it: run its command again where an earlier one wrote it")
     }
 
-    /// A column of numbers, NaN where one is missing.
+    /// A column of numbers; NaN is missing.
     pub fn numbers(&self, name: &str) -> Result<&[f64], InputError> {
         let place = self.place(name).ok_or_else(|| self.lacks(name))?;
         if let Some((_, line, text)) = self.bad.iter().find(|(column, ..)| *column == place) {
@@ -169,7 +168,7 @@ impl Frame {
         InputError::new("this is not a number").at(self.file.clone(), Some(line)).key(name).value(text)
     }
 
-    /// A number, NaN where there is none or no such column.
+    /// A number; NaN if it or the column is missing.
     pub fn number(&self, name: &str, row: usize) -> f64 {
         match self.place(name).map(|i| &self.columns[i]) {
             Some(Values::Numbers(numbers)) => numbers[row],
@@ -179,7 +178,7 @@ impl Frame {
         }
     }
 
-    /// A field as text; empty where there is no such column.
+    /// A field as text; empty if the column does not exist.
     pub fn word(&self, name: &str, row: usize) -> String {
         match self.place(name).map(|i| &self.columns[i]) {
             Some(Values::Words(words)) => words.at(row).to_owned(),
@@ -189,7 +188,7 @@ impl Frame {
         }
     }
 
-    /// Rows for which `keep` says so.
+    /// Rows for which `keep` is true.
     pub fn rows(&self, keep: impl Fn(usize) -> bool) -> Vec<usize> {
         (0..self.len()).filter(|r| keep(*r)).collect()
     }
@@ -204,7 +203,6 @@ impl Frame {
     }
 }
 
-/// What `write` writes as CSV.
 fn written(write: impl FnOnce(&mut csv::Writer<Vec<u8>>) -> csv::Result<()>) -> Result<Vec<u8>, Error> {
     let mut builder = csv::WriterBuilder::new();
     let mut text =

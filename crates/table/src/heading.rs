@@ -1,4 +1,4 @@
-//! What a table is: where it stands, what a row is (`tables.csv`), and its columns in order (`columns.csv`).
+//! The definition of a table: its file and rows (`tables.csv`), and its columns in order (`columns.csv`).
 
 use std::sync::LazyLock;
 
@@ -14,9 +14,9 @@ pub struct Heading {
     pub table: String,
     /// The command that writes it.
     pub command: String,
-    /// Its file as CSV.
+    /// Its file name as CSV.
     pub file: String,
-    /// What a row is.
+    /// Meaning of a row.
     pub row: String,
     /// Its columns, in order.
     pub columns: Vec<&'static Fact>,
@@ -33,16 +33,13 @@ pub static HEADINGS: LazyLock<Vec<Heading>> = LazyLock::new(|| {
     lines.deserialize().map(heading).collect()
 });
 
-/// The `table` of `tables.csv`.
-///
-/// # Panics
-/// A name that is not there.
+/// The table `table` of `tables.csv`; panics if it does not exist.
 pub fn heading(table: &str) -> &'static Heading {
     let found = HEADINGS.iter().find(|heading| heading.table == table);
     found.unwrap_or_else(|| panic!("tables.csv has no {table}"))
 }
 
-/// The columns that each channel has: its reading, and its K.
+/// Columns that exist once per channel: reading and K.
 pub(super) const CHANNEL: [&str; 2] = ["signal_moment…|channel_1…", "K_moment…|K_1…"];
 
 impl Heading {
@@ -62,7 +59,7 @@ impl Heading {
         names
     }
 
-    /// Names of all columns; of those that are called this or that the one which is among `said`.
+    /// Names of all columns; of a column with two names, the one in `said`, else the first.
     pub fn names_as(&self, said: &[&str]) -> Vec<&'static str> {
         let name = |fact: &&'static Fact| {
             let mut names = fact.name.split('|');
@@ -71,7 +68,7 @@ impl Heading {
         self.columns.iter().map(name).collect()
     }
 
-    /// The columns from `name` on, called as [`Self::names_as`] does.
+    /// The columns from `name` to the last; of two names, the first.
     pub fn names_from(&self, name: &str) -> Vec<&'static str> {
         self.names_as(&[]).into_iter().skip_while(|one| *one != name).collect()
     }
@@ -86,7 +83,7 @@ impl Heading {
         frame
     }
 
-    /// An empty table with all columns, called as `said`.
+    /// An empty table with all columns, named by [`Self::names_as`].
     pub fn frame(&self, said: &[&str]) -> Frame {
         self.of(&self.names_as(said))
     }
@@ -97,7 +94,6 @@ impl Heading {
     }
 }
 
-/// What a column that is called this or that is called for `setup`.
 fn of_setup(name: &'static str, setup: &Setup) -> &'static str {
     let Some((first, second)) = name.split_once('|') else { return name };
     let is_second = match first {
@@ -108,7 +104,7 @@ fn of_setup(name: &'static str, setup: &Setup) -> &'static str {
     if is_second { second } else { first }
 }
 
-/// Units of `name`, which may be `this|that`, as people read them; empty where it has none.
+/// Units of `name` for readers, also of `this|that`; empty without a unit.
 pub fn units(name: &str) -> String {
     let of = |name: &str| fact(name).map_or("", |fact| &fact.unit).to_owned();
     let mut units: Vec<String> = name.split('|').map(of).collect();
@@ -117,7 +113,7 @@ pub fn units(name: &str) -> String {
     if units == ["none"] { String::new() } else { units.join(" or ") }
 }
 
-/// The unit of the column `name` in the metadata of a file; `1` of a number or a word without one.
+/// The unit of the column `name` in file metadata; `1` if it has no unit.
 pub fn unit(name: &str) -> &'static str {
     match fact(name).map_or("", |fact| fact.unit.as_str()) {
         "" => "1",

@@ -1,4 +1,4 @@
-//! Rows as a lab records them: lines of text, or the rows of a table in memory.
+//! Rows as a lab records them: lines of text, or rows of a table in memory.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,20 +12,20 @@ use super::frame::Frame;
 use super::values::{Field, Values};
 use crate::error::Error;
 
-/// Where rows come from.
+/// A source of rows.
 #[derive(Debug, Clone, Copy)]
 pub enum LabTable<'a, R = &'a [u8]> {
     /// The text of a file or a stream.
     Text(R),
-    /// A table in memory. Its names stand in line 1, its rows from line 2 on.
+    /// A table in memory. Its header counts as line 1; rows start at line 2.
     Frame(&'a Frame),
 }
 
-/// What is read bit by bit.
+/// A source whose text is read step by step.
 pub type LabStream<'a> = LabTable<'a, Box<dyn Read + 'a>>;
 
 impl<'a> LabStream<'a> {
-    /// The text that comes from `input`.
+    /// Text read from `input`.
     pub fn of(input: impl Read + 'a) -> Self {
         Self::Text(Box::new(input))
     }
@@ -41,7 +41,7 @@ impl<'a> From<LabTable<'a>> for LabStream<'a> {
 }
 
 impl LabTable<'_> {
-    /// Hash of the file; of a table in memory, of the same as CSV.
+    /// SHA-256 of the text; for a table in memory, of its CSV.
     pub fn hash(self) -> Result<String, Error> {
         Ok(match self {
             Self::Text(bytes) => hash(bytes),
@@ -60,12 +60,12 @@ pub enum LabRow<'a> {
 }
 
 impl<'a> LabRow<'a> {
-    /// What separates its fields.
+    /// The separator of its fields.
     pub fn separator(self) -> char {
         if let Self::Line(line) = self { separator(line) } else { ',' }
     }
 
-    /// Its fields; a line has `separator` between them.
+    /// The fields; in a line they are separated by `separator`.
     pub fn cells(self, separator: char) -> Vec<LabCell<'a>> {
         match self {
             Self::Line(line) => fields(line, separator).into_iter().map(LabCell::Text).collect(),
@@ -73,7 +73,7 @@ impl<'a> LabRow<'a> {
         }
     }
 
-    /// A number that differs where rows differ.
+    /// A 64-bit hash of the row.
     pub fn fingerprint(self) -> u64 {
         let mut hasher = DefaultHasher::new();
         match self {
@@ -86,7 +86,7 @@ impl<'a> LabRow<'a> {
         hasher.finish()
     }
 
-    /// True of a line without any text.
+    /// True for a line of white space only.
     pub fn is_blank(self) -> bool {
         matches!(self, Self::Line(line) if line.trim().is_empty())
     }
@@ -107,14 +107,14 @@ impl fmt::Display for LabRow<'_> {
 /// One field of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LabCell<'a> {
-    /// Text without blanks around it.
+    /// Text, trimmed.
     Text(Cow<'a, str>),
     /// A number of a table in memory; NaN is missing.
     Number(f64),
 }
 
 impl<'a> LabCell<'a> {
-    /// No text.
+    /// A field without text.
     pub const EMPTY: Self = Self::Text(Cow::Borrowed(""));
 
     fn of(values: &'a Values, row: usize) -> Self {
@@ -125,7 +125,7 @@ impl<'a> LabCell<'a> {
         }
     }
 
-    /// It as text.
+    /// Its value as text.
     pub fn text(&self) -> Cow<'_, str> {
         match self {
             Self::Text(text) => Cow::Borrowed(text),
@@ -134,7 +134,7 @@ impl<'a> LabCell<'a> {
         }
     }
 
-    /// A number; NaN where it is missing or not finite; `None` of words.
+    /// Its value as a number; NaN if missing or not finite; `None` for words.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Text(text) => number(text),
@@ -142,7 +142,7 @@ impl<'a> LabCell<'a> {
         }
     }
 
-    /// True where nothing stands.
+    /// True for empty text or NaN.
     pub fn is_empty(&self) -> bool {
         match self {
             Self::Text(text) => text.is_empty(),
@@ -150,7 +150,7 @@ impl<'a> LabCell<'a> {
         }
     }
 
-    /// The same with text of its own.
+    /// The same field, owning its text.
     pub fn into_owned(self) -> LabCell<'static> {
         match self {
             Self::Text(text) => LabCell::Text(text.into_owned().into()),
@@ -158,7 +158,7 @@ impl<'a> LabCell<'a> {
         }
     }
 
-    /// As a value of a column of this `kind`: of words with a decimal point.
+    /// Converts to a field for a column of this `kind`; text gets a decimal point.
     pub fn field(&self, kind: Kind) -> Field {
         match self {
             Self::Number(x) if kind == Kind::Number => Field::Number(*x),

@@ -1,4 +1,4 @@
-//! Where results go: tables, the result folder, `run.json`.
+//! Output: tables, the result folder, `run.json`.
 
 pub mod fact;
 pub mod fields;
@@ -21,5 +21,5 @@ pub(crate) use vibrissa_core::{combinations, design, error, estimate, reduce, sc
 pub(crate) use vibrissa_evaluate::{evaluate, statistics};
 pub(crate) use vibrissa_kernel as kernel;
 
-/// The commit that the program is built from, where it is known.
+/// The git commit of the build, if known.
 pub const COMMIT: Option<&str> = option_env!("VIBRISSA_COMMIT");

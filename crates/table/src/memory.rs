@@ -1,9 +1,8 @@
-//! How much memory there is for tables that stay in it.
+//! Memory that is available for tables.
 
 use std::fs::read_to_string;
 
-/// Bytes that a process can still take: what the system has available (Linux: `MemAvailable`), or what its container may still have (cgroup v2: `memory.max`
-/// less `anon`), whichever is less. `None` where neither is told.
+/// Bytes that the process can still allocate: the lesser of `MemAvailable` (Linux) and `memory.max` less `anon` (cgroup v2). `None` if unknown.
 pub fn available() -> Option<u64> {
     let system = read_to_string("/proc/meminfo").ok().and_then(|text| field(&text, "MemAvailable:"));
     let of_container = |name: &str| read_to_string(format!("/sys/fs/cgroup/{name}")).ok();
@@ -13,7 +12,6 @@ pub fn available() -> Option<u64> {
     system.map(|kilobytes| kilobytes.saturating_mul(1024)).into_iter().chain(container).min()
 }
 
-/// The number in the line of `text` that begins with `name`.
 fn field(text: &str, name: &str) -> Option<u64> {
     text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()
 }

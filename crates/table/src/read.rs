@@ -12,27 +12,23 @@ use super::text_file::{Limit, TextFile, refused};
 use super::values::Values;
 use crate::error::{Error, InputError};
 
-/// Rows that are held in memory at most.
+/// Largest number of rows read into memory.
 pub const MOST_ROWS: usize = 5_000_000;
 
-/// The table `file` does not fit.
 fn too_long(file: &str) -> InputError {
     InputError::new(format!("the table has more than {MOST_ROWS} rows"))
         .at(file, None)
         .allowed("fewer: a sweep with `[output] top = N` keeps the best")
 }
 
-/// Reads the CSV `text`, which is called `file`.
-///
-/// # Errors
-/// Text that is empty, cannot be read, ends within a row, or has more than [`MOST_ROWS`] rows.
+/// Reads CSV text; `file` is its name in errors. Errors: empty or unreadable text, an incomplete last row, or more than [`MOST_ROWS`] rows.
 pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
     let mut reader = csv::ReaderBuilder::new().buffer_capacity(1 << 20).from_reader(text);
     let header = reader.headers().map_err(|e| unread(file, e, "this is not a table"))?.clone();
     if header.is_empty() || header.iter().all(str::is_empty) {
         return Err(InputError::new("the table is empty: it has no header").at(file, None));
     }
-    // Counts are read as numbers, which all of them are. What a column that is not known holds shows at its end.
+    // Counts are read as numbers. The type of an unknown column is decided after its last row.
     let kind = |name| match fact(name).map(|fact| fact.kind) {
         None | Some(Kind::Word) => Kind::Word,
         Some(Kind::Number | Kind::Count) => Kind::Number,
@@ -92,7 +88,7 @@ fn unread(file: &str, e: csv::Error, why: &str) -> InputError {
     }
 }
 
-/// Reads the table in `file`, which is at `path` and is CSV or, as its name says, Parquet.
+/// Reads the table at `path`: Parquet if the name ends so, else CSV.
 pub fn table(path: &Path, file: File) -> Result<Frame, Error> {
     let name = path.display().to_string();
     if path.extension().is_none_or(|ending| ending != "parquet") {

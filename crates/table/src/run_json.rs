@@ -1,4 +1,4 @@
-//! `run.json`: what ran, on what, how long, and how it went.
+//! `run.json`: command, spec, timing and outcome of a run.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -12,49 +12,49 @@ use crate::scene::{Column, Spec, Study};
 /// Version of the result format.
 pub const FORMAT: u32 = 1;
 
-/// What a sweep counts while it runs.
+/// Counters of a running sweep.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Taps evaluated and reduced.
     pub taps: u64,
-    /// Taps solved by a kernel or the reference (again for kept rows).
+    /// Taps solved by a kernel or the reference; rows that are kept count again.
     pub solved: u64,
     /// Taps read from charts instead of solved.
     pub interpolated: u64,
-    /// Taps that a kernel left open, and the reference answered.
+    /// Taps that a kernel left unanswered and the reference solved.
     pub referred: u64,
     /// Rows of tuples, designs, distances tables.
     pub rows: [u64; 3],
-    /// Taps per combination of words.
+    /// Taps per combination of status words.
     pub combinations: Combinations,
-    /// The chart that rows were ranked from.
+    /// The chart from which rows were ranked.
     #[serde(skip)]
     pub chart: Option<Value>,
-    /// Designs rows that `top` could choose from.
+    /// Designs rows among which `top` chose.
     pub complete: Option<u64>,
     /// Designs rows that `top` kept.
     pub kept: Option<u64>,
-    /// Kernel sweeps of the taps that a kernel solved, also by earlier parts of a run: those of rows, of nodes, of the chart.
+    /// Kernel sweeps of all solved taps (rows, nodes, chart), with those of earlier parts of the run.
     pub sweeps: Sweeps,
-    /// Largest |gauge strain| of the taps that count.
+    /// Largest |gauge strain| of the counted taps.
     pub strain: Largest,
 }
 
 /// Seconds of a run.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Seconds {
-    /// All, to the last byte: finding the device, making the charts and choosing the model among them.
+    /// Total until the last byte, with opening the device, making charts and choosing the model.
     pub total: f64,
     /// Finding and opening the device.
     pub open: f64,
-    /// Making charts, also those that were refused; left out where none was tried.
+    /// Making charts, with refused ones; absent if none was tried.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chart: Option<f64>,
     /// Solving taps and reading charts.
     pub solve: f64,
 }
 
-/// Counts as they stand in `run.json` and in `--json`.
+/// The counts as in `run.json` and `--json`.
 pub fn counts(c: &Counts) -> Value {
     let mut value = json!({
         "taps": c.taps,
@@ -79,13 +79,13 @@ pub fn counts(c: &Counts) -> Value {
     value
 }
 
-/// Every value in force, defaulted ones marked.
+/// Every value in force; defaults are marked.
 pub fn in_force(spec: &Spec) -> Value {
     let entry = |(key, value, written): &(String, String, bool)| json!({ "key": key, "value": value, "default": !written });
     spec.in_force.iter().map(entry).collect()
 }
 
-/// How the material was fitted and, after a run, whether the data cover what the gauge saw; null without a curve.
+/// The fit of the material and, after a run, if its data cover the gauge strains; null without a curve.
 pub fn material_fit(spec: &Spec, c: Option<&Counts>) -> Value {
     let Some(fit) = &spec.material_fit else { return Value::Null };
     let mut value = json!({
@@ -103,12 +103,12 @@ pub fn material_fit(spec: &Spec, c: Option<&Counts>) -> Value {
     value
 }
 
-/// A spec's spec as it stands in `run.json`.
+/// The spec as in `run.json`.
 pub fn spec(spec: &Spec) -> Value {
     json!({ "name": spec.name, "hash": hash(&spec.text), "text": spec.text })
 }
 
-/// The whole of a `run.json`: what made it, of which spec, and `body`.
+/// A whole `run.json`: version and commit, the spec, and `body`.
 pub fn document(command: &str, spec: Value, body: Value) -> Value {
     let mut whole = json!({
         "format": FORMAT,
@@ -123,7 +123,7 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
     whole
 }
 
-/// Columns of whisker, rig and direction that have several values in the rows of `study`.
+/// Columns of whisker, rig and direction with several values in `study`.
 pub fn varying(study: &Study) -> Vec<&'static str> {
     let (setup, space) = (&study.setup, &study.space);
     let several = |column: &Column| space.axis(*column).is_none_or(|axis| axis.len() > 1);
@@ -135,8 +135,7 @@ pub fn varying(study: &Study) -> Vec<&'static str> {
     whisker.chain(rigs).chain(angles.map(|(_, column)| column)).collect()
 }
 
-/// The `run.json` of a sweep; it ran on `backend`, with `warnings`; `model_error` says which effects were left off, where
-/// that was asked for, `handed_over` which rows a device has not answered itself.
+/// The `run.json` of a sweep on `backend`. `model_error` lists the effects that were left off; `handed_over` the rows that a device did not answer.
 pub fn of_sweep(
     spec: &Spec,
     (backend, warnings): (&impl Serialize, &[String]),

@@ -1,4 +1,4 @@
-//! One part of a sweep that several machines share: whole designs, in order, as many for each as can be.
+//! One part of a sweep that is split over several machines: consecutive designs, as equal in number as possible.
 
 use std::fmt;
 use std::ops::Range;
@@ -7,41 +7,38 @@ use std::str::FromStr;
 /// Part `index` (from 1) of `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 1.
+    /// Number of the part, from 1.
     pub index: u32,
-    /// Of how many.
+    /// Number of parts.
     pub of: u32,
 }
 
-/// Most parts.
+/// Maximum number of parts.
 pub const MOST: u32 = 1_000_000;
 
 impl Shard {
-    /// The whole.
+    /// The whole as one part.
     pub const WHOLE: Self = Self { index: 1, of: 1 };
 
-    /// Its designs among `n`. Those of all parts follow each other and leave none out; a part may have none.
+    /// Its designs among `n`. The parts are consecutive and complete; a part may be empty.
     pub fn designs(self, n: u64) -> Range<u64> {
         let end = |parts: u32| (u128::from(n) * u128::from(parts) / u128::from(self.of)) as u64;
         end(self.index - 1)..end(self.index)
     }
 
-    /// Name of its folder in that of the whole.
+    /// Name of its folder in the folder of the whole.
     pub fn folder(self) -> String {
         format!("shard-{}-of-{}", self.index, self.of)
     }
 
-    /// The part whose folder has this name.
+    /// The part whose folder has this name, if any.
     pub fn of_folder(name: &str) -> Option<Self> {
         let (index, of) = name.strip_prefix("shard-")?.split_once("-of-")?;
         let shard: Self = format!("{index}/{of}").parse().ok()?;
         (shard.folder() == name).then_some(shard)
     }
 
-    /// The part that a task of a Slurm array is, from the variables that Slurm sets.
-    ///
-    /// # Errors
-    /// No array, or one of which only some tasks run: how many there are is not known then.
+    /// The part of a task in a Slurm array, from Slurm's environment variables; an error if only some tasks of the array run.
     pub fn of_slurm(variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
         let number = |name: &str| {
             let name = format!("SLURM_ARRAY_TASK_{name}");
@@ -54,7 +51,7 @@ impl Shard {
         let why = if !(1..=MOST).contains(&count) || step == 0 || max < min || !(min..=max).contains(&id) {
             "this is not an array of which the part could be told"
         } else if count == 1 {
-            // One task sent again by itself, or several, are an array of their own: of how many parts theirs is one, it does not say.
+            // Tasks that are submitted again form a smaller array, which does not state the original number of parts.
             "one task alone does not say of how many parts it is one"
         } else if (max - min) / step + 1 != count || (id - min) % step != 0 {
             "its tasks do not follow each other in even steps, so that which part each is cannot be told"

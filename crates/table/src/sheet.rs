@@ -1,5 +1,4 @@
-//! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
-//! Each step fails where the file cannot be written.
+//! A table being written in its format, also continued after a stop. Each step fails if the file cannot be written.
 
 use std::ops::Range;
 
@@ -11,10 +10,9 @@ use super::frame::Frame;
 use super::parquet::{self, More};
 use crate::error::Error;
 
-/// Pieces of a table whose text is in memory together.
 const TOGETHER: usize = 32;
 
-/// A table on its way to its file.
+/// A table that is being written to its file.
 pub enum Sheet {
     /// Comma-separated text.
     Csv(Box<Output>),
@@ -23,8 +21,7 @@ pub enum Sheet {
 }
 
 impl Sheet {
-    /// The table `empty` in the file `output`, which is new, or has what a stopped run wrote, with `more` beside it. Its metadata say its `provenance`,
-    /// where the format has any.
+    /// Starts the file `output` with the columns of `empty`, or continues it (Parquet: from `more`); `provenance` goes to the metadata.
     pub fn new(
         format: TableFormat,
         mut output: Output,
@@ -44,7 +41,7 @@ impl Sheet {
         })
     }
 
-    /// The file so far, and what a Parquet file needs beside its bytes to go on.
+    /// Position in the file, and the state that Parquet needs to continue.
     pub fn mark(&mut self) -> Result<(Listed, Option<More>), Error> {
         let file = self.output().mark()?;
         let more = match self {
@@ -54,7 +51,7 @@ impl Sheet {
         Ok((file, more))
     }
 
-    /// Appends the rows of `pieces`, whose text is made in parallel.
+    /// Appends the rows of `pieces`; their text is made in parallel.
     pub fn write(&mut self, pieces: &[Frame]) -> Result<(), Error> {
         match self {
             Self::Csv(output) => pieces.chunks(TOGETHER).try_for_each(|some| {
@@ -65,7 +62,7 @@ impl Sheet {
         }
     }
 
-    /// Appends some rows of another table.
+    /// Appends the rows `rows` of another table.
     pub fn copy(&mut self, from: &Frame, rows: Range<usize>) -> Result<(), Error> {
         match self {
             Self::Csv(output) => {
@@ -77,7 +74,7 @@ impl Sheet {
         }
     }
 
-    /// The file on the way.
+    /// The file being written.
     pub fn output(&mut self) -> &mut Output {
         match self {
             Self::Csv(output) => output,
@@ -85,7 +82,7 @@ impl Sheet {
         }
     }
 
-    /// Ends the file.
+    /// Completes and closes the file.
     pub fn close(self) -> Result<(), Error> {
         match self {
             Self::Csv(output) => output.close(),

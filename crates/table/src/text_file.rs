@@ -1,4 +1,4 @@
-//! Text files, read in blocks: a file that is too long or no text is refused before it fills the memory.
+//! Text files, read in blocks: one that is too long or not text is refused before it fills the memory.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
@@ -10,40 +10,36 @@ use crate::error::InputError;
 pub const WHOLE: u64 = 16 << 20;
 /// Longest line of a table, bytes.
 pub const LINE: usize = 1 << 20;
-/// Read at a time, bytes.
 const BLOCK: usize = 1 << 16;
 
-/// What a reader refuses.
+/// The limit that a reader enforces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
-    /// More than [`WHOLE`], and what is no UTF-8.
+    /// At most [`WHOLE`] bytes, valid UTF-8.
     Whole,
-    /// A line longer than [`LINE`], and what is no UTF-8.
+    /// Lines of at most [`LINE`] bytes, valid UTF-8.
     Lines,
-    /// A line longer than [`LINE`]. Its reader answers for what is no text, line by line.
+    /// Lines of at most [`LINE`] bytes; the caller handles invalid text line by line.
     AnyLines,
 }
 
-/// A reader that fails, with an [`InputError`], at the first block that is no text or exceeds its limit. A zero byte is no text.
+/// A reader that fails with an [`InputError`] at the first block beyond its limit, or, where UTF-8 is required, not valid UTF-8 or with a NUL byte.
 #[derive(Debug)]
 pub struct TextFile<R> {
     reader: R,
     limit: Limit,
-    /// Words for the kind of the file.
+    /// Kind of the file, for errors.
     what: String,
     label: String,
-    /// Bytes so far.
     total: u64,
-    /// Lines that have ended.
     lines: usize,
-    /// Bytes of the line that has not ended.
     line: usize,
-    /// The start of a character whose end comes with the next block.
+    /// Start of a UTF-8 character that the next block completes.
     begun: Vec<u8>,
 }
 
 impl TextFile<File> {
-    /// Opens the `what` file at `path`; a pipe is read too.
+    /// Opens the `what` file at `path`, which may be a pipe.
     pub fn open(path: &Path, what: &str, limit: Limit) -> std::result::Result<Self, InputError> {
         let label = path.display().to_string();
         let refuse = |why: String| InputError::new(why).at(&label, None);
@@ -62,13 +58,13 @@ impl TextFile<File> {
 }
 
 impl<R: Read> TextFile<R> {
-    /// Of `reader`; `label` is the file as the user named it.
+    /// Wraps `reader`; `label` is the file name as the user gave it.
     pub fn new(reader: R, label: &str, what: &str, limit: Limit) -> Self {
         let (what, label) = (what.to_owned(), label.to_owned());
         Self { reader, limit, what, label, total: 0, lines: 0, line: 0, begun: Vec::new() }
     }
 
-    /// All that it reads.
+    /// Reads everything.
     pub fn bytes(mut self) -> std::result::Result<Vec<u8>, InputError> {
         let mut bytes = Vec::new();
         match self.read_to_end(&mut bytes) {
@@ -77,7 +73,7 @@ impl<R: Read> TextFile<R> {
         }
     }
 
-    /// All that it reads, as text without byte order mark.
+    /// Reads everything as text, without byte order mark.
     pub fn text(self) -> std::result::Result<String, InputError> {
         let (what, label) = (self.what.clone(), self.label.clone());
         let mut text = String::from_utf8(self.bytes()?).map_err(|e| {
@@ -90,10 +86,8 @@ impl<R: Read> TextFile<R> {
         Ok(text)
     }
 
-    /// As [`Self::text`], of a file that is TOML: of one that begins otherwise not even its words are told apart, which takes many times its memory.
-    ///
-    /// # Errors
-    /// As [`Self::text`]; a file of more than a block whose first line is neither `key = value` nor `[section]`.
+    /// Like [`Self::text`], for TOML. A file of more than a block must start with `key = value` or `[section]`: parsing other text takes many times
+    /// its memory.
     pub fn toml(self) -> std::result::Result<String, InputError> {
         let (what, label) = (self.what.clone(), self.label.clone());
         let text = self.text()?;
@@ -108,7 +102,6 @@ impl<R: Read> TextFile<R> {
         }
     }
 
-    /// Takes note of the next block.
     fn check(&mut self, block: &[u8]) -> std::result::Result<(), InputError> {
         self.total += block.len() as u64;
         if self.limit != Limit::AnyLines {
@@ -148,7 +141,6 @@ impl<R: Read> TextFile<R> {
         Ok(())
     }
 
-    /// What follows `before` in this block is no text.
     fn no_text_after(&self, before: &[u8]) -> InputError {
         no_text(&self.what, &self.label, self.lines + 1 + ends(before))
     }
@@ -163,12 +155,12 @@ impl<R: Read> Read for TextFile<R> {
     }
 }
 
-/// The refusal in an error of reading.
+/// The [`InputError`] inside a read error, if there is one.
 pub fn refused(error: Error) -> std::result::Result<InputError, Error> {
     error.downcast()
 }
 
-/// What the system says of a `what` file that cannot be read.
+/// The error of a `what` file that the system cannot read.
 pub fn unread(what: &str, label: &str, e: &Error) -> InputError {
     InputError::new(format!("this {what} file cannot be read: {e}")).at(label, None)
 }
@@ -183,7 +175,6 @@ fn no_text(what: &str, label: &str, line: usize) -> InputError {
     InputError::new(why).at(label, Some(line))
 }
 
-/// Line ends in `text`.
 fn ends(text: &[u8]) -> usize {
     text.iter().filter(|b| **b == b'\n').count()
 }

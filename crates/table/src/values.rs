@@ -1,4 +1,4 @@
-//! Values of a column, and one value.
+//! Values of a column, and a single value.
 
 use std::borrow::Cow;
 use std::collections::TryReserveError;
@@ -13,9 +13,9 @@ use crate::status::Status;
 /// One value of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Field {
-    /// A number; not finite is missing.
+    /// Number; NaN or infinite is missing.
     Number(f64),
-    /// A count.
+    /// Unsigned whole number.
     Count(u64),
     /// Text; empty is missing.
     Word(Cow<'static, str>),
@@ -23,7 +23,6 @@ pub enum Field {
     Status(Status),
 }
 
-/// How each type becomes a field.
 macro_rules! fields {
     ($($from:ty: $x:ident => $to:expr;)*) => {$(
         impl From<$from> for Field {
@@ -55,7 +54,7 @@ impl From<Field> for Value {
     }
 }
 
-/// The values `fields` of a row by `names`; missing is null.
+/// Row values by column name; missing is null.
 pub fn named(names: Vec<&str>, fields: impl IntoIterator<Item = Field>) -> Value {
     names.into_iter().map(str::to_owned).zip(fields.into_iter().map(Value::from)).collect()
 }
@@ -65,34 +64,34 @@ pub fn named(names: Vec<&str>, fields: impl IntoIterator<Item = Field>) -> Value
 pub enum Values {
     /// Numbers; NaN is missing.
     Numbers(Vec<f64>),
-    /// Counts.
+    /// Unsigned whole numbers.
     Counts(Vec<u64>),
-    /// Text.
+    /// Text values.
     Words(Words),
 }
 
-/// A column of text, most of whose values are the same few.
+/// A column of text that is stored as codes, for few distinct values.
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub struct Words {
-    /// Place in `known` of each row.
+    /// Index into `known` per row.
     pub codes: Vec<u32>,
-    /// What there is, some perhaps twice; empty text is missing.
+    /// Distinct texts, possibly with repetitions; empty text is missing.
     pub known: Vec<String>,
-    /// The last status that was looked up, and its place.
+    /// Cache of the last status and its code.
     #[serde(skip)]
     last: Option<(Status, u32)>,
 }
 
-/// So many words are looked through for one that is known: where most rows have a word of their own, as numbers have, another copy costs less.
+/// Number of known words that are searched for a repetition; if most words differ, storing a copy is cheaper than searching all.
 const FEW: usize = 32;
 
 impl Words {
-    /// Rows whose words are at the places `codes` of `known`.
+    /// Rows whose words are `known[code]` for each of `codes`.
     pub fn new(codes: Vec<u32>, known: Vec<String>) -> Self {
         Self { codes, known, ..Self::default() }
     }
 
-    /// Takes one value.
+    /// Appends one value.
     pub fn push(&mut self, word: &str) {
         let code = self.code(word);
         self.codes.push(code);
@@ -111,7 +110,7 @@ impl Words {
         }) as u32
     }
 
-    /// Numbers or counts where every word is one or empty and none would be another when it is written again, as 007 would; else the words.
+    /// Numbers or counts if every word converts without loss (007 would lose its zeros); else the words.
     pub fn typed(self) -> Values {
         let codes = || self.codes.iter().map(|code| *code as usize);
         if let Some(known) = self.known.iter().map(|word| number(word)).collect::<Option<Vec<f64>>>() {
@@ -133,7 +132,7 @@ impl Words {
     }
 }
 
-/// A number that says all that its word says: not 007, and no whole number that float64 lacks.
+/// A number that keeps everything in the word: fails for 007, and for an integer that f64 cannot hold.
 fn number(word: &str) -> Option<f64> {
     if word.is_empty() {
         return Some(f64::NAN);
@@ -144,19 +143,18 @@ fn number(word: &str) -> Option<f64> {
     (!lost).then_some(value)
 }
 
-/// A whole number of 64 bits as it is written, with the bits of its sign.
+/// A 64-bit integer in its canonical form; negative ones keep their bits.
 fn whole(word: &str) -> Option<u64> {
     let value: i64 = word.parse().ok()?;
     (value.to_string() == word).then_some(value.cast_unsigned())
 }
 
-/// The error of a value, or rows, of another type.
 fn mixed() -> Error {
     Error::Run("a column of two kinds".into())
 }
 
 impl Values {
-    /// None yet, of `kind`.
+    /// An empty column of this `kind`.
     pub fn new(kind: Kind) -> Self {
         match kind {
             Kind::Number => Self::Numbers(Vec::new()),
@@ -174,7 +172,7 @@ impl Values {
         }
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         match self {
             Self::Numbers(x) => x.len(),
@@ -208,7 +206,7 @@ impl Values {
         }
     }
 
-    /// Takes the rows `range` of `other`, which is of the same type.
+    /// Appends the rows `range` of `other`, which has the same type.
     pub(super) fn extend(&mut self, other: &Self, range: Range<usize>) -> Result<(), Error> {
         match (self, other) {
             (Self::Numbers(all), Self::Numbers(more)) => all.extend_from_slice(&more[range]),

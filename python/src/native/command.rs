@@ -1,4 +1,4 @@
-//! Commands of the library, with requests and inputs of Python.
+//! Commands of the library, with requests and inputs from Python.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,11 @@ use super::spec::unread;
 use super::table::Table;
 use super::table::{FileGiven, TableGiven, frame};
 
-/// A step of a search: evaluations, what the budget still allows, start, stage, the best design (D, d, L_a, x_ss, l, drive), the value of the
-/// objective, and whether it keeps the limits.
+/// A step of a search: evaluations, remaining budget, start, stage, best design (D, d, L_a, x_ss, l, drive), objective, and true if it keeps the
+/// limits.
 type SearchStep = (u64, Option<u64>, u32, &'static str, [f64; 6], f64, bool);
 
 enum Heard {
-    /// Taps done, of how many.
     Far(u64, u64),
     Step(SearchStep),
 }
@@ -66,11 +65,10 @@ impl Watch for Telling<'_, '_> {
     }
 }
 
-/// A spec: the path of its file, if there is one, the sections over it, and what asks.
+/// A spec: optional path of its file, sections that override it, and the name of the caller.
 type SpecGiven = (Option<PathBuf>, String, String);
 
-/// What a command gives: tables, and texts, by the names of their files without `.csv`; run.json, or where there is none the result; what should be
-/// known; the interrupt that ended it, if one did.
+/// Output of a command: tables, and texts, by file name without `.csv`; run.json or the result; warnings; the interrupt that ended it, if any.
 type Given_ = (Vec<(String, Table)>, Vec<(String, String)>, String, Vec<String>, Option<Py<PyAny>>);
 
 /// Runs a command. `said` is its request as TOML; `files` are those that it names and that are in memory; `taps` are in place of those of the spec.

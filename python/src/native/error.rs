@@ -8,7 +8,6 @@ use vibrissa::error::{Error, InputError};
 
 use super::spec::KEYWORDS;
 
-/// Where exceptions are defined: in Python, so that they have attributes and bases there.
 const HOME: &str = "vibrissa._errors";
 
 pub fn raise(py: Python<'_>, error: Error) -> PyErr {
@@ -18,13 +17,11 @@ pub fn raise(py: Python<'_>, error: Error) -> PyErr {
     }
 }
 
-/// `RunError`: what was asked is right, but could not be done.
 pub fn run(py: Python<'_>, message: &str) -> PyErr {
     let made = || py.import(HOME)?.getattr("RunError")?.call1((keywords(message),));
     made().map_or_else(|e| e, PyErr::from_value)
 }
 
-/// `InputError`, with key, value and what is allowed.
 pub fn input(py: Python<'_>, e: &InputError) -> PyErr {
     let made = || {
         let fields = PyDict::new(py);
@@ -39,7 +36,7 @@ pub fn input(py: Python<'_>, e: &InputError) -> PyErr {
     made().map_or_else(|e| e, PyErr::from_value)
 }
 
-/// `text` with flags of the command line as keywords: `--zero-every` is `zero_every` here.
+/// Replaces flags of the command line in `text` by keywords: `--zero-every` is `zero_every` here.
 pub fn keywords(text: &str) -> String {
     let mut parts = text.split("--");
     let mut out = parts.next().unwrap_or_default().to_owned();

@@ -1,4 +1,4 @@
-//! Long work on a thread of its own, without the interpreter's lock, so that Ctrl-C and callbacks are served while it runs.
+//! Runs long work on a separate thread, without the interpreter's lock, so that Ctrl-C and callbacks work meanwhile.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use vibrissa::error::Error;
 
 use super::error;
 
-/// Time in which the work may end by itself after an interrupt; then it is left behind. Interrupts are answered within two seconds.
+/// Time for the work to end after an interrupt; then it is abandoned. Interrupts are answered within two seconds.
 const GRACE: Duration = Duration::from_millis(1500);
 const STEP: Duration = Duration::from_millis(50);
 const STACK: usize = 8 << 20;
@@ -23,11 +23,10 @@ enum News<N, T> {
     End(Result<T, Error>),
 }
 
-/// What work came to, and the interrupt that it ended by, if one did.
 pub type Ended<T> = (T, Option<PyErr>);
 
-/// Does `work` with `threads` (all cores where nobody says), which is handed a flag that asks it to stop and a way to tell how far it is;
-/// `hear` is told, and says whether to go on. After an interrupt, work that ends by itself in time gives what it has.
+/// Runs `work` with `threads` (default: all cores), a stop flag and a progress channel; `hear` gets the progress and returns false to stop. After an
+/// interrupt, work that ends in time returns what it has.
 pub fn run<N: Send + 'static, T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,
@@ -96,10 +95,7 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
     }
 }
 
-/// Does `f`, which takes less than a moment, on the thread that asks; in a forked process on its own.
-///
-/// # Errors
-/// Threads that do not start; a process that cannot compute.
+/// Runs the short task `f` on the calling thread; in a forked process in a separate pool.
 pub fn here<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> PyResult<T> {
     if !is_forked() {
         return Ok(py.detach(f));
@@ -114,8 +110,7 @@ pub fn here<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> PyResult<T
 
 static POOLS: Mutex<Option<HashMap<usize, Arc<ThreadPool>>>> = Mutex::new(None);
 
-/// Threads of their own for whoever says how many (0: all cores), the same for all who ask for as many, and for forked processes; others share those
-/// of the library.
+/// A pool for an explicit number of threads (0: all cores), shared by callers with the same number, or for a forked process; `None`: the global pool.
 fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
     let Some(n) = threads.or(is_forked().then_some(0)) else { return Ok(None) };
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -131,10 +126,9 @@ pub fn forget_pools() {
     std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
 }
 
-/// How far work is: taps done, of how many.
 pub type Far = (u64, u64);
 
-/// As [`run`], with `progress(done, total)` called, if there is any; after an interrupt there is nothing.
+/// Like [`run`], with calls of `progress(done, total)`; an interrupt discards the result.
 pub fn whole<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,
@@ -146,11 +140,10 @@ pub fn whole<T: Send + 'static>(
     interrupt.map_or(Ok(found), Err)
 }
 
-/// No fork, or none since the package was imported.
 const WHOLE: u8 = 0;
-/// Forked while nothing was computed.
+/// Forked while no work was running.
 const FORKED: u8 = 1;
-/// Forked amid work: what that work held is held for ever.
+/// Forked during work: its locks stay locked forever.
 const AMID: u8 = 2;
 
 static PROCESS: AtomicU8 = AtomicU8::new(WHOLE);
@@ -171,7 +164,6 @@ impl Drop for Working {
     }
 }
 
-/// Whether threads of the library are those of another process.
 pub fn is_forked() -> bool {
     PROCESS.load(Ordering::Relaxed) != WHOLE
 }

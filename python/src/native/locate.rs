@@ -28,7 +28,7 @@ type About =
 #[pyclass(frozen, module = "vibrissa._native")]
 pub struct Locator {
     answers: Arc<Answers>,
-    /// Zero readings among those that are answered one by one.
+    /// State of single readings: their zero readings.
     sequence: Mutex<Sequence>,
     zero: Option<f64>,
 }
@@ -171,7 +171,7 @@ impl Locator {
     }
 }
 
-/// Which readings of a table are told together: "same", "strokes" and what they leave free, or "object" and its column.
+/// Readings that belong together: "same"; "strokes" with its free parameters; or "object" with its column.
 type Together = Option<(String, Option<String>)>;
 
 fn by(together: &Together) -> Result<By<'_>, InputError> {

@@ -1,4 +1,4 @@
-//! `vibrissa.devices`, and the process that asks GPU drivers.
+//! `vibrissa.devices`, and the child process that tests GPU drivers.
 
 use pyo3::prelude::*;
 use serde_json::json;

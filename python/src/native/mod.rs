@@ -1,4 +1,4 @@
-//! What `vibrissa._native` holds.
+//! The contents of `vibrissa._native`.
 
 mod command;
 mod error;

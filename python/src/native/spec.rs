@@ -1,4 +1,4 @@
-//! What is asked, as a spec: the text of keywords, a file, or a file with keywords over it.
+//! A spec from keywords, from a file, or from a file with overriding keywords.
 
 use std::path::{Path, PathBuf};
 
@@ -14,11 +14,11 @@ use vibrissa::text_file::{Limit, TextFile};
 use super::error;
 use super::table::{FileGiven, frame};
 
-/// End of the name of what is no file: errors in it have no place.
+/// File extension of texts that are not files: errors in them have no place.
 pub const KEYWORDS: &str = "keywords";
 
-/// A spec before it is read: the file at `path`, if one is named, and `text`, whose sections go before those of the file; `name` says what asks. Its
-/// name ends with [`KEYWORDS`] where its lines are none that the user can look at.
+/// A spec before parsing: the file at `path` if given, with the sections of `text` overriding it; `name` is the caller. The result's name ends with
+/// [`KEYWORDS`] if the user has no file with its lines.
 pub fn unread(path: Option<PathBuf>, text: &str, name: &str) -> Result<HeldFile, Error> {
     let held = |name, text: String, base| HeldFile { name, content: Content::Bytes(text.into_bytes()), base };
     let Some(path) = path else {
@@ -28,7 +28,6 @@ pub fn unread(path: Option<PathBuf>, text: &str, name: &str) -> Result<HeldFile,
     let of_file = TextFile::open(&path, "spec", Limit::Whole)?.text()?;
     let whole = of_file.parse::<Table>().ok().filter(|_| !text.is_empty());
     let Some(mut whole) = whole else {
-        // Alone, or no TOML, which is told with its line.
         return Ok(held(path, of_file, base));
     };
     let over: Table = text.parse().map_err(|e: toml::de::Error| Error::Run(e.to_string()))?;

@@ -1,4 +1,4 @@
-//! A table: columns that Arrow, numpy and data frames read where they lie.
+//! A table whose columns Arrow, numpy and data frames read without a copy.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -67,7 +67,6 @@ impl Table {
     }
 }
 
-/// `values` as a numpy array that reads them where they lie, and keeps `of` alive.
 fn view<'py, T: Element>(of: &Bound<'py, Table>, values: &[T]) -> PyResult<Bound<'py, PyAny>> {
     // SAFETY: the values belong to `of`, which is frozen and lives as long as the array; the array cannot be written to.
     let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(values), of.clone().into_any()) };
@@ -134,7 +133,7 @@ impl Table {
             return Ok(PyArray1::from_iter(py, flags.iter().flatten()).into_any());
         }
         if let Some((kind, _)) = OF_TIME.iter().find(|(_, of_arrow)| of_arrow == column.data_type()) {
-            // The bits are those of the column, which the view keeps alive.
+            // The column, which the view keeps alive, owns these bits.
             let bits = column.to_data();
             return view(slf, bits.buffers()[0].typed_data::<i64>())?.call_method1("view", (*kind,));
         }
@@ -191,7 +190,7 @@ fn failed(py: Python<'_>, e: &ArrowError) -> PyErr {
     super::error::run(py, &e.to_string())
 }
 
-/// The column `name` as Arrow has it; one of the user's own, which is kept as words, by what it holds.
+/// The column `name` for Arrow; an unknown column of text is converted to the type of its contents.
 pub fn named(name: &str, values: Values) -> ArrayRef {
     match values {
         Values::Words(words) if fact(name).is_none_or(|fact| fact.kind != Kind::Word) => array(words.typed()),
@@ -206,13 +205,12 @@ pub fn array(values: Values) -> ArrayRef {
                 x.iter().any(|x| x.is_nan()).then(|| x.iter().map(|x| !x.is_nan()).collect::<NullBuffer>());
             Arc::new(PrimitiveArray::<Float64Type>::new(ScalarBuffer::from(x), nulls))
         }
-        // These collect in place.
         Values::Counts(n) => {
             let n: Vec<i64> = n.into_iter().map(u64::cast_signed).collect();
             Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None))
         }
         Values::Words(Words { codes, known, .. }) => {
-            // Each word once, as categories are.
+            // Categories need distinct words.
             let (mut words, mut places) = (Vec::new(), HashMap::new());
             let mut place = |word: &str| match places.get(word) {
                 Some(place) => *place,
@@ -231,31 +229,29 @@ pub fn array(values: Values) -> ArrayRef {
     }
 }
 
-/// A column of words by their places in `words`, −1 where there is none.
+/// A column of words from indices into `words`; −1 is missing.
 fn dictionary(codes: Vec<i32>, words: Vec<String>) -> Result<ArrayRef, ArrowError> {
     let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
     let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
     Ok(Arc::new(DictionaryArray::<Int32Type>::try_new(keys, Arc::new(StringArray::from(words)))?))
 }
 
-/// A column as `Table.__getitem__` and `Table.codes` give it.
 #[derive(FromPyObject)]
 pub enum Given<'py> {
-    /// float64.
+    /// Values are float64.
     Numbers(PyReadonlyArray1<'py, f64>),
-    /// int64.
+    /// Values are int64.
     Counts(PyReadonlyArray1<'py, i64>),
-    /// Truth values.
     Flags(PyReadonlyArray1<'py, bool>),
-    /// Their bits, and the type of numpy.
+    /// Bits (int64), and the numpy type.
     Times(PyReadonlyArray1<'py, i64>, String),
-    /// Places in their words, −1 where there is none.
+    /// Indices into the words; −1 is missing.
     Words(PyReadonlyArray1<'py, i32>, Vec<String>),
 }
 
 pub type TableGiven<'py> = (Vec<String>, Vec<Given<'py>>);
 
-/// A file: the text of one in memory, or the path of measurements; or a table.
+/// A file: its text if in memory, or the path of measurements; or a table.
 #[derive(FromPyObject)]
 pub enum FileGiven<'py> {
     Text(String),
@@ -263,7 +259,6 @@ pub enum FileGiven<'py> {
 }
 
 impl FileGiven<'_> {
-    /// Measurements as the library reads them; a table is called `data`.
     pub fn measured(self, py: Python<'_>) -> PyResult<Content> {
         match self {
             Self::Text(path) => {
@@ -275,14 +270,13 @@ impl FileGiven<'_> {
     }
 }
 
-/// A table of numbers and words for the library, which calls it `file`.
 pub fn frame(py: Python<'_>, file: &str, (names, columns): TableGiven<'_>) -> PyResult<Frame> {
     let mut frame = Frame::of(file, [""; 0]);
     for (name, column) in names.into_iter().zip(columns) {
         let values = match column {
             Given::Numbers(x) => Values::Numbers(x.as_array().to_vec()),
             Given::Words(codes, mut words) => {
-                // Where there is no word, −1 is the place of the empty one.
+                // Maps −1 to an added empty word.
                 let none = words.len() as u32;
                 words.push(String::new());
                 let codes =
@@ -297,10 +291,6 @@ pub fn frame(py: Python<'_>, file: &str, (names, columns): TableGiven<'_>) -> Py
 }
 
 impl Given<'_> {
-    /// As a column of Arrow.
-    ///
-    /// # Errors
-    /// Codes that are no places of words; no type of times.
     pub fn array(self) -> Result<ArrayRef, ArrowError> {
         Ok(match self {
             Self::Numbers(x) => array(Values::Numbers(x.as_array().to_vec())),
@@ -314,7 +304,7 @@ impl Given<'_> {
     }
 }
 
-/// Types of numpy for moments and spans of time, and those of Arrow.
+/// numpy types of times and time spans, and their Arrow types.
 pub const OF_TIME: [(&str, DataType); 8] = [
     ("M8[s]", DataType::Timestamp(TimeUnit::Second, None)),
     ("M8[ms]", DataType::Timestamp(TimeUnit::Millisecond, None)),
@@ -326,7 +316,7 @@ pub const OF_TIME: [(&str, DataType); 8] = [
     ("m8[ns]", DataType::Duration(TimeUnit::Nanosecond)),
 ];
 
-/// Times by their bits; the smallest number stands for none.
+/// Times from their bits; i64::MIN (NaT) is missing.
 fn times(bits: Vec<i64>, kind: &str) -> Result<ArrayRef, ArrowError> {
     let unknown = || ArrowError::InvalidArgumentError(format!("{kind} is no type of times"));
     let (_, of_arrow) = OF_TIME.iter().find(|(of_numpy, _)| *of_numpy == kind).ok_or_else(unknown)?;

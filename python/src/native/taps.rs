@@ -21,10 +21,9 @@ use super::job;
 use super::spec::KEYWORDS;
 use super::words::bits;
 
-/// Taps that are solved on the thread that asks: they take less than a moment.
+/// Up to this number taps are solved on the calling thread, because they take less than a moment.
 const FEW: usize = 256;
 
-/// Taps between two looks at signals.
 const PART: usize = 1 << 17;
 const PART_OF_GRADIENTS: usize = 1 << 12;
 
@@ -37,14 +36,12 @@ const INPUTS: &str = "D, d, L_a, x_ss, l, a, theta (or delta), tilt, lean, and o
 pub struct Taps {
     taps: Arc<vibrissa::api::Taps>,
     threads: Option<usize>,
-    /// Whether one tap may take a millisecond.
+    /// True if one tap may take a millisecond.
     slow: bool,
-    /// What should be known of the model.
     warnings: Vec<String>,
 }
 
-/// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge, azimuth (degrees) and slide;
-/// words as bits, and whether it sticks.
+/// Strain, strain of the estimator's theory, K − 1, P, T, arc, strain of the second gauge, azimuth (degrees), slide; status bits; sticking.
 type Told = ([f64; OUTPUTS], u16, bool);
 
 fn told(o: &Outcome) -> Told {
@@ -63,7 +60,6 @@ fn unusual(setup: &Setup, largest: [f64; COLUMNS]) -> Vec<String> {
 }
 
 impl Taps {
-    /// Refuses poles of which there is no model with this contact.
     fn allowed(&self, py: Python<'_>, leaning: [bool; 2]) -> PyResult<()> {
         refuse(self.taps.setup(), leaning).map_err(|e| raise(py, e.into()))
     }
@@ -78,7 +74,7 @@ impl Taps {
             let mut spec = spec::parse_listed(&format!("strain.{KEYWORDS}"), &text, Path::new(""), None)?;
             let warnings = std::mem::take(&mut spec.warnings);
             let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
-            // Differences, and fits that take them, find no slope in f32.
+            // Finite differences and fits need f64.
             let fine = Some(Precision::F64).filter(|_| backend == BackendChoice::Cpu);
             let precision = spec.run.precision.or(fine);
             let options = RunOptions { backend: Some(backend), precision, ..spec.run };
@@ -172,7 +168,6 @@ impl Taps {
                     break;
                 }
             }
-            // Azimuths are told in degrees.
             if full && count > 0 {
                 let azimuths = slopes.chunks_mut(width).flat_map(|tap| &mut tap[7 * count..8 * count]);
                 azimuths.for_each(|x| *x = x.to_degrees());
@@ -213,7 +208,6 @@ impl Taps {
     }
 }
 
-/// One argument: a value for all taps, or one for each.
 enum Argument {
     One(f64),
     Each(Vec<f64>),
@@ -228,21 +222,15 @@ impl Argument {
     }
 }
 
-/// Taps as arguments: D, d, L_a, x_ss, l, a and the drive; tilt and lean, or nothing where poles are upright.
 pub struct Given {
     seven: [Argument; 7],
     directions: [Option<Argument>; 2],
 }
 
-/// A column, or none where it was not given.
 pub type Column<'py> = Option<PyReadonlyArray1<'py, f64>>;
 
 impl Given {
-    /// `n` taps from contiguous arrays of one or `n` values: seven, and after them tilt and lean, which may both be left out, or one of them be
-    /// none. A NaN is a value like others.
-    ///
-    /// # Errors
-    /// Arrays of other lengths.
+    /// Columns of length 1 or `n`: seven, then optionally tilt and lean. NaN is allowed.
     pub fn new(py: Python<'_>, n: usize, columns: Vec<Column<'_>>) -> PyResult<Self> {
         let wrong = || super::error::run(py, "arrays of other lengths");
         let one = |column: PyReadonlyArray1<'_, f64>| match column.as_slice().map_err(|_| wrong())? {
@@ -277,7 +265,7 @@ impl Given {
         [D, d, L_a, x_ss, l, a, tilt, lean, drive]
     }
 
-    /// Whether poles tilt, and lean, in any of the taps; where it is not known, they do.
+    /// True for tilt, and for lean, if any tap has one; NaN counts as such.
     pub fn leaning(&self) -> [bool; 2] {
         let some = |column: &Argument| match column {
             Argument::One(x) => *x != 0.0,

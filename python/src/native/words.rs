@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use vibrissa::recommend;
 use vibrissa::status::Status;
 
-/// Words by their bits: a word that is new takes the next bit, wherever it stands among the words.
+/// Status word of each bit. A new word takes the next bit, wherever it stands among the words.
 const BITS: [Status; 12] = [
     Status::INVALID_GEOMETRY,
     Status::NO_STRAIN,
@@ -21,7 +21,6 @@ const BITS: [Status; 12] = [
 ];
 const _: () = assert!(BITS.len() == Status::ALL.len());
 
-/// A status as a number: a bit for each word, by [`BITS`].
 pub fn bits(status: Status) -> u16 {
     if status == Status::OK {
         return 0;

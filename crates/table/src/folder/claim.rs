@@ -1,4 +1,4 @@
-//! Which question a result answers, who may write into a folder, and what gives way to a new result.
+//! Which result a folder belongs to, who may write there, and which old files a new result replaces.
 
 use std::path::{Path, PathBuf};
 
@@ -11,34 +11,33 @@ use crate::run_json::{self, FORMAT};
 use crate::scene::{Space, Spec, Study, Tuple};
 use crate::shard::Shard;
 
-/// Options that change nothing in a result.
 const FREE: [&str; 6] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json", "run.threads"];
 
-/// What a result answers. Command and name are its identity; the values in force may change.
+/// The question that a result answers. Command and name identify it; the values in force may change.
 #[derive(Debug, Clone)]
 pub struct Question {
     /// The command.
     pub command: &'static str,
-    /// Name of the spec or data file, without folder and ending.
+    /// Stem of the spec or data file.
     pub name: String,
-    /// Values in force, as in `run.json`; null where there is no spec.
+    /// Values in force, as in `run.json`; null without a spec.
     pub in_force: Value,
-    /// What else the result depends on: options of the command, data by their hash; null is never the same.
+    /// Other inputs of the result: options of the command, hashes of data; a null value never equals another.
     pub asked: Value,
     /// Files that are read.
     pub inputs: Vec<PathBuf>,
-    /// Everything of which the bytes are a function, hashed; a stopped run of the same is gone on with. None of commands that begin anew.
+    /// Hash of everything that determines the bytes of the result; a stopped run with the same hash is continued. `None`: never continued.
     pub identity: Option<String>,
 }
 
 impl Question {
-    /// A command without a spec.
+    /// For a command without a spec.
     pub fn new(command: &'static str, name: impl Into<String>, asked: Value) -> Self {
         let (name, in_force) = (name.into(), Value::Null);
         Self { command, name, in_force, asked, inputs: Vec::new(), identity: None }
     }
 
-    /// A command on a spec.
+    /// For a command on a spec.
     pub fn of_scene(command: &'static str, spec: &Spec, asked: Value) -> Self {
         let mut asked = if asked.is_object() { asked } else { json!({}) };
         if let Some(digest) = digest(&spec.study) {
@@ -51,14 +50,13 @@ impl Question {
         Self { in_force, inputs, ..Self::new(command, &spec.name, asked) }
     }
 
-    /// The values in force on which a result depends, with their keys.
+    /// The values in force that affect the result, with their keys.
     pub fn lasting(&self) -> Value {
         lasting(&self.in_force).map(|(key, value)| json!({ "key": key, "value": value })).collect()
     }
 
-    /// Keys whose values differ from those of an older `run.json`.
     fn changed(&self, older: &Value) -> Vec<String> {
-        // As it reads from a file.
+        // Parsed back from text, so that it compares with what a file holds.
         let now = json!({ "in_force": self.in_force, "asked": self.asked }).to_string();
         let (now, then) = (values(&now.parse().expect("what was written can be read")), values(older));
         let differ = |key: &&String| now.get(*key) != then.get(*key) || now[*key].is_null();
@@ -67,7 +65,6 @@ impl Question {
     }
 }
 
-/// The hash of listed tuples, and of their rigs where these differ.
 fn digest(study: &Study) -> Option<String> {
     let Space::List(listed) = &study.space else { return None };
     let rigs = study.setup.rigs.as_deref();
@@ -76,44 +73,37 @@ fn digest(study: &Study) -> Option<String> {
     Some(hash_numbers(listed.iter().flat_map(Tuple::to_array).chain(of_rows).chain(values)))
 }
 
-/// Key and value of each of `in_force` on which a result depends.
 fn lasting(in_force: &Value) -> impl Iterator<Item = (&str, &Value)> {
     let entries = in_force.as_array().into_iter().flatten();
     entries.filter_map(|e| Some((e["key"].as_str()?, &e["value"]))).filter(|(key, _)| !FREE.contains(key))
 }
 
-/// The values of a `run.json` by their key.
 fn values(run: &Value) -> Map<String, Value> {
     let written = lasting(&run["in_force"]).map(|(key, value)| (key.to_owned(), value.clone()));
     written.chain(run["asked"].as_object().cloned().unwrap_or_default()).collect()
 }
 
-/// A result that took longer is not replaced by another question without `--force`, seconds.
+/// Seconds; a result that took longer is replaced by another question only with `--force`.
 pub(super) const LONG: f64 = 60.0;
 
-/// What is there of an older result, and gives way.
 #[derive(Debug)]
 pub(super) struct Old {
-    /// Its files as they were found, `run.json` among them.
     pub files: Vec<Listed>,
-    /// Whether only `--force` makes it give way.
+    /// True if only `--force` allows replacing it.
     pub forced: bool,
-    /// Its `run.json`; null where there is none.
+    /// Its `run.json`, or null.
     pub run: Value,
 }
 
-/// What a refusal says of the folder.
 pub(super) const NOTHING: &str = "nothing was changed";
 
-/// A refusal to write to `target`; what is there is kept.
 pub(super) fn refuse(target: &Path, why: impl std::fmt::Display, allowed: &str) -> Error {
     let error = InputError::new(format!("{why}; {NOTHING}"));
     error.key("--out").value(target.display()).allowed(allowed).into()
 }
 
-/// Decides whether a result with files `names` may replace what is in `folder`.
-///
-/// `begun`: a run of the same identity was stopped here. What it began is its own, whatever was put beside it since.
+/// Decides if a result with files `names` may replace what is in `folder`.
+/// `begun`: a run of the same identity was stopped here, so foreign files in the folder are no objection.
 pub(super) fn judge(
     folder: &Path,
     question: &Question,
@@ -164,7 +154,6 @@ pub(super) fn judge(
     Ok(Old { files, forced, run })
 }
 
-/// The `run.json` in `folder`, and the files that it lists; null and none where there is none.
 fn record(folder: &Path) -> Result<(Value, Vec<Listed>), Error> {
     let Some(text) = read_run(folder)? else { return Ok((Value::Null, Vec::new())) };
     let run: Value = text.parse().unwrap_or_default();
@@ -178,7 +167,7 @@ fn record(folder: &Path) -> Result<(Value, Vec<Listed>), Error> {
     Ok((run, files))
 }
 
-/// Why the result in `folder`, of which `run` is the `run.json`, is not simply replaced.
+/// The reason why the result in `folder`, with the `run.json` in `run`, needs `--force` to be replaced.
 fn objection(
     folder: &Path,
     run: &Value,

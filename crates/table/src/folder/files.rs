@@ -1,5 +1,5 @@
-//! Files of a result: while they are written, as `run.json` lists them, as they lie on the disk; and hashes. What is read has a SHA-256, what is
-//! written a BLAKE3: SHA-256 without the CPU's own instructions took half as long again as the sweep of `sweeps/million.toml`.
+//! Files of a result: being written, as listed in `run.json`, and on the disk; and hashes. Inputs have a SHA-256; outputs a BLAKE3, because SHA-256
+//! without CPU instructions for it took half as long again as the sweep of `sweeps/million.toml`.
 
 use std::ffi::OsString;
 use std::fs::{File, OpenOptions};
@@ -14,9 +14,7 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 use crate::text_file::{Limit, TextFile};
 
-/// Start of the names that this program uses for itself in result folders.
 pub(super) const PREFIX: &str = ".vibrissa-";
-/// Name of the record of a result.
 pub(super) const RUN: &str = "run.json";
 
 /// Hex SHA-256 of a text or of bytes.
@@ -28,14 +26,13 @@ fn hex(digest: impl AsRef<[u8]>) -> String {
     digest.as_ref().iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Hex SHA-256 of the bytes of `numbers`.
 pub(super) fn hash_numbers(numbers: impl Iterator<Item = f64>) -> String {
     let mut digest = Sha256::new();
     numbers.for_each(|x| digest.update(x.to_le_bytes()));
     hex(digest.finalize())
 }
 
-/// A reader that hashes what it reads.
+/// A reader that hashes the bytes that it reads.
 #[derive(Debug)]
 pub struct Hashing<R> {
     reader: R,
@@ -43,12 +40,12 @@ pub struct Hashing<R> {
 }
 
 impl<R: Read> Hashing<R> {
-    /// Nothing of `reader` yet.
+    /// Wraps `reader`.
     pub fn new(reader: R) -> Self {
         Self { reader, digest: Sha256::new() }
     }
 
-    /// Hex SHA-256 of all that was read, and of what is left, in constant memory.
+    /// Reads the rest and returns the hex SHA-256 of everything read.
     pub fn end(mut self) -> io::Result<String> {
         io::copy(&mut self, &mut io::sink())?;
         Ok(hex(self.digest.finalize()))
@@ -70,27 +67,25 @@ pub fn hash_file(file: impl Read) -> io::Result<String> {
     Ok(digest.finalize().to_hex().to_string())
 }
 
-/// A file that a run wrote, whole or so far.
+/// A file of a run: finished, or as far as it is written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Listed {
-    /// Its name in the folder.
+    /// Name in the folder.
     pub name: String,
-    /// Hex BLAKE3 of what was written.
+    /// Hex BLAKE3 of its bytes.
     pub blake3: String,
-    /// Its length.
+    /// Length in bytes.
     pub bytes: u64,
 }
 
-/// Files that are written, each once it is closed.
 pub(super) type Closed = Arc<Mutex<Vec<Listed>>>;
 
-/// A file of the result while it is written, hashed on the way.
+/// A file of the result while it is written; hashed as it is written.
 #[derive(Debug)]
 pub struct Output {
     writer: BufWriter<File>,
     digest: blake3::Hasher,
     bytes: u64,
-    /// Where it will be found.
     path: PathBuf,
     closed: Closed,
 }
@@ -101,7 +96,7 @@ impl Output {
         Self { writer, digest: blake3::Hasher::new(), bytes: 0, path, closed }
     }
 
-    /// Continues behind the bytes that `mark` knows; what follows them is cut off. `None` where they are not those.
+    /// Continues after the bytes of `mark` and cuts off the rest. `None` if the file does not begin with these bytes.
     pub(super) fn again(mut self, mark: &Listed) -> io::Result<Option<Self>> {
         let file = self.writer.get_mut();
         self.digest.update_reader(file.take(mark.bytes))?;
@@ -113,17 +108,16 @@ impl Output {
         Ok(Some(Self { bytes: mark.bytes, ..self }))
     }
 
-    /// Its name in the folder.
     pub(super) fn name(&self) -> String {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// Bytes so far.
+    /// Bytes written until now.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// The file so far, with everything handed to the system.
+    /// Flushes, and returns the length and hash of the file up to here.
     pub fn mark(&mut self) -> Result<Listed, Error> {
         self.writer.flush().map_err(|e| Error::io(&self.path, e))?;
         let blake3 = self.digest.finalize().to_hex().to_string();
@@ -137,7 +131,7 @@ impl Output {
         self.writer.write_all(bytes).map_err(|e| Error::io(&self.path, e))
     }
 
-    /// Ends the file.
+    /// Closes the file.
     pub fn close(mut self) -> Result<(), Error> {
         let whole = self.mark()?;
         self.closed.lock().unwrap_or_else(PoisonError::into_inner).push(whole);
@@ -145,7 +139,6 @@ impl Output {
     }
 }
 
-/// Makes a file durable that was written with so many `bytes`.
 pub(super) fn make_durable(path: &Path, bytes: u64) -> Result<(), Error> {
     let file = open_regular(path, OpenOptions::new().write(true)).ok();
     let Some(file) = file.filter(|file| file.metadata().is_ok_and(|m| m.len() == bytes)) else {
@@ -155,13 +148,12 @@ pub(super) fn make_durable(path: &Path, bytes: u64) -> Result<(), Error> {
     file.sync_all().map_err(|e| Error::io(path, e))
 }
 
-/// A new file; what is left under its name goes.
 pub(super) fn create(path: &Path) -> io::Result<File> {
     let _ = std::fs::remove_file(path);
     File::create_new(path)
 }
 
-/// Puts a file of these `bytes` into the hidden folder `work` in one step: after a crash it is there whole, or as it was.
+/// Writes a file into the hidden folder `work` atomically: after a crash it is either new and whole, or the old one.
 pub(super) fn commit(work: &Path, name: &str, bytes: &[u8]) -> io::Result<()> {
     let next = work.join(format!("{name}-next"));
     let mut file = create(&next)?;
@@ -171,16 +163,15 @@ pub(super) fn commit(work: &Path, name: &str, bytes: &[u8]) -> io::Result<()> {
     sync(work)
 }
 
-/// Makes the names in a folder durable.
 pub(super) fn sync(folder: &Path) -> io::Result<()> {
     match cfg!(unix).then(|| File::open(folder)?.sync_all()) {
-        // Some file systems have no such call for folders.
+        // Some file systems do not support this call on folders.
         Some(Err(e)) if e.kind() != io::ErrorKind::InvalidInput => Err(e),
         _ => Ok(()),
     }
 }
 
-/// Opens a regular file; a link, a pipe or a folder under this name is an error, and nothing behind it is touched.
+/// Opens a regular file; a link, pipe or folder of this name is an error and is not followed.
 pub(super) fn open_regular(path: &Path, options: &OpenOptions) -> io::Result<File> {
     match path.symlink_metadata()?.is_file() {
         true => options.open(path),
@@ -188,7 +179,7 @@ pub(super) fn open_regular(path: &Path, options: &OpenOptions) -> io::Result<Fil
     }
 }
 
-/// Opens a file of a result to read it; `None` where there is none. A link, a pipe, a device or a folder under its name is refused.
+/// Opens a file of a result for reading; `None` if it does not exist. A link, pipe, device or folder is refused.
 pub fn open_of_result(path: &Path) -> Result<Option<File>, Error> {
     match open_regular(path, OpenOptions::new().read(true)) {
         Ok(file) => Ok(Some(file)),
@@ -201,7 +192,7 @@ pub fn open_of_result(path: &Path) -> Result<Option<File>, Error> {
     }
 }
 
-/// A file as it is now; `None` where there is none.
+/// Length and hash of a file as it is now; `None` if it does not exist.
 pub fn look(folder: &Path, name: &str) -> Result<Option<Listed>, Error> {
     let path = folder.join(name);
     let Some(file) = open_of_result(&path)? else { return Ok(None) };
@@ -210,54 +201,52 @@ pub fn look(folder: &Path, name: &str) -> Result<Option<Listed>, Error> {
     Ok(Some(Listed { name: name.to_owned(), blake3, bytes }))
 }
 
-/// The text of the `run.json` in `folder`; `None` where there is none.
+/// The text of the `run.json` in `folder`; `None` if the file does not exist.
 pub fn read_run(folder: &Path) -> Result<Option<String>, Error> {
     let path = folder.join(RUN);
     let Some(file) = open_of_result(&path)? else { return Ok(None) };
     Ok(Some(TextFile::new(file, &path.display().to_string(), RUN, Limit::Whole).text()?))
 }
 
-/// Key of the hash of a `run.json` in it: of its text with [`BLANK`] in place of the hash.
+/// Key in `run.json` of the hash of its text, computed with [`BLANK`] in place of the hash.
 const SEAL: &str = "blake3";
 const BLANK: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// The text of a `run.json`, with the hash by which [`is_sealed`] knows it.
+/// The text of a `run.json` with its own hash, which [`is_sealed`] checks.
 pub fn sealed(mut document: Value) -> String {
     document[SEAL] = BLANK.into();
     let text = format!("{document:#}\n");
     resealed(&text, BLANK, &blake3::hash(text.as_bytes()).to_hex())
 }
 
-/// True if `text`, which says `run`, is that of a `run.json` as it was written.
+/// True if `text`, parsed as `run`, is a `run.json` that was not edited.
 pub fn is_sealed(text: &str, run: &Value) -> bool {
     let hash = |seal: &str| blake3::hash(resealed(text, seal, BLANK).as_bytes()).to_hex();
     run[SEAL].as_str().is_some_and(|seal| *hash(seal) == *seal)
 }
 
-/// `text` with one hash in place of another, which stands last.
 fn resealed(text: &str, from: &str, to: &str) -> String {
     text.rsplit_once(from).map_or_else(String::new, |(before, after)| [before, to, after].concat())
 }
 
-/// The files that `run` lists, the `run.json` of a result; `None` where these are no files of a result.
+/// The files that the `run.json` in `run` lists; `None` if it is not that of a result.
 pub fn listed(run: &Value) -> Option<Vec<Listed>> {
     let files: Vec<Listed> = serde_json::from_value(run["files"].clone()).ok()?;
     files.iter().all(|file| is_result_name(&file.name)).then_some(files)
 }
 
-/// Whether `name` may be that of a file that a `run.json` lists.
+/// True if `name` may be listed in a `run.json`.
 pub fn is_result_name(name: &str) -> bool {
     is_plain(name) && name != RUN
 }
 
-/// Whether `name` is that of a file in the folder itself, and none of the program's own hidden ones.
 pub(super) fn is_plain(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     let one = matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
     one && !name.starts_with(PREFIX)
 }
 
-/// Names of everything in a folder.
+/// Names of all entries of a folder.
 pub fn names_in(folder: &Path) -> io::Result<Vec<OsString>> {
     std::fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name())).collect()
 }

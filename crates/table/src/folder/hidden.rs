@@ -1,10 +1,6 @@
-//! The hidden folder [`WORK`] inside a result folder, in which one run at a time writes: its lock, its state, and how it ends.
-//!
-//! A folder with a state stays when its run ends, for the same command goes on with it, and so does one whose result is finished and not yet in
-//! place. Everything else goes with the run, also where a signal ends the process.
-//!
-//! Files only grow. A state is written under another name, after all files are durable, and then takes the place of the last one. So at any
-//! moment the state is whole, and what it counts on is on the disk.
+//! The hidden folder [`WORK`] inside a result folder, where one run at a time writes. It stays after the run if it holds a state to continue from, or
+//! a finished result that is not in place yet; otherwise it is removed, also after a signal. Files only grow. A state is written after all files are
+//! synced, then replaces the last one: at any moment the state is whole and the files that it lists are on the disk.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
@@ -23,44 +19,40 @@ use crate::error::Error;
 
 /// Name of the hidden folder.
 pub const WORK: &str = ".vibrissa-unfinished";
-/// Name of the lock, which the writing run holds. The file names its process and thread.
 const LOCK: &str = ".lock";
-/// Name of the state.
 const STATE: &str = ".state";
-/// Characters of the hash with which a state begins.
+/// Length of the hash at the start of a state, in characters.
 const HASH: usize = 64;
-/// Attempts to take the lock, 10 ms apart: removing the files of a dead run takes about that long.
+/// Attempts to lock, 10 ms apart: removing the files of a dead run takes about this long.
 const TRIES: u32 = 30;
 
-/// A hidden folder that this process has locked.
 struct Open {
     path: PathBuf,
-    /// Folders that this run made, the innermost first: the result folder and those above it.
+    /// Folders that this run created, the innermost first.
     made: Vec<PathBuf>,
     lock: File,
 }
 
-/// All of them, so that a process that ends at once leaves them in order. Whoever makes something complete holds this: the process does not end in between.
+/// All locked folders, so that an aborting process can clean up. Held while something is made complete, so that the process does not end in between.
 static OPEN: Mutex<Vec<Open>> = Mutex::new(Vec::new());
-/// Whether a result is whole, and goes or has gone to its place.
+/// True once a result is complete and moved, or being moved, to its place.
 static PLACED: AtomicBool = AtomicBool::new(false);
 
 fn all() -> MutexGuard<'static, Vec<Open>> {
     OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The hidden folder of a run, at this path.
 #[derive(Debug)]
 pub(super) struct Work(pub PathBuf);
 
 impl Work {
-    /// The hidden folder in `target`; both are made where they are not there.
+    /// Creates and locks the hidden folder in `target`.
     pub fn hold(target: &Path) -> Result<Self, Error> {
         let (path, mut made) = (target.join(WORK), Vec::new());
         for _ in 0..TRIES {
             let missing = |at: &&Path| !at.as_os_str().is_empty() && at.symlink_metadata().is_err();
             made.extend(target.ancestors().take_while(missing).map(Path::to_owned));
-            // The result folder itself may be a link to one.
+            // The result folder itself may be a link to a folder.
             let in_the_way = |at: &&Path| {
                 at.symlink_metadata().is_ok_and(|m| !m.is_dir()) && (*at == path || !target.is_dir())
             };
@@ -68,7 +60,7 @@ impl Work {
                 let why = format!("{} is in the way: it is no folder", at.display());
                 return Err(refuse(target, why, "another folder; or move this away"));
             }
-            // The process does not end before it is known which folders were made.
+            // Locked, so that the process does not end before the list of created folders is known.
             let mut open = all();
             fs::create_dir_all(target).map_err(|e| Error::io(target, e))?;
             match lock(&path) {
@@ -84,7 +76,6 @@ impl Work {
                     return Err(refuse(target, why, &allowed));
                 }
                 Err(e) if e.kind() != ErrorKind::NotFound => return Err(Error::io(&path, e)),
-                // Another run has it, or removes it just now.
                 _ => {}
             }
             drop(open);
@@ -105,7 +96,6 @@ impl Drop for Work {
     }
 }
 
-/// The lock file in the hidden folder `path`, locked; `None` where another run has it.
 fn lock(path: &Path) -> io::Result<Option<File>> {
     fs::create_dir(path).or_else(|e| if e.kind() == ErrorKind::AlreadyExists { Ok(()) } else { Err(e) })?;
     let (at, mut write) = (path.join(LOCK), OpenOptions::new());
@@ -115,15 +105,15 @@ fn lock(path: &Path) -> io::Result<Option<File>> {
     };
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => return Ok(None),
-        // On a file system without locks, the run that created the file holds it.
+        // On a file system without locks, the run that created the file owns it.
         Err(TryLockError::Error(_)) if !new => return Err(ErrorKind::Unsupported.into()),
         _ => {}
     }
-    // On a full disk the owner is missing; the lock holds all the same.
+    // On a full disk the owner's name is missing; the lock still holds.
     file.set_len(0)?;
     let owner = format!("{} {:?}", std::process::id(), std::thread::current().id());
     let owner = file.write_all(owner.as_bytes()).map_or(String::new(), |()| owner);
-    // The run that had it may have removed the file in between, and another one may have made it anew.
+    // The previous run may have removed the file in between, and another run may have created it again.
     match fs::read_to_string(&at) {
         Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
         Ok(found) if found != owner => Ok(None),
@@ -136,8 +126,8 @@ fn is_complete(path: &Path) -> bool {
     [STATE, FINISHED].iter().any(|name| path.join(name).symlink_metadata().is_ok())
 }
 
-/// Removes everything in the hidden folder `path` but the lock: first the state, which counts on the files; last the marker of a finished result,
-/// without which the state would be taken for one to go on with.
+/// Removes everything in the hidden folder `path` but the lock: first the state, which needs the files; last the marker of a finished result,
+/// because without it the state would look like one to continue from.
 pub(super) fn clear(path: &Path) -> io::Result<()> {
     let mut names = names_in(path)?;
     names.retain(|name| name != LOCK);
@@ -146,14 +136,14 @@ pub(super) fn clear(path: &Path) -> io::Result<()> {
     paths.try_for_each(|path| fs::remove_file(&path).or_else(|_| fs::remove_dir_all(&path)))
 }
 
-/// Ends the work in a folder: what is complete stays; all else goes, with the folders that were made for it.
+/// Ends the work in a folder: keeps what is complete, removes the rest and the folders that were created for it.
 fn leave(open: Open) {
     let stays = is_complete(&open.path);
     if !stays {
-        // A file that is being written may need a second look.
+        // Repeated: another thread may still be creating a file.
         (0..3).for_each(|_| drop(clear(&open.path)));
     }
-    // While it is still locked; then closed before the folder is removed: NFS keeps an open file.
+    // Removed while locked; closed before the folder is removed, because NFS keeps an open file.
     let _ = fs::remove_file(open.path.join(LOCK));
     drop(open.lock);
     if !stays {
@@ -161,7 +151,7 @@ fn leave(open: Open) {
     }
 }
 
-/// Does `make`, after which a state counts, or a result that is `placed`; no end of the process comes between.
+/// Runs `make`, after which a state or a placed result counts; the process cannot end during it.
 pub(super) fn completing(placed: bool, make: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     let _all = all();
     make()?;
@@ -169,8 +159,8 @@ pub(super) fn completing(placed: bool, make: impl FnOnce() -> io::Result<()>) ->
     Ok(())
 }
 
-/// For a process that is about to end without unwinding: leaves all hidden folders in order. What stays of the result, in words that follow
-/// "interrupted". A thread that is about to make something complete waits for ever then.
+/// Cleans up all hidden folders before the process ends without unwinding. Returns words that follow "interrupted". Threads that would complete
+/// something then block forever.
 pub fn end_all() -> String {
     let mut all = all();
     if PLACED.load(Ordering::Relaxed) {
@@ -182,36 +172,33 @@ pub fn end_all() -> String {
     format!("; {}", left.as_deref().unwrap_or(UNCHANGED))
 }
 
-/// What a run leaves that ends before anything of it is complete.
 pub(super) const UNCHANGED: &str = "nothing was written, an older result is as it was";
 
-/// How far a stopped run came. All but the bytes is a line of JSON in the file, behind the hash of what follows.
+/// Progress of a stopped run. Everything but `state` is one line of JSON in the file, after the hash of what follows.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Left {
-    /// Everything of which the bytes of the result are a function, hashed.
     pub(super) identity: String,
-    /// What is complete, of how many, in words: "12 of 40 designs".
+    /// Finished part, in words: "12 of 40 designs".
     pub done: String,
-    /// Seconds of work so far.
+    /// Seconds of work until now.
     pub seconds: f64,
-    /// The files of the result so far.
     pub(super) files: Vec<Listed>,
-    /// What the run knew, as [`pack`] made it.
+    /// Internal state of the run, made by [`pack`].
     #[serde(skip)]
     pub(super) state: Vec<u8>,
 }
 
-/// A value as bytes, exactly.
+/// Serializes a value to bytes, exactly.
 pub fn pack(value: &impl Serialize) -> io::Result<Vec<u8>> {
     postcard::to_stdvec(value).map_err(io::Error::other)
 }
 
-/// The values that were packed, one behind the other; `None` where the bytes are something else.
+/// Deserializes consecutive packed values; `None` if the bytes are something else.
 pub fn unpack<T: DeserializeOwned>(mut bytes: &[u8]) -> Option<Vec<T>> {
     let mut all = Vec::new();
     while !bytes.is_empty() {
         let (value, rest) = postcard::take_from_bytes(bytes).ok()?;
-        // A value without bytes would come for ever.
+        // A value of zero bytes would repeat forever.
         if rest.len() == bytes.len() {
             return None;
         }
@@ -222,7 +209,6 @@ pub fn unpack<T: DeserializeOwned>(mut bytes: &[u8]) -> Option<Vec<T>> {
 }
 
 impl Left {
-    /// What the hidden folder `work` holds, if anything.
     pub(super) fn read(work: &Path) -> io::Result<Option<Self>> {
         let mut bytes = Vec::new();
         match open_regular(&work.join(STATE), OpenOptions::new().read(true)) {
@@ -240,10 +226,9 @@ impl Left {
         (blake3::hash(body).to_hex().as_bytes() == check).then(|| Self { state: state.to_vec(), ..left })
     }
 
-    /// Makes the files in `work` durable as they are, and then this their state.
     pub(super) fn write(&self, work: &Path) -> io::Result<()> {
         for path in names_in(work)?.iter().map(|name| work.join(name)) {
-            // Folders and links that were put there are not of this run.
+            // Skip folders and links: they are not of this run.
             if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
                 OpenOptions::new().write(true).open(path)?.sync_data()?;
             }
@@ -253,7 +238,6 @@ impl Left {
         completing(false, || commit(work, STATE, &whole))
     }
 
-    /// What the hidden folder `work` keeps, in words; `None` where that is nothing.
     pub(super) fn words(work: &Path) -> Option<String> {
         let (left, target) = (Self::read(work).ok()??, work.parent()?.display());
         Some(format!("{} are kept in {target}, and the same command goes on with them", left.done))

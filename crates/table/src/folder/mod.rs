@@ -1,9 +1,6 @@
-//! The result folder: whose it is, nothing half-written under a final name, one writer at a time.
-//!
-//! A folder belongs to one command and one spec or data file, by the `run.json` in it, which lists the files of the result with their hashes.
-//! Only these files give way to a new result, and only while they are what was written. A run writes in a hidden folder inside it; when
-//! all is written and durable, a marker in the hidden folder decides: before it the old result stands, after it the new one, which is moved file by
-//! file; if this run cannot, by the next one in the folder.
+//! The result folder. Its `run.json` names its command and spec or data file, and lists the files with hashes; a new result replaces only these
+//! files, and only if they are unchanged. One run at a time writes, into a hidden folder inside it. When all is synced, a marker there makes the new
+//! result valid: from then on it is moved file by file, if necessary by the next run in the folder.
 
 mod claim;
 mod files;
@@ -37,11 +34,9 @@ pub struct Folder {
     target: PathBuf,
     question: Question,
     old: Old,
-    /// How far a stopped run of the same identity came.
     left: Option<Left>,
-    /// The files that it began, until they are asked for.
+    /// Files that the stopped run began, until they are requested.
     begun: Vec<Output>,
-    /// What was wrong with the work of a stopped run.
     warnings: Vec<String>,
     closed: Closed,
     // Dropped last: the next run that takes the lock may remove everything.
@@ -51,18 +46,15 @@ pub struct Folder {
 /// A result in its final place.
 #[derive(Debug)]
 pub struct Written {
-    /// The files, `run.json` last.
+    /// The files, with `run.json` last.
     pub files: Vec<PathBuf>,
     /// Files of an older result that only `--force` removed or replaced.
     pub removed: Vec<PathBuf>,
 }
 
 impl Folder {
-    /// A folder `target` for the answer to `question`, which will consist of some of the files `names` and `run.json`.
-    ///
-    /// # Errors
-    /// A folder that another run is writing to; one that holds another result or anything else, or long work of another run, unless `force`; a file
-    /// in the way.
+    /// Opens `target` for the answer to `question`, whose files will be some of `names`, and `run.json`.
+    /// Errors: another run writes there; a file is in the way; or, without `force`, the folder holds something else or long work of another run.
     pub fn open(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
         let work = Work::hold(target)?;
         let moved = carry_through(target, &work.0)?;
@@ -88,7 +80,7 @@ impl Folder {
         };
         let begun = left.as_ref().is_some_and(|left| question.identity.as_ref() == Some(&left.identity));
         let old = judge(&target, &question, names, (begun, force))?;
-        // Work of any other run gives way: at once if it was short or has no state, else with `force` only.
+        // Work of any other run is discarded: directly if it was short or has no state, else only with `force`.
         if let Some(Left { seconds, done, .. }) =
             left.as_ref().filter(|left| !begun && !force && left.seconds > LONG)
         {
@@ -110,8 +102,7 @@ impl Folder {
         Ok(folder)
     }
 
-    /// What a stopped run of the same identity left, and what it knew: its files go on where it stopped. Where anything is not as it was written, this
-    /// is warned of, and the run begins anew.
+    /// Progress and state of a stopped run of the same identity, whose files are then continued. Warns and starts anew if any is damaged.
     pub fn resume<T: DeserializeOwned>(&mut self) -> Result<Option<(Left, T)>, Error> {
         let Some(left) = self.left.take() else { return Ok(None) };
         let state = unpack(&left.state).and_then(|mut all| all.pop());
@@ -129,7 +120,6 @@ impl Folder {
         Ok(state.filter(|_| damaged.is_none()).map(|state| (left, state)))
     }
 
-    /// A file that a stopped run began; `None` where its bytes are not those that `mark` knows.
     fn file_again(&self, mark: &Listed) -> Result<Option<Output>, Error> {
         let path = self.work.0.join(&mark.name);
         let file = files::open_regular(&path, OpenOptions::new().read(true).write(true));
@@ -140,7 +130,6 @@ impl Folder {
         }
     }
 
-    /// Warns that the work of a stopped run cannot be used, because it `why`, and removes it.
     fn begin_anew(&mut self, why: &str) -> Result<(), Error> {
         let words = format!("the unfinished run in {} {why}; it begins anew", self.target.display());
         hear(&words);
@@ -152,8 +141,7 @@ impl Folder {
         clear(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
     }
 
-    /// Keeps what is complete, so that a run that stops from now on continues with it: `files` so far, and `state`; in words so much is `done`, in so many
-    /// seconds.
+    /// Saves the state of the run, from which a later run continues: `done` in words, the seconds of work, the `files` until now, and `state`.
     pub fn keep(
         &mut self,
         (done, seconds): (String, f64),
@@ -166,7 +154,7 @@ impl Folder {
         kept.map_err(|e| Error::io(&self.work.0, e))
     }
 
-    /// The error `e` with which the run ends, and what is kept then.
+    /// Adds to the error `e`, which ends the run, what is kept in the folder.
     pub fn explain(self, e: Error) -> Error {
         match (Left::words(&self.work.0), e) {
             (_, e @ Error::Input(_)) => e,
@@ -176,12 +164,12 @@ impl Folder {
         }
     }
 
-    /// The `run.json` of the older result of the same command that gives way, if there is one.
+    /// The `run.json` of the replaced result, if it is of the same command.
     pub fn older(&self) -> Option<&Value> {
         Some(&self.old.run).filter(|run| run["command"] == self.question.command)
     }
 
-    /// A file of the result: new, or as far as a stopped run came that is gone on with.
+    /// Opens a file of the result: a new one, or the one that a stopped run began.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
         if let Some(at) = self.begun.iter().position(|file| file.name() == name) {
             return Ok(self.begun.swap_remove(at));
@@ -191,7 +179,7 @@ impl Folder {
         Ok(Output::new(file, self.target.join(name), self.closed.clone()))
     }
 
-    /// A whole file of the result.
+    /// Writes a whole file of the result.
     pub fn put(&mut self, name: &str, bytes: &[u8]) -> Result<(), Error> {
         let mut file = self.file(name)?;
         file.write(bytes)?;
@@ -202,7 +190,7 @@ impl Folder {
         self.closed.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Writes run.json, from which the result is known again, after all other files.
+    /// Writes `run.json`, which identifies the result, after all other files.
     pub fn run_json(&mut self, document: &Value) -> Result<(), Error> {
         let (mut document, mut files) = (document.clone(), self.closed());
         files.sort_by(|a, b| a.name.cmp(&b.name));
@@ -216,13 +204,11 @@ impl Folder {
         self.put(RUN, sealed(document).as_bytes())
     }
 
-    /// Puts all files in their final place by renames that are always carried through: if not by this run, then by the next one in this folder.
-    ///
-    /// # Errors
-    /// A disk that fails, before or after; a file that came in the way meanwhile. The result is kept then.
+    /// Moves all files to their final place by renames that are always completed, if necessary by the next run in this folder.
+    /// Errors: the disk fails, or a file came in the way meanwhile; the result is kept.
     pub fn finish(self) -> Result<Written, Error> {
         let (files, work) = (self.closed(), &self.work.0);
-        // All at once: a disk is waited for about as long as for one.
+        // In parallel: syncing all takes about as long as syncing one.
         files.par_iter().try_for_each(|file| make_durable(&work.join(&file.name), file.bytes))?;
         let put = files.iter().map(|file| file.name.clone()).collect();
         let marker = serde_json::to_vec(&Marker { put, old: self.old.files.clone() });
@@ -234,18 +220,15 @@ impl Folder {
     }
 }
 
-/// Name of the marker of a finished result, in the hidden folder. It lists the renames.
 const FINISHED: &str = ".finished";
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Marker {
-    /// Files of the new result, `run.json` last.
     put: Vec<String>,
-    /// Files of the old result, as they were found; they are replaced or removed.
     old: Vec<Listed>,
 }
 
-/// Puts a finished result in its place, if there is one, which is given: the renames, the `run.json` last; any number of them may have been done before.
+/// Moves a finished result to its place, `run.json` last; returns false without one. Some of the renames may be done already.
 fn carry_through(target: &Path, work: &Path) -> Result<bool, Error> {
     let path = work.join(FINISHED);
     let Some(file) = open_of_result(&path)? else { return Ok(false) };
@@ -259,7 +242,7 @@ fn carry_through(target: &Path, work: &Path) -> Result<bool, Error> {
     };
     let waits = |name: &str| work.join(name).symlink_metadata().is_ok();
     let gone: Vec<&String> = old.iter().map(|file| &file.name).filter(|name| !put.contains(name)).collect();
-    // Where the run.json has been moved, which comes last, all is done.
+    // `run.json` is moved last; without it here, all is done.
     if waits(RUN) {
         for name in gone.iter().copied().chain(put.iter().filter(|name| waits(name))) {
             let known = old.iter().find(|file| file.name == *name);
@@ -273,14 +256,14 @@ fn carry_through(target: &Path, work: &Path) -> Result<bool, Error> {
         }
         let removed = gone.iter().map(|name| fs::remove_file(target.join(name)));
         let moved = put.iter().map(|name| fs::rename(work.join(name), target.join(name)));
-        // A step that an earlier run has done already is no error.
+        // A step that an earlier run has done gives NotFound, which is not an error.
         let failed = removed.chain(moved).filter_map(Result::err).find(|e| e.kind() != ErrorKind::NotFound);
         failed.map_or(Ok(()), Err).map_err(|e| Error::io(target, e))?;
     }
     sync(target).and_then(|()| clear(work)).map(|()| true).map_err(|e| Error::io(target, e))
 }
 
-/// True if a finished result in the folder `target` has not been moved to its final names yet. The same command does it.
+/// True if the folder `target` holds a finished result that is not yet moved to its final names. The same command moves it.
 pub fn is_finishing(target: &Path) -> bool {
     target.join(WORK).join(FINISHED).exists()
 }

@@ -1,4 +1,4 @@
-//! The columns of a row group as bytes, each on its own so that they can be made in parallel.
+//! Encodes the columns of a row group, in parallel.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::fact::Kind;
 use crate::frame::Frame;
 use crate::values::Values;
 
-/// What was asked stands in few values; those of results differ, and compress byte by byte.
+/// Inputs of taps: few distinct values, so they get a dictionary. Other columns of numbers use byte-stream split.
 const ASKED: [&str; 8] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg", "delta_mm"];
 
 pub(super) fn properties(table: &Frame) -> WriterPropertiesPtr {
@@ -35,7 +35,6 @@ pub(super) fn properties(table: &Frame) -> WriterPropertiesPtr {
     Arc::new(builder.build())
 }
 
-/// The columns of a group: their bytes, and what is known of them, with places from the first byte on.
 pub(super) fn group(
     schema: &SchemaDescPtr,
     properties: &WriterPropertiesPtr,
@@ -58,7 +57,6 @@ fn column(
     Ok((bytes.into_inner()?, metadata))
 }
 
-/// Values that are there, and for each row whether its is.
 fn write(writer: &mut ColumnWriter<'_>, values: &Values) -> Result<()> {
     match (writer, values) {
         (ColumnWriter::DoubleColumnWriter(writer), Values::Numbers(all)) => {
@@ -87,7 +85,6 @@ fn write(writer: &mut ColumnWriter<'_>, values: &Values) -> Result<()> {
     Ok(())
 }
 
-/// The same column where its first byte is byte `start` of the file.
 pub(super) fn moved(chunk: ColumnChunkMetaData, start: u64) -> Result<ColumnChunkMetaData> {
     let by = |place: i64| place + start as i64;
     let (data, dictionary) = (chunk.data_page_offset(), chunk.dictionary_page_offset());
@@ -95,8 +92,7 @@ pub(super) fn moved(chunk: ColumnChunkMetaData, start: u64) -> Result<ColumnChun
     builder.set_dictionary_page_offset(dictionary.map(by)).build()
 }
 
-/// `group`, read from a footer, as it was before it was written there. The library writes the least and the largest integer twice, the second
-/// time for old readers; it does not read that it did.
+/// A row group from a footer, as before writing: the library writes min and max of integers twice, for old readers, and forgets it on reading.
 pub(super) fn as_written(group: RowGroupMetaData) -> Result<RowGroupMetaData> {
     let column = |chunk: &ColumnChunkMetaData| match chunk.statistics() {
         Some(Statistics::Int64(known)) => {

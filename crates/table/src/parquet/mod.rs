@@ -1,9 +1,7 @@
-//! Tables as Apache Parquet: the columns of the CSV files, typed, compressed, with their units and where they come from in the
-//! metadata of the file. Written by `parquet` without arrow.
+//! Tables as Apache Parquet: the columns of the CSV files, typed and compressed, with units and provenance as metadata. Written without arrow.
 //!
-//! A row group has `GROUP` rows, but for the last, wherever the rows came from: the bytes of a file are a function of its rows alone. That
-//! is why a stopped sweep and merged shards end with the bytes of an undisturbed run. An unfinished file is its whole row groups; their
-//! footer so far and the rows that wait for their group are kept beside it.
+//! Each row group but the last has `GROUP` rows, so the bytes depend on the rows alone: stopped sweeps and merged shards give the same bytes. An
+//! unfinished file consists of whole row groups; its footer and the rows of the next group are kept separately.
 
 mod encode;
 mod read;
@@ -30,20 +28,17 @@ use super::values::Values;
 use crate::error::Error;
 pub use read::Reader;
 
-/// Rows of a row group.
 const GROUP: usize = 1 << 17;
 
-/// Version of the format by which readers choose what they expect.
 const VERSION: i32 = 1;
 
-/// Where a table comes from, in its metadata.
 const PROVENANCE: &str = "vibrissa.provenance";
 
 const MAGIC: &[u8] = b"PAR1";
-/// Bytes behind the metadata: its length and the magic word.
+/// Bytes after the metadata: its length and the magic word.
 const TAIL: usize = 8;
 
-/// What an unfinished file needs beside its bytes: its footer so far, and the rows that wait for their group.
+/// State of an unfinished file besides its bytes: its footer, and the rows of the next group.
 pub type More = (Vec<u8>, Vec<Values>);
 
 /// A Parquet file while it is written.
@@ -53,7 +48,6 @@ pub struct Writer {
     properties: WriterPropertiesPtr,
     facts: Vec<KeyValue>,
     groups: Vec<RowGroupMetaData>,
-    /// Rows that wait for their group.
     waiting: Frame,
 }
 
@@ -78,7 +72,7 @@ fn schema(table: &Frame) -> Result<SchemaDescPtr, ParquetError> {
 }
 
 impl Writer {
-    /// The table `empty` in the file `output`, which is new, or goes on with `more`; `provenance` is what its metadata say of where it comes from.
+    /// Starts the file `output` with the columns of `empty`, or continues it from `more`. `provenance` is written to its metadata.
     pub fn new(
         mut output: Output,
         empty: &Frame,
@@ -90,7 +84,7 @@ impl Writer {
             None => output.write(MAGIC)?,
             Some((footer, columns)) => {
                 let mut options = ParquetMetaDataOptions::new();
-                // As they were written, so that they are written so again.
+                // Needed so that the statistics are written again in the same form.
                 options.set_encoding_stats_as_mask(false);
                 let body = &footer[..footer.len().saturating_sub(TAIL)];
                 let read = ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options));
@@ -112,17 +106,17 @@ impl Writer {
         Ok(Self { output, schema, properties, facts, groups, waiting })
     }
 
-    /// What a further run needs beside the file to go on.
+    /// The state that a later run needs, besides the file, to continue.
     pub fn more(&self) -> Result<More, Error> {
         Ok((self.footer()?, self.waiting.columns.clone()))
     }
 
-    /// The file on the way.
+    /// The file being written.
     pub fn output(&mut self) -> &mut Output {
         &mut self.output
     }
 
-    /// Appends some of `rows`.
+    /// Appends the rows `range` of `rows`.
     pub fn write(&mut self, rows: &Frame, mut range: Range<usize>) -> Result<(), Error> {
         while !range.is_empty() {
             let to = range.end.min(range.start + GROUP - self.waiting.len());
@@ -135,7 +129,6 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes the rows that wait as a group.
     fn group(&mut self) -> Result<(), Error> {
         let n = self.waiting.len();
         let parts = encode::group(&self.schema, &self.properties, &self.waiting).map_err(failed)?;
@@ -158,7 +151,6 @@ impl Writer {
         Ok(())
     }
 
-    /// The metadata of the groups so far, with their length and the magic word behind them.
     fn footer(&self) -> Result<Vec<u8>, Error> {
         let rows = self.groups.iter().map(RowGroupMetaData::num_rows).sum();
         let by = Some(format!("vibrissa version {}", env!("CARGO_PKG_VERSION")));
@@ -170,7 +162,7 @@ impl Writer {
         Ok(bytes)
     }
 
-    /// Ends the file.
+    /// Writes the last group and the footer, and closes the file.
     pub fn close(mut self) -> Result<(), Error> {
         if !self.waiting.is_empty() {
             self.group()?;

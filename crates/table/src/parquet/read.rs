@@ -1,4 +1,4 @@
-//! A Parquet file of this program, read row group by row group.
+//! Reads a Parquet file of this program, row group by row group.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -17,7 +17,7 @@ use crate::frame::Frame;
 use crate::kernel::gpu::quietly;
 use crate::values::{Values, Words};
 
-/// Rows of a table in their order.
+/// Reader of the row groups, in order.
 pub struct Reader {
     path: PathBuf,
     file: SerializedFileReader<File>,
@@ -25,13 +25,13 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Of `file`, which is at `path`.
+    /// Opens `file`, which is at `path`.
     pub fn new(path: &Path, file: File) -> std::result::Result<Self, Error> {
         let file = guarded(|| SerializedFileReader::new(file)).map_err(|e| unreadable(path, &e))?;
         Ok(Self { path: path.to_owned(), file, next: 0 })
     }
 
-    /// Its columns without rows.
+    /// A table with its columns and no rows.
     pub fn frame(&self) -> Frame {
         let schema = self.file.metadata().file_metadata().schema_descr();
         let of = |column: &ColumnDescPtr| {
@@ -46,7 +46,7 @@ impl Reader {
         Frame { file: self.path.display().to_string(), names, columns, ..Frame::default() }
     }
 
-    /// What it says of where it comes from.
+    /// Its provenance; empty if missing.
     pub fn provenance(&self) -> String {
         let facts = self.file.metadata().file_metadata().key_value_metadata();
         let fact = facts.into_iter().flatten().find(|fact| fact.key == super::PROVENANCE);
@@ -70,7 +70,7 @@ impl Reader {
     }
 }
 
-/// What `read` gives. The decoder panics on some damaged files.
+/// Turns a panic of the decoder into an error; it panics on some damaged files.
 fn guarded<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
     quietly(read).unwrap_or_else(|why| Err(ParquetError::General(why)))
 }
@@ -110,9 +110,8 @@ fn column(reader: ColumnReader, rows: usize) -> Result<Values> {
     })
 }
 
-/// All values of a column, missing ones in their places.
 fn read<T: DataType>(mut reader: ColumnReaderImpl<T>, rows: usize) -> Result<Vec<Option<T::T>>> {
-    // The number of rows is one of a file that may be damaged: no memory is taken for it before they are there.
+    // A damaged file may state any number of rows, so memory is not reserved in advance.
     let (mut there, mut known) = (Vec::new(), Vec::new());
     while there.len() < rows {
         let (read, ..) = reader.read_records(rows - there.len(), Some(&mut there), None, &mut known)?;

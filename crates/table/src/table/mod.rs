@@ -1,4 +1,4 @@
-//! The tables of a sweep: their columns, and the values of these for a setup.
+//! The tables of a sweep: their columns, and how values are read from rows.
 
 mod swept;
 
@@ -21,20 +21,20 @@ pub enum Table {
 }
 
 impl Table {
-    /// All, in the order in which they are counted.
+    /// All tables, in the order of their counts.
     pub const ALL: [Self; 3] = [Self::Tuples, Self::Designs, Self::Distances];
 
-    /// What its rows are called.
+    /// Name of the table.
     pub fn name(self) -> &'static str {
         ["tuples", "designs", "distances"][self as usize]
     }
 
-    /// File name.
+    /// Its file name.
     pub fn file(self, format: TableFormat) -> String {
         format!("{}.{}", self.name(), format.name())
     }
 
-    /// Its columns.
+    /// Its definition, with columns.
     pub fn heading(self) -> &'static Heading {
         heading(self.name())
     }
@@ -43,16 +43,15 @@ impl Table {
 /// Columns of the whisker.
 pub const WHISKER: [&str; 5] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm"];
 
-/// The properties of the rig that may vary, each of which is a column. Its value is the number of the rig.
+/// Stands in `columns.csv` for the varying properties of the rig, one column each; the value read is the number of the rig.
 const PROPERTIES: &str = "*";
 
-/// A value of a row made of `R`; of the channels that at a place.
+/// Reads a value from a row `R`; the number is the channel.
 type Read<R> = fn(&R, usize) -> Field;
 
-/// A column by its name in `columns.csv`, and its values.
 type Column<R> = (&'static str, Read<R>);
 
-/// The columns that a table of one setup has, in their order.
+/// The columns of a table for one setup, in order.
 pub struct Chosen<'s, R> {
     setup: &'s Setup,
     values: Vec<(Read<R>, usize, Option<Property>)>,
@@ -85,7 +84,7 @@ impl<'s, R> Chosen<'s, R> {
     }
 }
 
-/// Name of the drive with unit, for people.
+/// Symbol and unit of the drive, for readers.
 pub fn drive_unit(drive: Drive) -> (&'static str, &'static str) {
     match drive {
         Drive::Angle => ("θ", "°"),

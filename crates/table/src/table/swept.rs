@@ -1,4 +1,4 @@
-//! Rows of the tables of a sweep, and the values of their columns.
+//! Rows of the tables of a sweep, and how their columns are computed.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -15,17 +15,13 @@ use crate::values::{Field, named};
 /// A row of tuples.csv: one tap.
 #[derive(Debug, Clone, Copy)]
 pub struct TapRow<'a> {
-    /// Whisker and tap.
     design: Tuple,
-    /// The whisker with what taps of it share.
     whisker: &'a Design,
-    /// What the rod gives.
     tap: &'a Outcome,
-    /// The distance read from it.
     estimated: &'a Estimated,
-    /// Length by which K is multiplied, where it has a unit, mm.
+    /// Length by which K is multiplied if it has a unit, mm.
     elongation: Option<f64>,
-    /// Reading and K of each channel; nothing of one signal.
+    /// Reading and K of each channel; `None` with one signal.
     channels: Option<[[f64; 2]; MOST_CHANNELS]>,
 }
 
@@ -36,7 +32,7 @@ pub struct AtDrive {
     pub design: Tuple,
     /// Its statistics.
     pub row: Figures,
-    /// Unit of K.
+    /// Factor of K: 1, or the elongation length, mm.
     pub unit: f64,
 }
 
@@ -47,22 +43,20 @@ pub struct AtDistance<'a> {
     pub design: Tuple,
     /// Its statistics.
     pub row: &'a DistanceRow,
-    /// Unit of K.
+    /// Factor of K: 1, or the elongation length, mm.
     pub unit: f64,
 }
 
-/// Mean of K in the unit of the table, from that of K − 1.
 fn mean(mean: Option<f64>, unit: f64) -> Field {
     mean.map(|m| (1.0 + m) * unit).into()
 }
 
-/// Its standard deviation.
 fn sd(sd: Option<f64>, unit: f64) -> Field {
     sd.map(|s| s * unit).into()
 }
 
 impl<'a> TapRow<'a> {
-    /// Of the tap `design` of a `whisker`, its answer, and what is read from it; `reduced` is that of the whisker.
+    /// A row of the tap `design` of `whisker`: its outcome, and the distance estimated from it; `reduced` belongs to the whisker.
     pub fn of(
         reduced: &Reduction<'_>,
         whisker: &'a Design,
@@ -123,7 +117,7 @@ impl AtDrive {
         ("status", |r, _| r.row.status.into()),
     ];
 
-    /// It by the names of its columns; missing is null.
+    /// The row as JSON by column name; missing is null.
     pub fn json(&self, setup: &Setup) -> Value {
         named(Table::Designs.heading().names(setup), AtDrive::chosen(setup).fields(self))
     }
@@ -139,7 +133,7 @@ impl AtDistance<'_> {
     ];
 }
 
-/// The columns of each table for a setup: those of whisker and direction, which all have, and its own.
+/// The columns of each table for a setup: shared ones (whisker, direction), then those of the table.
 macro_rules! chosen {
     ($($row:ty => $table:ident;)*) => {$(
         impl $row {
