@@ -1,6 +1,5 @@
-//! What the parts of a run take on a device, in seconds of wall time: `cargo bench --bench device`. It opens what `--backend gpu` takes. Of each whisker that is
-//! ranked: its charts, the shader with its comparison, and full batches, one by one and overlapped. Of each kernel of solved taps: its compilation, and a full
-//! batch with what the host does for it, beside the kernel of the CPU.
+//! Wall times of the parts of a run on the device of `--backend gpu`: `cargo bench --bench device`. Ranked whiskers: charts, shader
+//! with its check, full batches, single and overlapped. Kernels of solved taps: compilation, and a full batch, compared with the CPU.
 
 use std::time::Instant;
 
@@ -13,10 +12,9 @@ use vibrissa::kernel::gpu::ranking::DeviceRanker;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::spec;
 
-/// Batches of a ranking that are timed.
 const BATCHES: u64 = 8;
 
-/// Taps that are solved together, and rounds of which the best counts.
+/// Taps of a batch; the best round counts.
 const TAPS: usize = 1 << 18;
 const ROUNDS: usize = 3;
 
@@ -33,7 +31,7 @@ fn options(backend: BackendChoice, precision: Precision) -> RunOptions {
     RunOptions { backend: Some(backend), precision: Some(precision), ..RunOptions::default() }
 }
 
-/// A ranked sweep, its drives each design's own or `drives` for all.
+/// A ranked sweep; each design has its own drive, or all share `drives` drives.
 fn ranked(name: &str, model: &str, drives: u32, by: &str) {
     let n: u64 = 40_000_000;
     let theta = match drives {
@@ -74,7 +72,6 @@ fn ranked(name: &str, model: &str, drives: u32, by: &str) {
     );
 }
 
-/// Taps of a configuration on a device and on the CPU.
 fn solved(name: &str, precision: Precision) {
     let c = configuration::all().into_iter().find(|c| c.name == name).expect("a configuration");
     let many = taps(&c, TAPS);
@@ -106,7 +103,7 @@ fn solved(name: &str, precision: Precision) {
 }
 
 fn main() {
-    // `cargo test` runs bench targets too: nothing is measured then.
+    // `cargo test` also runs bench targets: skip it.
     if !std::env::args().any(|a| a == "--bench") {
         return;
     }

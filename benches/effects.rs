@@ -1,8 +1,8 @@
 //! Cost of each effect: time per tap relative to the frictionless Hooke kernel on the same backend, as a markdown table.
 //!
-//! Every configuration solves the same random taps through the whole ladder of rules. All are timed in turn, round after round,
-//! and the best round of each counts: what disturbs the machine disturbs all alike. With the argument `poles`: poles that are not upright and a second gauge, in CPU seconds
-//! of one thread, each round relative to the upright pole of the same round: the median.
+//! Every configuration solves the same random taps through all rungs. Configurations take turns and the best round counts, so that disturbances
+//! affect all. With the argument `poles`: tilted poles and a second gauge, in CPU time of one thread relative to the upright pole of the same round
+//! (median).
 
 mod clock;
 
@@ -22,16 +22,15 @@ use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{BackendChoice, Contact, Direction, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 
-/// Taps of one batch, or as many as the environment variable TAPS says: a large GPU takes a million.
+/// Taps of a batch; the variable TAPS sets another number (a large GPU needs 10⁶).
 static TAPS: LazyLock<u32> = LazyLock::new(|| match std::env::var("TAPS") {
     Ok(taps) => taps.parse().expect("TAPS is a number"),
     Err(_) => 1 << 15,
 });
 
-/// Rounds, of which the best counts.
 const ROUNDS: usize = 5;
 
-/// Name and `[model]`; the first is what the others are compared with.
+/// Name and `[model]`; the first is the baseline.
 const MODELS: [(&str, &str); 14] = [
     ("hooke, every effect off", ""),
     (
@@ -57,7 +56,7 @@ const MODELS: [(&str, &str); 14] = [
 
 const NEO: &str = "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
 
-/// Poles, what is said of the gauge, and tilt and lean, degrees, where they are said.
+/// Name, lines for the gauge, tilt and lean in degrees.
 const POLES: [(&str, &str, Option<[f64; 2]>); 7] = [
     ("upright, one gauge", "", None),
     ("tilt and lean written as 0", "", Some([0.0; 2])),
@@ -68,10 +67,9 @@ const POLES: [(&str, &str, Option<[f64; 2]>); 7] = [
     ("tilt −35°, lean 10°, two gauges", "second = true", Some([-35.0, 10.0])),
 ];
 
-/// Distances of the taps of [`POLES`], mm: each has its chart.
+/// Distances of the taps of [`POLES`], mm; each has a chart.
 const DISTANCES: [f64; 3] = [24.0, 33.0, 45.0];
 
-/// Rounds of [`POLES`].
 const PAIRED: usize = 15;
 
 fn setup(model: &str) -> Setup {
@@ -101,8 +99,7 @@ fn tuple(index: u32) -> Tuple {
     }
 }
 
-/// The batches that a configuration solves: one, or with Coulomb friction the contacts foreseen to stick and those to slide either way
-/// (the look itself aside, one sweep).
+/// The batches of a configuration: one, or with Coulomb friction three, by the expected contact state: sticking, or sliding in either direction.
 fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
     let side = setup.gauge.side;
     let effects = |stick| Effects::new(&setup.model, side, stick);
@@ -132,7 +129,6 @@ fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
     }
 }
 
-/// A configuration on a backend, ready to run again and again.
 struct Ready {
     method: Method,
     batches: Vec<(Effects, Vec<Tap<f64>>)>,
@@ -167,7 +163,7 @@ fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
         Ready { method, batches: batches(setup), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
     };
     let mut all: Vec<Ready> = scenes.iter().map(ready).collect();
-    // The first round compiles.
+    // The first round includes compilation.
     all.iter_mut().for_each(Ready::run);
     all.iter_mut().for_each(|r| r.best = f64::INFINITY);
     for _ in 0..ROUNDS {
@@ -176,7 +172,6 @@ fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
     all
 }
 
-/// Taps against one of [`POLES`], ready to be solved and read again and again.
 struct Pole {
     setup: Setup,
     designs: Vec<Design>,
@@ -209,11 +204,11 @@ impl Pole {
         }
     }
 
-    /// CPU seconds of solving and of reading all taps; NaN where there is no chart.
+    /// CPU seconds to solve and to read all taps; NaN without a chart.
     fn run(&self, place: &Place) -> [f64; 2] {
         let method = place.method(&self.setup.model).expect("the backend opens");
         let mut evaluator = Evaluator::new(&self.setup, method);
-        // Once before, so that each has its memory.
+        // A run before, to allocate memory.
         drop(evaluator.run(&self.designs, &self.tasks));
         let solved = spent(|| drop(evaluator.run(&self.designs, &self.tasks).expect("the backend answers")));
         let read = |reader: &Reader| spent(|| drop(reader.read(&self.setup, &self.designs, &self.tasks)));
@@ -221,7 +216,7 @@ impl Pole {
     }
 }
 
-/// Times of all [`POLES`] over that of the first, median over rounds in which each has its turn: solved, and read.
+/// Times relative to the first of [`POLES`], for solving and for reading: median over rounds.
 fn poles(place: &Place, model: &str) -> Vec<[f64; 2]> {
     let all: Vec<Pole> =
         POLES.iter().map(|(_, gauge, direction)| Pole::new(model, (gauge, *direction))).collect();
@@ -247,7 +242,7 @@ fn told_of_poles() {
         ("neo-hookean, surface, shear, extension", NEO),
     ];
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    // What opens a backend stays in its thread.
+    // The backend is opened in the thread that uses it.
     let columns = pool.install(|| {
         let place = present(&options, None).expect("the CPU").remove(0);
         models.map(|(_, model)| poles(&place, model))
@@ -263,7 +258,7 @@ fn told_of_poles() {
 }
 
 fn main() {
-    // `cargo test` runs bench targets too: nothing is measured then.
+    // `cargo test` also runs bench targets: skip it.
     if !std::env::args().any(|a| a == "--bench") {
         return;
     }

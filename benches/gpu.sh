@@ -1,5 +1,5 @@
 #!/bin/sh
-# Everything that is measured on a hardware GPU, in some four minutes:
+# All measurements on a hardware GPU, in some four minutes:
 #     benches/gpu.sh PROGRAM DEVICE OUT        PROGRAM: a release build; DEVICE: its `cargo bench --no-run --bench device`
 # With JAX=PYTHON JAX solves taps on the same GPU. Each step has its own log in OUT and does not stop the next.
 program=$1 device=$2 out=$3
@@ -20,7 +20,7 @@ ranked() {
     mv "$work/ranked.csv" "$out/$name.csv"
 }
 step devices 30 "$program" devices
-# The first process on a device compiles what later ones find in the driver's cache.
+# The first process compiles shaders into the driver's cache.
 for backend in gpu gpu cpu auto; do
     step "first_$backend" 60 sh -c "time '$program' sweep sweeps/prototypes.toml --backend $backend --quiet --force --out '$work/first'"
 done

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Distance as the moment over the force at the root, M0/F_y, beside distance from strain and from the moment by K.
+"""Distance as moment over force at the root, M0/F_y, compared with distance from strain and from the moment by K.
 
     python3 benches/moment_over_force.py target/release/vibrissa > results/FOLDER/moment_over_force.csv
 

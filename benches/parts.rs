@@ -17,7 +17,6 @@ fn main() {
     divan::main();
 }
 
-/// Taps of one measurement.
 const TAPS: usize = 1 << 13;
 
 fn method(taps: &Taps, precision: Precision, tolerance: f64) -> Method {
@@ -120,7 +119,6 @@ mod inverse {
     }
 }
 
-/// Rows of tuples.csv as text.
 #[divan::bench]
 fn csv(bencher: Bencher<'_, '_>) {
     let taps = taps(&exact()[0], 1000);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whole processes of ranked sweeps, several programs in turn, and JAX beside them if there is one.
+"""Whole processes of ranked sweeps, several programs in turn, and JAX if it is installed.
 
     benches/ranked.py OUT PROGRAM [PROGRAM …]          PROGRAM: a path to `vibrissa`, or NAME=PATH
     JAX=PYTHON benches/ranked.py …                     PYTHON: an interpreter with benches/peers/requirements.txt
@@ -24,7 +24,7 @@ PRACTICAL = "[model]\nsurface = true\nshear = true\nextension = true\nmaterial =
 FRICTION = PRACTICAL.replace("[model]\n", "[model]\ncontact = { coulomb = 0.3 }\n")
 HOOKE = PRACTICAL.replace("neo-hookean", "hooke")
 SOBOL = "D = {{ min = 8, max = 12, samples = {n} }}\nd = {{ min = 2, max = 7, samples = {n} }}\nL_a = 50\n"
-# Whiskers that are not those cones, and where their gauges begin. Gauges of the profile lie between two of its knots.
+# Whiskers other than these cones, and the start of their gauges. Gauges of the profile lie between two of its knots.
 WHISKERS = {
     "root": (SOBOL + "root = {{ k_theta = 942.5, k_y = 20 }}\n", (3, 15)),
     "core": (SOBOL + "core = {{ diameter = 0.5, modulus = 60000 }}\n", (3, 15)),

@@ -1,5 +1,5 @@
-"""What it costs that a sweep can stop anywhere: whole processes that keep what is complete every two seconds (the default) beside the same that
-never do, in turn. Prints a Markdown table: fastest and median seconds of each, and the differences; of CPU time too (all threads, user and system), which other
+"""Cost of a sweep that can stop anywhere: whole processes that keep their state every two seconds (the default) against the same that never do, in turn.
+Prints a Markdown table: fastest and median seconds of each, and the differences; of CPU time too (all threads, user and system), which other
 work on the machine disturbs less.
 
     python3 benches/safety.py PROGRAM [ROUNDS] [NAME…]"""
@@ -57,7 +57,7 @@ def main():
                 child = subprocess.Popen(line, cwd=folder)
                 _, status, used = os.wait4(child.pid, 0)
                 assert status == 0, status
-                # The first round fills caches.
+                # The first round warms the caches.
                 if round > 0:
                     seconds[every].append((time.perf_counter() - begun, used.ru_utime + used.ru_stime))
                 shutil.rmtree(f"{folder}/out")

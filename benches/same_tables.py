@@ -30,7 +30,7 @@ def runs():
 
 
 def apart(one, other):
-    """What differs between two files, in words; empty where nothing does."""
+    """The difference between two files, in words, or an empty text."""
     if not (os.path.exists(one) and os.path.exists(other)):
         return "written by one of them only"
     if filecmp.cmp(one, other, shallow=False):

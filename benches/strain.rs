@@ -1,7 +1,7 @@
-//! Strains of single taps (`Taps::strains`, which Python's `vibrissa.strain` asks) against the kernel alone, and what framing costs, as markdown tables.
+//! Strains of single taps (`Taps::strains`, used by `vibrissa.strain` of Python) against the kernel alone, and the cost of framing, as tables.
 //!
-//! 10⁶ random taps, each of a whisker of its own, on one thread, in its CPU seconds. The kernel's taps were framed beforehand. Every model takes both in turn,
-//! round after round. An argument names the models to measure.
+//! 10⁶ random taps of different whiskers, in CPU time of one thread. The kernel's taps are framed beforehand. Both take turns, round after round.
+//! An argument names the models to measure.
 
 mod clock;
 
@@ -22,13 +22,12 @@ const TAPS: usize = 1_000_000;
 
 const ROUNDS: usize = 7;
 
-/// Taps of which framing alone is measured: one after the other it can take microseconds.
+/// Fewer taps for framing: one by one it can take microseconds.
 const FRAMED: usize = TAPS / 10;
 
-/// Taps that are framed together.
 const BLOCK: usize = 1024;
 
-/// Taps that the kernel is asked for at once.
+/// Taps of one call of the kernel.
 const PART: usize = 1 << 17;
 
 fn models() -> Vec<(&'static str, Setup)> {
@@ -70,7 +69,6 @@ fn framed(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 }).map(|frame| *frame.tap())
 }
 
-/// Least and median.
 fn told(mut all: Vec<f64>) -> [f64; 2] {
     all.sort_by(f64::total_cmp);
     [all[0], all[all.len() / 2]]
@@ -96,11 +94,11 @@ fn strains(setup: &Setup, precision: Precision, tuples: &[Tuple]) -> [Vec<f64>; 
         }));
         times[1].push(spent(|| taps.strains(|i| tuples[i], &mut found).expect("the CPU answers")));
     }
-    // The first round charts the law.
+    // The first round includes charting the law.
     times.map(|all| all[1..].to_vec())
 }
 
-/// Seconds of framing `tuples` one after the other, and in lanes; and the share that is framed there.
+/// Seconds to frame `tuples` one by one and in lanes, and the share framed in lanes.
 fn framing(setup: &Setup, tuples: &[Tuple]) -> ([Vec<f64>; 2], f64) {
     let lanes = Framing::new(setup);
     let (mut some, mut whole, mut times) = (Framed::default(), 0, [Vec::new(), Vec::new()]);
@@ -128,7 +126,7 @@ fn framing(setup: &Setup, tuples: &[Tuple]) -> ([Vec<f64>; 2], f64) {
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    // `cargo test` runs bench targets too: nothing is measured then.
+    // `cargo test` also runs bench targets: skip it.
     if !args.iter().any(|a| a == "--bench") {
         return;
     }

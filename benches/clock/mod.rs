@@ -1,6 +1,5 @@
 //! Times of work on one thread.
 
-/// CPU seconds of this thread so far.
 #[cfg(unix)]
 pub fn now() -> f64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
@@ -9,14 +8,14 @@ pub fn now() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Seconds on the wall: this system tells no others.
+/// Wall time: this system has no CPU time of a thread.
 #[cfg(not(unix))]
 pub fn now() -> f64 {
     static BEGUN: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
     BEGUN.elapsed().as_secs_f64()
 }
 
-/// What `work` takes of them.
+/// Seconds of `work`.
 pub fn spent(work: impl FnOnce()) -> f64 {
     let before = now();
     work();

@@ -29,7 +29,7 @@ NAMES = ("D", "d", "L_a", "x_ss", "l", "a", "theta", "delta", "tilt", "lean", "h
 
 
 def inputs_of(given, keywords):
-    """Names that `grad` takes of this model."""
+    """Names that `grad` accepts for this model."""
     one = {name: float(np.atleast_1d(x)[0]) for name, x in given.items()}
     found = []
     for name in NAMES:
@@ -42,7 +42,7 @@ def inputs_of(given, keywords):
 
 
 def of_model(name, n, fine=1.0, only=None):
-    """One row of the table, and all derivatives; of the taps with the numbers `only`, if they are said."""
+    """One row of the table, and all derivatives, of all taps or of those numbered in `only`."""
     model = MODELS[name]
     keywords, numbers, switches = described(model)
     kind = "delta" if model.get("displaced") else "theta"
@@ -78,12 +78,12 @@ def of_model(name, n, fine=1.0, only=None):
     if not model.get("tilted"):
         got[..., 6:] = slopes_[..., 6:] = np.nan
     else:
-        # A pole that is felt upright has no azimuth; one that sticks does not move.
+        # An upright effective pole has no azimuth; a sticking contact does not slide.
         none = np.isnan(got[..., 7])
         slopes_[..., 7][none] = slopes_[..., 8][none] = np.nan
     ends = np.stack([taps["x_ss"], np.real([rod.grid(*row)[1] for row in zip(p, w)])], 1)
     kink = np.any(np.abs(ends - told.contact_arc_mm[:, None]) <= 1e-9 * taps["a"][:, None], 1)
-    # A contact that was at or before the gauge when it touched shows no strain.
+    # A contact that touches at or before the gauge shows no strain.
     silent = (told.status & vibrissa.Status.no_strain) != 0
     slopes_[silent, :, 0] = slopes_[silent, :, 6] = 0
     slopes_[silent, :, 2] = np.nan
@@ -91,7 +91,7 @@ def of_model(name, n, fine=1.0, only=None):
         slopes_[silent, :, 6] = np.nan
     usual = np.abs(np.log10(taps["a"] / 33)) < 2
     missing = np.isnan(got) != np.isnan(slopes_)
-    # What a column without any derivative is measured by: the number over the input.
+    # Scale of a column without derivatives: the number divided by the input.
     natural = np.where(np.arange(9) == 2, 1, np.nanmedian(np.abs(shown), 0)) / np.array([[max(abs(float(np.median(p[:, k].real))), 1e-2)] for k in places]) * units[:, None]
     with np.errstate(invalid="ignore"):
         large = [np.nanmax(np.where(rows[:, None, None] & (unsure <= 1e-6 * np.abs(slopes_)), np.abs(slopes_), 0), 0, initial=0) for rows in (usual, usual | True)]

@@ -83,7 +83,7 @@ MODELS = {
 LAWS = {"hooke": rod.HOOKE, "neo-hookean": rod.NEO, "mooney-rivlin": rod.MOONEY, "yeoh": rod.YEOH}
 CLAMPS = {"bonded": 1, "glued": 2, "socket": 3}
 MODULI = {rod.HOOKE: ["E"], rod.NEO: ["E"], rod.MOONEY: ["C10", "C01"], rod.YEOH: ["C10", "C20", "C30"]}
-# By the inputs' names in `grad`, where they are others than those of the numbers.
+# Names in `grad` that differ from those in `NUMBERS`.
 INPUTS = {"bore": "inside", "core.diameter": "inside", "theta": "drive", "delta": "drive"}
 # Per degree.
 DEGREES = ("theta", "tilt", "lean")

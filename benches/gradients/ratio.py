@@ -1,4 +1,4 @@
-"""How much longer a tap takes with its derivatives by d, a and θ, f64, of several models. Prints a table.
+"""Time of a tap with its derivatives by d, a and θ relative to one without, f64, for several models. Prints a table.
 
     python benches/gradients/ratio.py [TAPS]
 """

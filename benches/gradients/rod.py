@@ -11,7 +11,7 @@ import os
 import numpy as np
 from scipy.integrate._ivp import dop853_coefficients as dop
 
-# Compiled it takes some milliseconds a tap, else seconds.
+# Milliseconds a tap compiled, otherwise seconds.
 try:
     if os.environ.get("VIBRISSA_UNCOMPILED"):
         raise ImportError
@@ -120,7 +120,7 @@ def stiffness(p, w, s, within):
 
 @njit(cache=True)
 def held(p, w):
-    """c₀, k over that of §3, b and c of the clamp (§8 a); b is NaN where there is none."""
+    """c₀, k over that of §3, b and c of the clamp (§8 a); b is NaN for a clamp without it."""
     n = 0.5 - p[NU]
     nothing = complex(np.nan, 0)
     one = 1.011 / 0.9
@@ -295,7 +295,7 @@ def shares(p, w, near, far, end, fine):
         n = 30 * abs(far.real - near.real) / end + 6 * turn
     if w[DISTORTING]:
         n = max(n, min(abs(far.real - near.real) / (0.1 * p[D].real), 24))
-    # Whole numbers before they are made finer: 1.5 times as many are always more.
+    # Rounded up before refining, so that a refinement by 1.5 always adds steps.
     n = math.ceil(fine * max(math.ceil(n), 2))
     found = np.empty(n + 1)
     for j in range(n + 1):
@@ -308,7 +308,7 @@ def shares(p, w, near, far, end, fine):
 
 @njit(cache=True)
 def shoot(p, w, z, sticks, fine, kept, most):
-    """What is missing to an equilibrium with the unknowns `z` (P, c or T, φ), and what the tap then shows. `kept`: strains of the sections, from the last try."""
+    """Residuals of the equilibrium for the unknowns `z` (P, c or T, φ), and the outputs of the tap. `kept`: strains of the sections, from the last try."""
     lacks, shows = np.zeros(3, np.complex128), np.zeros(OUTPUTS, np.complex128)
     force = z[0]
     c = p[A] if sticks else z[1]
@@ -391,7 +391,7 @@ def shoot(p, w, z, sticks, fine, kept, most):
                 if read:
                     axial -= h * RK_B[i] * slope[i, 3]
                     bending -= h * RK_B[i] * slope[i, 4]
-    # Closure.
+    # Closure: the contact must lie at the pole.
     rest = at_rest(p, p[A])
     moment = -x * fy - (height - y) * fx
     omega, u, v = -psi, 0j, 0j
@@ -494,7 +494,7 @@ def closed(p, w):
     strain = theory(p, w) / shear
     reach = 1 + 0j if w[DISPLACED] else a + p[HUB]
     force = p[DRIVE] * reach * 3 * math.pi * p[E] * p[D] ** 4 * (1 - tau * a) / (64 * a ** 3) / shear
-    # K is that of shear alone.
+    # K contains shear only.
     shows[2], shows[5] = shear - 1, a
     shows[0], shows[3] = strain, force
     if w[TILTED]:
@@ -521,7 +521,7 @@ def finish(p, w, shows):
 
 @njit(cache=True)
 def invert(j, count, lacks):
-    """The step that a Jacobian says."""
+    """The Newton step for a Jacobian."""
     m = np.empty((count, count))
     b = np.empty(count)
     for i in range(count):
@@ -533,7 +533,7 @@ def invert(j, count, lacks):
 
 @njit(cache=True)
 def one(p, w, units, inputs, begin, sticks, fine, values, slopes):
-    """Value and derivatives of one tap; how far its last step and its closure were from nothing."""
+    """Value and derivatives of one tap, and the sizes of its last step and closure error."""
     if w[LINEAR]:
         values[:] = finish(p, w, closed(p, w)).real
         for k in range(len(inputs)):
@@ -583,7 +583,7 @@ def one(p, w, units, inputs, begin, sticks, fine, values, slopes):
 
 @njit(cache=True, parallel=True)
 def many(p, w, units, inputs, begin, sticks, fine):
-    """The same of taps: a row of `p`, `w`, `begin` each."""
+    """`one` for many taps: a row of `p`, `w`, `begin` each."""
     n = len(p)
     values, slopes, sizes = np.empty((n, OUTPUTS)), np.empty((n, len(inputs), OUTPUTS)), np.empty(n)
     for i in prange(n):

@@ -15,7 +15,7 @@ from problem import Taps
 HERE = pathlib.Path(__file__).parent
 PROGRAM = HERE.parent.parent / "target" / "release" / "vibrissa"
 PEERS = ["vibrissa", "jax", "diffrax", "numba", "scipy", "elastica"]
-# What the timed sweeps write: rows per distance, of taps solved one by one, or the 100 best designs, ranked from the chart where there is one.
+# Output of the timed sweeps: rows per distance of solved taps, or the 100 best designs, ranked from charts.
 SOLVED, RANKED = "distances = true", "distances = false\ntop = 100"
 # Name, flags, output, whiskers of the timed sweep (10 taps each).
 OURS = [
@@ -26,7 +26,7 @@ OURS = [
     ("vibrissa cpu f64", ["--backend", "cpu", "--precision", "f64"], SOLVED, 1_000_000),
     ("vibrissa reference", ["--backend", "reference"], SOLVED, 10_000),
 ]
-# Random taps of a timed sweep that the reference solves again.
+# Random taps of a timed sweep, solved again by the reference.
 SAMPLES = 100_000
 COLUMNS = ["name", "taps", "solved", "interpolated", "taps_per_second", "p99", "worst", "ratio"]
 
@@ -39,7 +39,7 @@ def sweep(spec, flags, out):
 
 
 def ours(work, name, flags, output, whiskers):
-    """Speed of a whole process, and errors of random taps of the same sweep, got the same way."""
+    """Speed of a whole process, and errors of random taps of the same sweep."""
     text = (HERE / "taps.toml").read_text().replace("samples = 10000,", f"samples = {whiskers},")
     text = text.replace("designs = false\ndistances = false", "tuples = false\ndesigns = false\n" + SOLVED)
     if output == RANKED:
@@ -57,7 +57,7 @@ def ours(work, name, flags, output, whiskers):
 
 
 def errors(work, spec, flags, output):
-    """p99 and worst strain error of the census; the chart's where it ranks. Of the chart on a GPU there is no census: it is the same chart."""
+    """p99 and worst strain error of the census, or of the chart for a ranked sweep; a GPU reads the same chart as the CPU."""
     if "reference" in flags:
         return {"p99": 0.0, "worst": 0.0}
     if output == RANKED and "gpu" in flags:

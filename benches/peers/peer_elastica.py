@@ -53,12 +53,12 @@ def gauge_strain(rod, tau, D, x1, x2):
 
 def main(path):
     taps = Taps(path)
-    # An ordinary tap: 5 degrees in the middle of the whisker. Near the tip the rod would slip off while it swings.
+    # An ordinary tap: 5° in the middle of the whisker. Nearer the tip, the rod would slip off while it oscillates.
     taps = taps.take([np.argmin(np.abs(taps.a - 33) / 10 + np.abs(np.degrees(taps.theta) - 5))])
     tau, a, theta, x1, x2 = (float(x[0]) for x in taps.inputs())
     D, length, E, density = float(taps.D[0]), 50.0, 3.2, 1.2e-3
     simulation = Simulation()
-    # The first element is held; the rod bends from its middle on, which is therefore put where the clamp is.
+    # The first element is fixed; the rod bends from the middle of it, which is placed at the clamp.
     element = length / (ELEMENTS - 0.5)
     s = np.arange(ELEMENTS) * element
     rod = ea.CosseratRod.straight_rod(
@@ -80,7 +80,7 @@ def main(path):
         for _ in range(1000):
             now = stepper.step(simulation, now, dt)
         if start is None:
-            # The first batch compiles.
+            # The first batch includes compilation.
             start = time.perf_counter()
             continue
         spent = time.perf_counter() - start
@@ -89,7 +89,7 @@ def main(path):
             settled = None
         elif settled is None:
             settled = spent
-        # Settled: within the bound for as long again as it took to get there.
+        # Settled if within the bound for as long again as it took to reach it.
         if (settled is not None and spent > 2 * settled + 0.5) or spent > TIME_LIMIT:
             break
     seconds = settled if settled is not None else float("inf")

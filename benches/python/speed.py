@@ -1,4 +1,4 @@
-"""Speed and memory of the Python package beside the engine itself. Prints a table; with an argument writes it there too.
+"""Speed and memory of the Python package compared with the engine. Prints a table; with an argument writes it there too.
 
 Times are the fastest of several; CPU times are those of all threads, which other work on the machine hardly changes.
 """

@@ -39,7 +39,7 @@ shear = true
 extension = true
 """
 ANGLES = [1.5, 3.0, 6.0]
-# Median and spread in ln: noise, noise that goes with the signal, position, visit, gain and zero of a run.
+# Median and spread in ln: noise, noise proportional to the signal, position, visit, gain and zero of a run.
 PRIORS = [(2e-3, 2.0), (3e-3, 2.0), (1.5e-3, 2.0), (3e-3, 1.5), (3e-3, 1.5), (3e-3, 1.5)]
 
 
@@ -69,19 +69,19 @@ def rig(program, seed, prior):
     relative = position = visit = 0.0
     if prior:
         floor, relative, position, visit, *of_run = [m * np.exp(s * rng.normal()) for m, s in PRIORS]
-        # A rig with which nothing can be told is no rig.
+        # Skip rigs too noisy to give a distance.
         if max(floor, relative, position, visit, *of_run) > 0.1:
             return None
         noise, runs = size * floor, [of_run[0], size * of_run[1]]
 
     def read(a, theta, stroke=False):
-        """In a run of its own."""
+        """Readings in a new run."""
         g, z = 1 + runs[0] * rng.normal(), runs[1] * rng.normal()
         theta, a = np.asarray(theta), np.asarray(a)
-        # Where an object truly stands, whose label says a.
+        # Factor from the labelled to the true position of each object.
         own = {x: np.exp(np.hypot(position, visit) * rng.normal()) for x in np.unique(a)}
         y = np.where(theta > -offset, strain(np.minimum(a * np.vectorize(own.get)(a), 74.0), theta), 0.0)
-        # Along a stroke, which is one tap, it is the same.
+        # One draw for the whole stroke.
         y = y * g * (1 + relative * rng.normal(size=a.shape if stroke else y.shape))
         return y + z + noise * rng.normal(size=y.shape)
 
@@ -125,7 +125,7 @@ def rig(program, seed, prior):
         for k in range(2):
             a, touch = rng.uniform(22, 48), rng.uniform(0.5, 2)
             u = np.linspace(0.1, 6.5, 25)
-            # The whisker touches where its own angle begins.
+            # Contact begins at the drive where the true angle is zero.
             truths.append((a, touch - offset))
             readings += [(v, y, f"s{k}") for v, y in zip(u, read(a, u - touch, stroke=True))]
         told = located("strokes.csv", ["theta_deg", "strain", "stroke"], readings, "--strokes")

@@ -171,7 +171,7 @@ def grouped(x):
 
 
 def program(exe, s, train, test):
-    """Errors in mm and σ of the test rows; NaN where there is no answer. The lines that were called suspect."""
+    """Errors in mm and σ of the test rows, NaN without an answer; and the lines called suspect."""
     with tempfile.TemporaryDirectory() as folder:
         f = pathlib.Path(folder)
         s.rows(train, f / "train.csv")
@@ -306,7 +306,7 @@ def main():
                     except (ValueError, np.linalg.LinAlgError):
                         errors[n].append(np.full(test.sum(), np.nan))
             each = {n: rms(np.concatenate(e)) for n, e in errors.items()}
-            # One that leaves a tenth of the rows unanswered is no rival.
+            # A fit that leaves a tenth of the rows unanswered does not count.
             whole = [n for n in others if np.isfinite(np.concatenate(errors[n])).mean() > 0.9]
             best = min((each[n] for n in whole), default=np.nan)
             ratio = each["learned"] / best

@@ -94,7 +94,7 @@ class Rig:
             return None
         with open(pathlib.Path(self.folder) / "told/located.csv") as file:
             told = [r for r in csv.DictReader(line for line in file if not line.startswith("#")) if float(r["delta_mm"]) != 0.0]
-        # What has no distance is off by a quarter of the range.
+        # A missing distance counts as an error of a quarter of the range.
         miss = 0.25 * (self.places[-1] - self.places[0])
         off = [float(r["distance_mm"]) - float(r["a_mm"]) if r["distance_mm"] else miss for r in told]
         return math.sqrt(sum(x * x for x in off) / len(off))

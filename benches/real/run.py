@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measured data through `vibrissa calibrate`, beside fits that know nothing of it: errors on positions left out whole.
+"""Measured data through `vibrissa calibrate`, compared with independent fits: errors on held-out positions.
 
     python3 benches/real/run.py DATA_FOLDER [PROGRAM] > table.md
 
@@ -24,7 +24,7 @@ SIGNALS = ["strain", "microstrain", "bridge_mV_per_V", "reading"]
 
 
 def load(path):
-    """(a, drive, |signal| without zero) of each tap; drive 1 where there is none."""
+    """(a, drive, |signal| without zero) of each tap; drive 1 without a drive column."""
     rows = list(csv.DictReader(open(path)))
     drive = next((c for c in ("theta_deg", "delta_mm") if c in rows[0]), None)
     signal = next(c for c in SIGNALS if c in rows[0])
@@ -36,7 +36,7 @@ def load(path):
     if zero:
         s = s - np.interp(i, *zip(*zero))
     elif (s > 0).any() and (s < 0).any():
-        # Without a zero any value beyond all signals will do for a smooth fit.
+        # Without a zero reading, any value beyond all signals makes the fit smooth.
         rising = np.polyfit(d, s, 1)[0] > 0
         s = s - (s.min() - 0.1 * np.ptp(s) if rising else s.max() + 0.1 * np.ptp(s))
     return a, d, np.abs(s)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The searches of this program beside scipy's differential evolution and pymoo's NSGA-II on the same problem.
+"""The searches of this program compared with scipy's differential evolution and pymoo's NSGA-II on the same problem.
 
 All see the same model: the peers hand each generation to `vibrissa sweep` as a tuple file, on the CPU kernels, and read designs.csv.
 Constraints are strain <= 0.05, force <= 1 N and d <= D. Run `benches/search/run`; it prints one table in Markdown.
@@ -125,7 +125,7 @@ def main():
         answer, seconds = ours("pareto", seed, "cpu")
         front = np.array([[r["K_sd"], r["total_rms_mm"]] for r in answer["result"]["front"]["rows"]])
         low, corner = front.min(axis=0), front.max(axis=0)
-        # In units of the extent of this front, so that 1 is a front that is one corner.
+        # Scaled to the extent of this front; 1 would be a front with a single ideal corner.
         volume = lambda f: HV(ref_point=np.ones(2))((np.asarray(f) - low) / (corner - low))
         spent = answer["counts"]["evaluations"]
         print(f"| this program, cpu | {seed} | {len(front)} | {volume(front):.5f} | {spent} | {seconds:.2f} |", flush=True)

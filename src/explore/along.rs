@@ -1,4 +1,4 @@
-//! The strain along a whisker, its contact and its force, as functions of numbers scaled by the contact distance.
+//! Strain along a whisker, contact and force, as functions of numbers scaled by the contact distance.
 
 use crate::chart::axis::{AXES, Axis, Map, Quantity};
 use crate::chart::build::{Bound, Built, build_of};
@@ -13,45 +13,43 @@ use crate::scene::{Contact, Drive, Material, Setup, Side, Signal, Theory, Tuple}
 use super::domain::Domain;
 use super::taps::{Taps, sides, skin};
 
-/// Functions of the chart.
 pub const FUNCTIONS: usize = 5;
-/// (1 − x/a) (ε(x)/(θ f(x)) − 1) of the contact side, f the linear limit of the model at a point, less [`skin`].
+/// (1 − x/a) (ε(x)/(θ f(x)) − 1) on the contact side minus [`skin`]; f is the linear limit of the model at a point.
 pub const CONTACT: usize = 0;
-/// The same of the far side.
+/// The same on the far side.
 pub const FAR: usize = 1;
 /// c/a − 1.
 pub const ARC: usize = 2;
-/// P over that of the linear theory, less 1.
+/// P relative to linear theory, minus 1.
 pub const FORCE: usize = 3;
-/// The moment or the force on the root over that of the linear limit, less 1; 0 where a strain is read.
+/// Moment or force at the root relative to the linear limit, minus 1; 0 for a strain sensor.
 pub const SIGNAL: usize = 4;
 
-/// Axis of r₀/a, or of ρ/a where the pole has a radius.
+/// Axis of r₀/a, or of ρ/a for a pole with a radius.
 pub const OFFSET: usize = Quantity::Length as usize;
 /// Axis of τa.
 pub const TAPER: usize = Quantity::Taper as usize;
 /// Axis of x/a.
 pub const PLACE: usize = Quantity::Place as usize;
 
-/// Errors of the strain where K → 1: of δ/driveᵉ relative to itself, and a small one.
+/// Allowed errors of δ/driveᵉ: relative, and absolute where K → 1.
 const RELATIVE: f64 = 1e-5;
 const SMALL: f64 = 0.02;
 
-/// Most taps of a chart, and of a solid, whose strain changes fast next to the clamp: each is a term, and a page should stay small.
+/// Most taps of a chart, and of a solid, whose strain changes fast next to the clamp. Each tap is a term, which makes the page larger.
 const MOST: [usize; 2] = [9000, 14_000];
 
-/// Axes of a chart of so many that are cut where that does not suffice: strains next to the contact first, which no gauge reads, then strong tapers. A page says
-/// where its chart ends.
+/// Axes whose range is cut, in turn, for a chart with too many taps: strains next to the contact, which no gauge reads, then strong tapers.
 const CUTS: [usize; 5] = [PLACE, TAPER, TAPER, TAPER, TAPER];
 
-/// Share of the strain's error that a chart may have at the points that check it, and the chart of a solid. The worst points of a solid are corners of
-/// the box that stand for no whisker (the largest D/a beside the smallest ρ/a): the census keeps the error at whiskers, 0.2 to 0.9 of what is allowed.
+/// Share of the strain's error allowed at the check points of a chart, and of a solid. A solid's worst points are corners of the box without a
+/// whisker (largest D/a with smallest ρ/a); at whiskers the census finds 0.2 to 0.9 of the allowed error.
 const SHARE: [f64; 2] = [0.2, 2.0];
 
-/// Share of the strain's error that the arc of a contact may be off that chooses whether it slides: it tells what T holds it.
+/// Share of the strain's error allowed for the arc with friction, since the arc selects the T/P that holds the contact.
 const HELD: f64 = 0.01;
 
-/// Points of the mean over a gauge (Gauss, Legendre): x and weight on [−1, 1].
+/// Gauss–Legendre points and weights on [−1, 1], for the mean over a gauge.
 pub const GAUSS: [[f64; 2]; 5] = [
     [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
     [-0.538_469_310_105_683_1, 0.478_628_670_499_366_5],
@@ -60,21 +58,19 @@ pub const GAUSS: [[f64; 2]; 5] = [
     [0.906_179_845_938_664, 0.236_926_885_056_189_1],
 ];
 
-/// A chart that holds every distance.
 #[derive(Debug, Clone)]
 pub struct Along {
-    /// e: functions are divided by driveᵉ.
+    /// Exponent e: functions are divided by driveᵉ.
     pub power: i32,
-    /// Whether the far side is the mirror image of the contact side.
+    /// True if the far side mirrors the contact side.
     pub mirrored: bool,
-    /// Box, series, errors at the points that checked them: of the model, or of a contact that slides with each of the ratios T/P of
-    /// [`Self::ratios`], over the same box.
+    /// Box, series and check errors: one branch for the model, or one for each of [`Self::ratios`] of a sliding contact, over the same box.
     pub branches: Vec<Built<FUNCTIONS>>,
-    /// T/P from −μ to μ of Coulomb friction, ascending; empty where a contact does not choose.
+    /// T/P from −μ to μ of Coulomb friction, ascending; else empty.
     pub ratios: Vec<f64>,
 }
 
-/// The power of the drive with which the model leaves its own linear limit.
+/// Leading power of the drive in the deviation from the model's linear limit.
 fn own_power(setup: &Setup) -> i32 {
     let theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
     let mut own = setup.clone();
@@ -82,14 +78,13 @@ fn own_power(setup: &Setup) -> i32 {
     power(&own)
 }
 
-/// Whether the far side is the mirror image of the contact side: neither side knows the sign of the stretch.
+/// True if the far side mirrors the contact side: without extension, Hooke's law is symmetric in tension and compression.
 fn mirrored(setup: &Setup) -> bool {
     !setup.model.extension && matches!(setup.model.material, Material::Hooke(_))
 }
 
 impl Along {
-    /// The chart of `setup` over `domain`, for strains good to `strain`; of a contact with friction from this many ratios T/P. `None` where it
-    /// is not smooth enough.
+    /// The chart of `setup` over `domain` with strain error `strain`; with friction, for this many ratios T/P. `None` if it is not smooth enough.
     pub fn new(
         setup: &Setup,
         domain: &Domain,
@@ -127,12 +122,10 @@ impl Along {
         Ok(Some(Self { power, mirrored: mirrored(setup), branches, ratios }))
     }
 
-    /// Where it holds.
     pub fn axes(&self) -> &[Axis; AXES] {
         &self.branches[0].axes
     }
 
-    /// The functions that a page reads.
     pub fn read(&self, signal: Signal) -> impl Iterator<Item = usize> {
         let mirrored = self.mirrored;
         (0..FUNCTIONS).filter(move |f| match *f {
@@ -142,12 +135,11 @@ impl Along {
         })
     }
 
-    /// Coefficients that a page reads.
     pub fn coefficients(&self, signal: Signal) -> usize {
         self.branches.iter().map(|b| self.read(signal).map(|f| b.series[f].terms()).sum::<usize>()).sum()
     }
 
-    /// δ = s/(θ f) − 1 of what the sensor reads of `t` (drive in rad or mm), f the linear limit of the model; `None` outside the chart.
+    /// δ = s/(θ f) − 1 of the signal s of `t` (drive in rad or mm), f the linear limit of the model; `None` outside the chart.
     pub fn signal(&self, setup: &Setup, hub: f64, t: &Tuple, drive: f64) -> Option<f64> {
         let taper = Taper::new(t.D, t.d, t.L_a);
         let [x1, x2] = taper.gauge(t.x_ss, t.l);
@@ -184,8 +176,8 @@ impl Along {
     }
 }
 
-/// What each branch counts, by c/a − 1 of each: the last where even T/P = μ lets the contact slide outwards, the first where even −μ lets it
-/// slide inwards, else those of the polynomial through all of them at the T/P that holds it.
+/// Weights of the branches by their c/a − 1: the last if even T/P = μ lets the contact slide outwards, the first if even −μ lets it slide inwards,
+/// else polynomial interpolation at the T/P that holds it.
 fn shares(arcs: &[f64]) -> Vec<f64> {
     let nodes = lobatto(arcs.len().max(2));
     let at = |x: f64| -> Vec<f64> {
@@ -203,7 +195,7 @@ fn shares(arcs: &[f64]) -> Vec<f64> {
     }
 }
 
-/// Box and series of taps whose contact slides with T/P = `friction`, or as the model says.
+/// Box and series for contacts that slide with T/P = `friction`, or as in the model.
 fn branch(
     setup: &Setup,
     axes: [Axis; AXES],
@@ -230,7 +222,7 @@ fn branch(
     build_of(axes, &bounds, (MOST[solid], &CUTS), &mut |q| taps.solve(q))
 }
 
-/// What the sensor reads of `t` by the linear limit of the model, per unit of drive.
+/// The signal of `t` in the linear limit of the model, per unit of drive.
 pub fn linear(setup: &Setup, hub: f64, t: &Tuple) -> f64 {
     let taper = Taper::new(t.D, t.d, t.L_a);
     let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };

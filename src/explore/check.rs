@@ -1,4 +1,4 @@
-//! What a page would say, compared with taps that are solved: whiskers of its domain, none of them a point of its chart.
+//! Compares a page's answers with solved taps, at whiskers of its domain away from the chart's points.
 
 use super::along::{Along, linear};
 use super::domain::Domain;
@@ -10,24 +10,20 @@ use crate::scene::{Setup, Tuple};
 
 const WHISKERS: usize = 600;
 
-/// Errors of a chart at whiskers of its domain.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Census {
-    /// Taps compared.
     pub taps: usize,
-    /// Taps of the domain that lie outside the chart.
+    /// Number of taps outside the chart.
     pub outside: usize,
-    /// Largest error of what is read, a strain, a moment or a force, relative to it.
+    /// Largest relative error of the signal: strain, moment or force.
     pub strain: f64,
-    /// Largest error of s/(θ f) − 1, s what is read, f the linear limit of the model, relative to it and, where it is smaller than 1e-7, to that.
+    /// Largest error of s/(θ f) − 1 relative to it, or to 1e-7 if it is smaller; s is the signal, f the linear limit of the model.
     pub deviation: f64,
 }
 
 impl Census {
-    /// Compares `chart` with taps of `setup` over `domain`.
     pub fn take(setup: &Setup, domain: &Domain, chart: &Along) -> Result<Self, SolveError> {
         let mut census = Self::default();
-        // One setup for each hub: it belongs to the rig.
         for hub in hubs(domain) {
             let own = setup.clone().hub(hub);
             let mut taps = Vec::new();
@@ -44,7 +40,7 @@ impl Census {
             let tuples: Vec<Tuple> = taps.iter().map(|(t, _)| *t).collect();
             let found = Taps::of(&own, &tuples).answers(f64_method(&own, 1e-10))?;
             for ((t, delta), o) in taps.iter().zip(&found).filter(|(_, o)| o.strain.is_finite()) {
-                // K − 1 is that of the estimator's theory; the two theories differ by a closed form.
+                // K − 1 refers to the estimator's theory; convert it to the linear limit in closed form.
                 let theory = o.strain_linear.abs();
                 let limit = amount(setup.drive, t.drive) * linear(setup, hub, t);
                 let ratio = if theory == limit { 1.0 } else { theory / limit };
@@ -64,9 +60,9 @@ fn hubs(domain: &Domain) -> Vec<f64> {
     if hi > lo { [0.0, 0.37, 1.0].map(|x| lo + x * (hi - lo)).to_vec() } else { vec![lo] }
 }
 
-/// Whisker `i` of `domain`: evenly spread (Weyl).
+/// Whisker `i` of `domain`, by a low-discrepancy sequence (Weyl).
 fn whisker(domain: &Domain, i: usize, hub: f64) -> Tuple {
-    // Powers of the inverse of the root of x⁸ = x + 1.
+    // Powers of 1/x, x the root of x⁸ = x + 1.
     const ROOT: f64 = 1.096_981_557_798_560_7;
     let at =
         |k: i32, [lo, hi]: [f64; 2]| lo + (hi - lo) * (0.5 + hub + (i + 1) as f64 * ROOT.powi(-k)).fract();

@@ -1,4 +1,4 @@
-//! What a page reads, as JSON.
+//! The JSON of a page.
 
 use serde_json::{Map, Value, json};
 
@@ -18,10 +18,10 @@ const NAMES: [&str; FUNCTIONS] = ["contact", "far", "arc", "force", "signal"];
 
 const AXIS_NAMES: [&str; 5] = ["drive", "offset_over_a", "D_over_a", "tau_a", "x_over_a"];
 
-/// `baked` of `spec`, with the parts of the spec that the page does not move.
+/// JSON of `baked`, with the parts of the spec that the page keeps.
 ///
 /// # Errors
-/// A spec's text that cannot be read a second time.
+/// The text of the spec does not parse.
 pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
     let (setup, domain, chart) = (&spec.study.setup, &baked.domain, &baked.chart);
     let branch = |(k, built): (usize, &Built<FUNCTIONS>)| {
@@ -80,7 +80,7 @@ fn side(side: Side) -> &'static str {
     if side == Side::Contact { "contact" } else { "far" }
 }
 
-/// Terms as rows, orders over all axes but the last before their coefficients, which single precision holds.
+/// Terms as rows: orders over all axes except the last, then coefficients in single precision.
 fn rows(series: &Series) -> Value {
     let row = |row: &Row| {
         let coefficients: Vec<Value> = row.coefficients.iter().map(|c| short(*c)).collect();
@@ -89,13 +89,12 @@ fn rows(series: &Series) -> Value {
     series.rows.iter().map(row).collect()
 }
 
-/// The shortest decimal number that is this one in single precision.
 fn short(c: f64) -> Value {
     let text = format!("{:e}", c as f32);
     text.parse::<f64>().map_or(Value::Null, |c| if c == 0.0 { json!(0) } else { json!(c) })
 }
 
-/// The sections of the spec that the page does not move, as TOML for a spec of what it shows.
+/// Sections of the spec that the page keeps, as TOML for a spec of the shown design.
 fn kept(spec: &Spec) -> Result<Value, Error> {
     let fail = |e: &dyn std::fmt::Display| Error::Run(format!("{}: {e}", spec.name));
     let table: toml::Table = spec.text.parse().map_err(|e| fail(&e))?;
@@ -107,7 +106,7 @@ fn kept(spec: &Spec) -> Result<Value, Error> {
         if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material)
             && let Some(material) = section.get_mut("material")
         {
-            // The curve's path is relative to the spec; its fit is what was computed with.
+            // Replaces the curve, whose path is relative to the spec, by its fit.
             *material = toml::Value::Table([("yeoh".to_owned(), c.to_vec().into())].into_iter().collect());
         }
         section.into_iter().map(|(key, value)| Ok(format!("{key} = {value}\n"))).collect()

@@ -1,4 +1,4 @@
-//! Over which ranges a page lets everything be moved: those of the spec; where it has one number, a range around it.
+//! Ranges of a page's sliders: those of the spec, or a range around a single number.
 
 use crate::chart::axis::{AXES, FIRST_PLACE};
 use crate::design::amount;
@@ -6,13 +6,13 @@ use crate::error::InputError;
 use crate::plan::Layout;
 use crate::scene::{Axis, Column, Drive, Setup, Tuple};
 
-/// Largest x/a of the chart; beyond it a page draws the strain from the last places.
+/// Largest x/a of the chart; beyond it the page extrapolates the strain.
 const LAST_PLACE: f64 = 0.95;
 
-/// Largest τa: next to the virtual apex nothing is smooth.
+/// Largest τa: the solution is not smooth next to the virtual apex.
 const LAST_TAPER: f64 = 0.92;
 
-/// Ranges, lengths in mm, and where the page starts.
+/// Ranges, lengths in mm, and the start of the page.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(non_snake_case)]
 pub struct Domain {
@@ -21,31 +21,28 @@ pub struct Domain {
     pub L_a: [f64; 2],
     pub x_ss: [f64; 2],
     pub l: [f64; 2],
-    /// r₀; a point with a displacement drive, where it plays no part, and with a pole that has a radius.
+    /// r₀; a single value with a displacement drive, which it does not affect, and with a pole radius.
     pub hub: [f64; 2],
-    /// ρ: the spec's.
     pub pole: f64,
     pub a: [f64; 2],
     /// θ, degrees, or δ, mm.
     pub drive: [f64; 2],
-    /// First design of the spec, a drive in the middle.
+    /// The first design of the spec, at a middle drive.
     pub start: Tuple,
-    /// Nearest and farthest distance of the spec.
     pub reach: [f64; 2],
-    /// Distances asked of a design.
     pub distances: u64,
 }
 
-/// [lo, hi] where they differ, else a range around the number by these factors.
+/// [lo, hi], or a range of these factors around a single number.
 fn around([lo, hi]: [f64; 2], factors: [f64; 2]) -> [f64; 2] {
     if hi > lo { [lo, hi] } else { factors.map(|f| lo * f) }
 }
 
 impl Domain {
-    /// Of the designs of `layout`.
+    /// Domain of the designs of `layout`.
     ///
     /// # Errors
-    /// A pole with a radius beside a hub: a chart has one of both.
+    /// A pole radius together with a hub: the chart has one axis for both.
     pub fn new(setup: &Setup, layout: &Layout) -> Result<Self, InputError> {
         let pole = setup.model.pole_radius;
         let angle = setup.drive == Drive::Angle;
@@ -82,12 +79,11 @@ impl Domain {
         })
     }
 
-    /// The box of the chart: drive, (r₀ or ρ)/a, D/a, τa, x/a, in that order.
+    /// The box of the chart: drive, (r₀ or ρ)/a, D/a, τa, x/a.
     pub fn scaled(&self, kind: Drive) -> [[f64; 2]; AXES] {
         let [near, far] = self.a;
         let over_a = |[lo, hi]: [f64; 2]| [lo / far, hi / near];
         let drive = self.drive.map(|drive| amount(kind, drive));
-        // τa = (1 − d/D) a/L_a with a ≤ L_a.
         let reach = [near / self.L_a[1], (far / self.L_a[0]).min(1.0)];
         let lost = [1.0 - self.d[1] / self.D[0], 1.0 - self.d[0] / self.D[1]];
         let least = lost[0] * if lost[0] < 0.0 { reach[1] } else { reach[0] };
@@ -102,7 +98,6 @@ impl Domain {
     }
 }
 
-/// A drive of the spec next to the middle of its range.
 fn middle(layout: &Layout, [lo, hi]: [f64; 2]) -> f64 {
     let half = 0.5 * (lo + hi);
     let nearest = |axis: &Axis| {

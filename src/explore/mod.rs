@@ -1,10 +1,8 @@
-//! A page to play with: one chart that serves every distance, baked over the ranges of a spec, in one HTML file.
+//! `explore`: one HTML page with sliders over the ranges of a spec, from one chart of all distances.
 //!
-//! With the contact distance a as unit of length a tap knows five numbers: the drive (θ in rad, or δ/a), r₀/a (or ρ/a), D/a, τa, and the
-//! place x/a at which the strain is asked. So one chart over scaled ranges holds every distance, and the strain along the whole whisker
-//! beside that of any gauge, which is a mean over x. With Coulomb friction several charts hold it, as in [`crate::chart`].
-//! `domain` says which ranges, `taps` solves the taps, `along` is the chart, `check` compares what a page would say with taps solved at whiskers of its
-//! own, [`document`] writes it all, [`page`] makes the file.
+//! In units of the contact distance a, a tap has five numbers: drive (θ in rad, or δ/a), r₀/a (or ρ/a), D/a, τa, and the place x/a of the strain. One
+//! chart over these has every distance and the strain along the whisker; a gauge's strain is a mean over x. Coulomb friction takes several charts.
+//! `domain`: ranges; `taps`: solver; `along`: chart; `check`: comparison with solved taps; [`document`]: JSON; [`page`]: file.
 
 mod along;
 mod check;
@@ -20,19 +18,19 @@ use along::Along;
 use check::Census;
 use domain::Domain;
 
-/// Numbers of T/P between −μ and μ that are tried for a contact with friction.
+/// Numbers of ratios T/P between −μ and μ that are tried with friction.
 const RATIOS: [usize; 2] = [3, 5];
 
-/// Largest error of the strain, relative, where nothing is said: that of single precision.
+/// Default of the largest relative strain error, that of single precision.
 pub const TOLERANCE: f64 = 1e-5;
 
-/// Larger ones that are tried in turn where nothing is said and the model is not smooth enough.
+/// Larger defaults, tried in turn if the model is not smooth enough.
 const LOOSER: [f64; 3] = [3e-5, 1e-4, 1e-3];
 
-/// Tolerances that a chart of some thousand terms can hold.
+/// Range of tolerances that a chart of some thousand terms can reach.
 const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 
-/// `tolerance`, if a page's chart can hold it.
+/// `tolerance`, or an error if it is out of range.
 pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     if (ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
         return Ok(tolerance);
@@ -41,7 +39,7 @@ pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     Err(e.allowed(format!("{:e} to {:e}", ALLOWED[0], ALLOWED[1])))
 }
 
-/// Keys of what is no cone.
+/// Keys of whiskers other than cones.
 const BUILT: [&str; 7] = [
     "whisker.profile",
     "whisker.exponent",
@@ -52,18 +50,18 @@ const BUILT: [&str; 7] = [
     "whisker.root",
 ];
 
-/// What a page reads.
+/// Chart and sliders of a page.
 #[derive(Debug, Clone)]
 pub struct Baked {
-    /// Ranges and starts of its sliders.
+    /// Ranges and starting point of its sliders.
     pub domain: Domain,
     /// The chart.
     pub chart: Along,
-    /// Its errors at whiskers of the domain.
+    /// Errors of the chart at whiskers of the domain.
     pub census: Census,
 }
 
-/// The theory that a page of `setup` tells distances by. A page does not invert the model itself: with `exact` it is that of K in every table.
+/// Theory of the distances on a page of `setup`; Euler–Bernoulli for `exact`, since a page does not invert the model.
 pub fn theory(setup: &Setup) -> Theory {
     match setup.estimate.theory {
         Theory::Exact => Theory::EulerBernoulli,
@@ -71,7 +69,7 @@ pub fn theory(setup: &Setup) -> Theory {
     }
 }
 
-/// What should be known of a page of `setup`.
+/// A remark for the user about a page of `setup`.
 pub fn remark(setup: &Setup) -> Option<String> {
     let (asked, told) = (setup.estimate.theory, theory(setup));
     let text = || {
@@ -83,7 +81,7 @@ pub fn remark(setup: &Setup) -> Option<String> {
     (asked != told).then(text)
 }
 
-/// As [`bake`] to the tolerance that was `asked`, else to the least that a chart holds of [`TOLERANCE`] and a few larger ones; and that tolerance.
+/// [`bake`] to the tolerance `asked`, else to the least of [`TOLERANCE`] and larger ones that a chart reaches; returns it too.
 pub fn bake_asked(spec: &Spec, asked: Option<f64>) -> Result<(Baked, f64), Error> {
     let first = sound(asked.unwrap_or(TOLERANCE))?;
     let failed = match bake(spec, first) {
@@ -94,17 +92,16 @@ pub fn bake_asked(spec: &Spec, asked: Option<f64>) -> Result<(Baked, f64), Error
     larger.into_iter().find_map(|e| Some((bake(spec, e).ok()?, e))).ok_or(failed)
 }
 
-/// The chart of the model of `spec` over its domain; `strain` is the largest error of strain, relative.
+/// The chart of the model of `spec` over its domain, with the largest relative strain error `strain`.
 ///
 /// # Errors
-/// A spec without ranges, a model that has no chart of this kind, or one that is not smooth over the ranges: each says which key, and what is
-/// allowed.
+/// A spec without ranges; a model without such a chart, or not smooth over the ranges. The error names key and allowed values.
 pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     let setup = &spec.study.setup;
     let refuse = |message: &str, key: &str, value: String, allowed: &str| {
         Err(Error::from(InputError::new(message).key(key).value(value).allowed(allowed)))
     };
-    // The first of `keys` that the spec writes, and has another value than `off`.
+    // The first of `keys` that the spec sets to another value than `off`.
     let written = |keys: &[&'static str], off: &str| {
         let is = |key: &str, (k, value, written): &(String, String, bool)| {
             *written

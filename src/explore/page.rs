@@ -1,11 +1,11 @@
-//! The page of `vibrissa explore`: template, style and modules of `pages/explore`, with a chart in its place.
+//! The page of `vibrissa explore`: template, style and modules of `pages/explore`, with a chart.
 
 use serde_json::Value;
 
 const TEMPLATE: &str = include_str!("../../pages/explore/template.html");
 const STYLE: &str = include_str!("../../pages/explore/style.css");
 
-/// The modules, each after those that it imports from, as the type checker gives them (`npm --prefix pages run build`).
+/// Modules in order of their imports, as built by `npm --prefix pages run build`.
 const MODULES: [&str; 11] = [
     include_str!("../../pages/explore/beam.js"),
     include_str!("../../pages/explore/chart.js"),
@@ -20,18 +20,18 @@ const MODULES: [&str; 11] = [
     include_str!("../../pages/explore/main.js"),
 ];
 
-/// How a page of ours begins.
+/// Beginning of every page of this program.
 pub const HEAD: &str = "<!doctype html>\n<!-- vibrissa explore";
 
-/// One HTML file that asks for nothing else.
+/// A self-contained HTML file.
 pub fn html(chart: &Value) -> String {
-    // Within a script nothing but `<` ends it.
+    // Inside a script only `<` can end it.
     let chart = chart.to_string().replace('<', "\\u003c");
     let page = TEMPLATE.replacen("/* style */", STYLE, 1).replacen("/* script */", &script(), 1);
     page.replacen("CHART", &chart, 1)
 }
 
-/// The modules as one script: a page that is opened from a disk may not import.
+/// The modules as one script, since a page opened from disk may not import.
 fn script() -> String {
     let mut script = String::from("\"use strict\";\n(() => {\n");
     for line in MODULES.iter().flat_map(|module| module.lines()).filter(|line| !line.starts_with("import ")) {

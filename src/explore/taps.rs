@@ -1,4 +1,4 @@
-//! Taps of a page's chart as whiskers, solved in f64.
+//! Solves the taps of a page's chart in f64.
 
 use rayon::prelude::*;
 
@@ -18,36 +18,35 @@ use crate::physics::{
 use crate::scene::{Drive, Precision, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 
-/// Contact distance of taps without a length of their own, mm.
+/// Contact distance of taps without a length scale, mm.
 const UNIT: f64 = 10.0;
 
 const DRIVE: usize = Quantity::Drive as usize;
 const BASE: usize = Quantity::Base as usize;
 
-/// `setup` with a gauge on either side, and what else the sensor reads of the root.
+/// `setup` with a gauge on each side, and with the wrench if the sensor reads it.
 pub fn sides(setup: &Setup) -> [Setup; 2] {
     let wrench = setup.signal != Signal::Strain;
     [Side::Contact, Side::Far]
         .map(|side| Setup { signal: Signal::Strain, wrench, ..setup.clone() }.side(side))
 }
 
-/// Solves taps for what the chart holds.
 pub struct Taps<'a> {
     setup: &'a Setup,
-    /// On the contact side and, where it is not its mirror image, the far side.
+    /// Contact side and, unless it mirrors, far side.
     sides: Vec<Evaluator<'a>>,
     grip: Grip,
     power: i32,
 }
 
 impl<'a> Taps<'a> {
-    /// Taps of `setup` with its gauge on `sides` whose contacts `grip` holds; functions are divided by driveᵖᵒʷᵉʳ.
+    /// Taps of `setup` with gauges on `sides` and contacts held by `grip`; functions are divided by driveᵖᵒʷᵉʳ.
     pub fn new(setup: &'a Setup, sides: &'a [Setup], grip: Grip, power: i32, tolerance: f64) -> Self {
         let evaluator = |setup| Evaluator::new(setup, f64_method(setup, tolerance));
         Self { setup, sides: sides.iter().map(evaluator).collect(), grip, power }
     }
 
-    /// The functions at `points`, quantities in the order of the axes; `None` where there is no tap.
+    /// The functions at `points`, in axis order; `None` without a solution.
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Option<[f64; FUNCTIONS]>>, SolveError> {
         let (setup, grip, power) = (self.setup, self.grip, self.power);
         let asked: Vec<(Design, f64, f64)> = points.par_iter().map(|q| tap(setup, q)).collect();
@@ -58,7 +57,7 @@ impl<'a> Taps<'a> {
         let designs: Vec<Design> = asked.into_iter().map(|(design, ..)| design).collect();
         let mut found = Vec::new();
         for evaluator in &mut self.sides {
-            // A solid has no friction, and only a tap that the model holds moves its base and gives way at its skin.
+            // A solid has no friction; only `run` includes the motion of its base and its indentation.
             found.push(match is_solid(&setup.model) {
                 true => evaluator.run(&designs, &tasks)?,
                 false => evaluator.run_gripped(&designs, &tasks, grip)?,
@@ -85,13 +84,13 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// (1 − x/a) times what distorting sections add to the strain at the place of `q`, quantities in the order of the axes, relative to the rod's, at the
-/// linear limit. At a finite drive it grows as the contact force does.
+/// (1 − x/a) times the relative strain change by distorting sections at the point `q`, in the linear limit; at finite drive proportional to the
+/// force.
 pub fn skin(setup: &Setup, q: &[f64; AXES]) -> f64 {
     if !setup.model.distorting {
         return 0.0;
     }
-    // With a as unit of length.
+    // Lengths in units of a.
     let taper = Taper { D: q[BASE], tau: q[TAPER], tan_alpha: 0.5 * q[TAPER] * q[BASE] };
     let [bending, lever] = distorted_linear(&taper, q[PLACE]);
     (1.0 - q[PLACE]) * (bending - 1.0) + lever
@@ -103,19 +102,19 @@ pub fn f64_method(setup: &Setup, tolerance: f64) -> Method {
     Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance }
 }
 
-/// δ = ε/(θ f) − 1 of a tap that has a strain.
+/// δ = ε/(θ f) − 1, if the tap has a strain.
 fn strain(o: &Outcome) -> Option<f64> {
     (!o.status.has(Status::NO_READING)).then(|| -o.deviation / (1.0 + o.deviation))
 }
 
-/// P of the linear theory of the model, N.
+/// P by the model's linear theory, N.
 fn force(setup: &Setup, design: &Design, task: &Task) -> f64 {
     let curve = design.shared.as_ref().map(|s| s.theory.curve().force(setup.model.material.e0(), task.a));
     curve.unwrap_or(f64::NAN) * amount(setup.drive, task.drive)
 }
 
-/// A whisker, longer than any contact, with a point of a gauge, its contact distance (mm) and its drive, of the quantities `q`. Its theory
-/// is the linear limit of the model, with shear where that has it.
+/// A whisker longer than any contact with a point gauge, its contact distance (mm) and drive, from `q`. Its theory is the linear limit of the model,
+/// with shear if the model has it.
 #[allow(non_snake_case)]
 fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
     let pole = setup.model.pole_radius;

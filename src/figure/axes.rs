@@ -1,4 +1,4 @@
-//! Axes of a panel: how much room their words take, and their lines, ticks and words.
+//! Axes of a panel: space for their labels; lines, ticks and labels.
 
 use ttf_parser::Face;
 
@@ -9,13 +9,11 @@ use super::font::{length, lines};
 use super::marks::Place;
 use super::scale::Scale;
 
-/// Distance of the lines of a text, as a multiple of its size.
 pub const LEADING: f64 = 1.15;
 
-/// Ticks of an axis: at, words; and small ones.
+/// Labelled ticks, and small ones.
 type Ticks = (Vec<(f64, String)>, Vec<f64>);
 
-/// The scales of a panel's data.
 pub fn scales(panel: &Panel) -> [Scale; 2] {
     let reach: Vec<(f64, f64)> = panel.marks.iter().flat_map(Mark::reach).collect();
     let mapped = panel.map().is_some();
@@ -29,7 +27,6 @@ pub fn scales(panel: &Panel) -> [Scale; 2] {
     ]
 }
 
-/// Ticks, about as many as there is room for in `long` points.
 pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) -> Ticks {
     if !axis.words.is_empty() {
         return (axis.words.iter().enumerate().map(|(i, w)| (i as f64, w.clone())).collect(), Vec::new());
@@ -38,39 +35,35 @@ pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) ->
     scale.ticks(((long / each) as usize).clamp(3, 8))
 }
 
-/// Lines of an axis' title.
 fn title(axis: &Axis, room: f64, face: &Face<'_>, size: f64) -> Vec<String> {
     lines(face, &axis.text(), room / size)
 }
 
-/// Room of so many lines, pt.
 fn stacked(count: usize, size: f64) -> f64 {
     if count == 0 { 0.0 } else { (1.5 + LEADING * (count - 1) as f64) * size }
 }
 
-/// Width that the words left of a panel take.
+/// Width of the labels left of a panel, pt.
 pub fn left(panel: &Panel, y: &Scale, high: f64, face: &Face<'_>, size: f64) -> f64 {
     let (named, _) = ticks(&panel.y, y, high, size, true);
     let longest = named.iter().map(|(_, w)| length(face, w) * size).fold(0.0, f64::max);
     longest + stacked(title(&panel.y, high, face, size).len(), size) + 7.0
 }
 
-/// Height of what stands below a panel whose words have `wide` points.
+/// Height of the labels below a panel of width `wide`, pt.
 pub fn below(panel: &Panel, wide: f64, face: &Face<'_>, size: f64) -> f64 {
     stacked(title(&panel.x, wide, face, size).len(), size) + words_below(panel, size) + 5.0
 }
 
-/// Whether so many words stand below a panel that they are turned.
 fn turned(panel: &Panel) -> bool {
     panel.x.words.len() > 6
 }
 
-/// Height of the words of its ticks.
 fn words_below(panel: &Panel, size: f64) -> f64 {
     if turned(panel) { 6.0 * size } else { 1.3 * size }
 }
 
-/// Grid and ticks go under the data. What stands below the panel stays within `cell`, the ends of its share of the paper.
+/// Draws grid and ticks, below the data. Labels below the panel stay within `cell`, the ends of its column.
 pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Face<'_>, size: f64) {
     let Rect { x, y, w, h } = p.inside;
     let mapped = panel.map().is_some();
@@ -124,7 +117,6 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Fa
     }
 }
 
-/// The panel's edge goes over them.
 pub fn edge(d: &mut Drawing, inside: Rect) {
     d.stroke(inside.steps(), Stroke::solid(INK, 0.6), None);
 }

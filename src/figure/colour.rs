@@ -1,31 +1,29 @@
-//! Colours that most people tell apart, and a scale that reads the same in grey.
+//! Colours that most people can distinguish, and a scale that also works in grey.
 
 use super::data::{Cells, Marker};
 use super::scale::Scale;
 
-/// Colours of lines and points on white: Okabe and Ito (2008), without their yellow, which vanishes on white. The least CIEDE2000 of two of
-/// them is 22.2 with normal sight, and 12.2, 8.2 and 10.9 with protanopia, deuteranopia and tritanopia (Machado, Oliveira and Fernandes
-/// 2009, full severity). The two of 8.2 are green and grey, which has markers of its own.
+/// Colours on white: Okabe and Ito (2008) without yellow, which is hardly visible. The least CIEDE2000 distance is 22.2, and 12.2, 8.2, 10.9 with
+/// protanopia, deuteranopia, tritanopia (Machado, Oliveira and Fernandes 2009, full severity). 8.2 is green and grey; grey has other markers.
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#56b4e9", "#e69f00", "#7f7f7f"];
 
-/// The same eight on the dark ground of a page: lighter, and chosen for the largest least distance. The least CIEDE2000 of two of them is
-/// 26.7 with normal sight, and 15.9, 16.0 and 13.9 with the three deficiencies; the least contrast to the ground is 4.5 (WCAG).
+/// The same on the dark ground of a page, with the least distance maximised: CIEDE2000 26.7, and 15.9, 16.0 and 13.9 with the three deficiencies; the
+/// least contrast to the ground is 4.5 (WCAG).
 pub const DARK: [&str; 8] =
     ["#7973f0", "#ef3b25", "#49b77c", "#f882bb", "#f6f4f4", "#32dffe", "#f1e266", "#828080"];
 
-/// Colours of series beside each other. The ink is for what they are compared with, grey for what does not count.
+/// Colours of series. Black is for references, grey for what does not count.
 const HUES: [usize; 6] = [0, 1, 2, 3, 5, 6];
-/// How many series have a colour that no other has.
+/// Number of series with a unique colour.
 pub const SERIES: usize = HUES.len();
 
-/// Looks of series number `i`: its colour and its marker. The first [`SERIES`] share neither; the first 24 do not share both.
+/// Colour and marker of series `i`: unique each for the first [`SERIES`], as a pair for the first 24.
 pub fn series(i: usize) -> (usize, Marker) {
     (HUES[i % HUES.len()], Marker::SERIES[i % Marker::SERIES.len()])
 }
 
-/// Stops of the scale of maps: cividis (Nuñez, Anderton and Renslow 2018), which is the same to readers with and without red–green
-/// deficiency.
+/// Colours of maps: cividis (Nuñez, Anderton and Renslow 2018), equal for readers with and without red–green deficiency.
 pub const MAP: [Rgb; 9] = [
     [0, 34, 78],
     [18, 53, 112],
@@ -37,7 +35,7 @@ pub const MAP: [Rgb; 9] = [
     [195, 179, 105],
     [254, 232, 56],
 ];
-/// The same on the dark ground of a page: from a blue that has a contrast of 4.0 to it. Its lightness grows by the same step in OKLab.
+/// The same on the dark ground of a page, with contrast 4.0 at the first colour and equal steps of lightness in OKLab.
 pub const MAP_DARK: [Rgb; 9] = [
     [61, 116, 224],
     [91, 133, 213],
@@ -50,28 +48,23 @@ pub const MAP_DARK: [Rgb; 9] = [
     [255, 234, 70],
 ];
 
-/// Red, green, blue, 0 … 255.
+/// Red, green, blue from 0 to 255.
 pub type Rgb = [u8; 3];
 
-/// Black.
 pub const INK: Rgb = [0, 0, 0];
-/// Of lines that only guide the eye.
 pub const FAINT: Rgb = [222, 222, 222];
-/// Of lines that are not meant to be read one by one.
 pub const MUTED: Rgb = [190, 190, 190];
 
-/// Colour number `n` on white, from the start again when there are no more.
 pub fn of(n: usize) -> Rgb {
     parsed(COLOURS[n % COLOURS.len()])
 }
 
-/// A colour as in CSS: six hexadecimal digits.
 fn parsed(text: &str) -> Rgb {
     let part = |i: usize| u8::from_str_radix(&text[i..i + 2], 16).unwrap_or(0);
     [part(1), part(3), part(5)]
 }
 
-/// Colour of `share` 0 … 1 of the scale of cells.
+/// Colour at `share` 0 … 1 of the map scale.
 pub fn along(share: f64) -> Rgb {
     let last = MAP.len() - 1;
     let at = share.clamp(0.0, 1.0) * last as f64;
@@ -83,25 +76,21 @@ pub fn along(share: f64) -> Rgb {
     })
 }
 
-/// As in CSS.
 pub fn css([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// Different values of which each has a colour of its own; more are a scale.
 const FEW: usize = 6;
 
-/// Colours of values.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shades {
-    /// Of any value between two ends.
     Scale(Scale),
-    /// Of these values alone, ascending: equal steps of colour.
+    /// Equal steps for these ascending values.
     Bands(Vec<f64>),
 }
 
 impl Shades {
-    /// Those of a map: bands where it has few values.
+    /// Bands if the map has few values.
     pub fn of(cells: &Cells) -> Self {
         let mut values: Vec<f64> = cells.z.iter().copied().filter(|z| z.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -112,7 +101,6 @@ impl Shades {
         }
     }
 
-    /// Colour of `z`.
     pub fn colour(&self, z: f64) -> Rgb {
         along(match self {
             Self::Scale(scale) => scale.share(z),

@@ -1,70 +1,70 @@
-//! What lies on the paper, ready to be written: paths and texts in points (1/72 inch), y downwards.
+//! A drawing ready to be written: paths and texts in points (1/72 inch), y downwards.
 
 use super::colour::Rgb;
 
 /// Points of a millimetre.
 pub const MM: f64 = 72.0 / 25.4;
 
-/// A list of things, later ones on top.
+/// Items, later ones on top.
 #[derive(Debug, Clone, Default)]
 pub struct Drawing {
     /// Width and height, pt.
     pub size: [f64; 2],
-    /// In order.
+    /// Items in drawing order.
     pub items: Vec<Item>,
 }
 
-/// One thing.
+/// An item of a drawing.
 #[derive(Debug, Clone)]
 pub enum Item {
     /// Lines and areas.
     Path {
-        /// Its course.
+        /// Steps of the path.
         steps: Vec<Step>,
-        /// Inside.
+        /// Colour of the inside.
         fill: Option<Rgb>,
         /// Colour, width and dashes of the line.
         stroke: Option<Stroke>,
-        /// 0 … 1.
+        /// From 0 to 1.
         opacity: f64,
-        /// Left, top, width, height of what is seen of it.
+        /// Clip: left, top, width, height.
         clip: Option<[f64; 4]>,
     },
     /// A line of text.
     Text {
-        /// Baseline, at the anchor.
+        /// Position of the anchor on the baseline.
         at: [f64; 2],
-        /// Words.
+        /// The text.
         text: String,
-        /// pt.
+        /// Size, pt.
         size: f64,
-        /// Which part of the text stands there.
+        /// Part of the text at `at`.
         anchor: Anchor,
-        /// Reads upwards.
+        /// True if the text reads upwards.
         upwards: bool,
-        /// Colour.
+        /// Colour of the text.
         colour: Rgb,
     },
 }
 
-/// A line's looks.
+/// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
-    /// Colour.
+    /// Colour of the line.
     pub colour: Rgb,
-    /// pt.
+    /// Width, pt.
     pub width: f64,
-    /// Lengths drawn and left out, pt; 0 is solid.
+    /// Lengths drawn and left out, pt; 0 for a solid line.
     pub dash: [f64; 2],
 }
 
 impl Stroke {
-    /// Solid.
+    /// A solid line.
     pub fn solid(colour: Rgb, width: f64) -> Self {
         Self { colour, width, dash: [0.0; 2] }
     }
 
-    /// Solid, dashed or dotted.
+    /// `dash` 0: solid, 1: dashed, 2: dotted.
     pub fn of(colour: Rgb, width: f64, dash: u8) -> Self {
         let dash = match dash {
             0 => [0.0; 2],
@@ -78,29 +78,29 @@ impl Stroke {
 /// A step of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// Begin here.
+    /// Move to.
     To([f64; 2]),
-    /// Straight to here.
+    /// Line to.
     Line([f64; 2]),
-    /// By two control points to here.
+    /// Cubic curve: two control points and the end.
     Curve([[f64; 2]; 3]),
-    /// Back to the beginning.
+    /// Close the path.
     Close,
 }
 
-/// Part of a text.
+/// Anchor of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// Its beginning.
+    /// Beginning.
     Start,
-    /// Its middle.
+    /// Middle of the text.
     Middle,
-    /// Its end.
+    /// End of the text.
     End,
 }
 
 impl Anchor {
-    /// Share of the text's length before the anchor.
+    /// Share of the text before the anchor.
     pub fn share(self) -> f64 {
         match self {
             Self::Start => 0.0,
@@ -110,7 +110,7 @@ impl Anchor {
     }
 }
 
-/// Part of the paper.
+/// A rectangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rect {
     /// Left end, pt.
@@ -124,12 +124,12 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// As a clip.
+    /// Left, top, width, height.
     pub fn array(self) -> [f64; 4] {
         [self.x, self.y, self.w, self.h]
     }
 
-    /// Its edge.
+    /// Its outline.
     pub fn steps(self) -> Vec<Step> {
         let Self { x, y, w, h } = self;
         closed(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
@@ -143,7 +143,7 @@ pub fn closed(points: &[[f64; 2]]) -> Vec<Step> {
     steps
 }
 
-/// A path through `points`, broken where one is no number.
+/// A path through `points`, interrupted at NaN.
 pub fn open(points: &[[f64; 2]]) -> Vec<Step> {
     let mut steps = Vec::with_capacity(points.len());
     let mut begun = false;

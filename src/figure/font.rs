@@ -1,4 +1,4 @@
-//! The font of a figure: how long texts are, and their outlines.
+//! Fonts of figures: lengths of texts, and outlines.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,32 +8,31 @@ use ttf_parser::{Face, GlyphId, OutlineBuilder};
 use super::drawing::{Anchor, Step};
 use crate::error::InputError;
 
-/// DejaVu Sans 2.37, cut down to Latin, Greek and the signs of formulas.
+/// DejaVu Sans 2.37, reduced to Latin, Greek and mathematical signs.
 const BUILT_IN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 
 /// A TrueType font.
 #[derive(Debug, Clone)]
 pub struct Font {
     bytes: Arc<[u8]>,
-    /// Family, as SVG names it.
+    /// Family name for SVG.
     pub family: String,
-    /// Its file; `None` of the font of the program.
+    /// Font file; `None` for the built-in font.
     pub file: Option<PathBuf>,
 }
 
-/// Longest font file, bytes.
 const MOST: u64 = 64 << 20;
 
 impl Font {
-    /// That of the program.
+    /// The built-in font.
     pub fn built_in() -> Self {
         Self { bytes: BUILT_IN.into(), family: "DejaVu Sans".into(), file: None }
     }
 
-    /// Of a file of the user.
+    /// Reads a font file.
     ///
     /// # Errors
-    /// A file that cannot be read, or that is no TrueType font.
+    /// A file that cannot be read or is not a TrueType font.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let refuse = |why: String| {
             InputError::new(why).key("--font").value(path.display()).allowed("a TrueType font file (.ttf)")
@@ -55,30 +54,29 @@ impl Font {
         Ok(Self { bytes: bytes.into(), family, file: Some(path.to_owned()) })
     }
 
-    /// Its file.
+    /// Bytes of the font file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// To ask more than one thing of it.
+    /// The parsed font.
     pub fn face(&self) -> Face<'_> {
         Face::parse(&self.bytes, 0).expect("it was parsed when it was read")
     }
 }
 
-/// The glyph of a sign, or that of an unknown one.
+/// Glyph of a character, or that of an unknown one.
 pub fn glyph(face: &Face<'_>, c: char) -> GlyphId {
     face.glyph_index(c).unwrap_or(GlyphId(0))
 }
 
-/// Length of `text`, as a multiple of the font's size.
+/// Length of `text`, as a multiple of the font size.
 pub fn length(face: &Face<'_>, text: &str) -> f64 {
     let units = f64::from(face.units_per_em());
     text.chars().map(|c| f64::from(face.glyph_hor_advance(glyph(face, c)).unwrap_or(0)) / units).sum()
 }
 
-/// `text` broken at its spaces into lines that are at most `room` long, as a multiple of the font's size, where its words allow it.
-/// A value stays with its symbol and unit: x_ss = 7 mm.
+/// Breaks `text` at spaces into lines of at most `room` (a multiple of the font size), if its words allow it; “x_ss = 7 mm” stays together.
 pub fn lines(face: &Face<'_>, text: &str, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for part in parts(text) {
@@ -93,7 +91,7 @@ pub fn lines(face: &Face<'_>, text: &str, room: f64) -> Vec<String> {
     lines
 }
 
-/// Words of a text, and values with symbol and unit.
+/// Words; a value with symbol and unit is one.
 fn parts(text: &str) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     let mut open = false;
@@ -111,7 +109,7 @@ fn parts(text: &str) -> Vec<String> {
     parts
 }
 
-/// Outline of a text that stands at `at`.
+/// Outline of a text at `at`.
 pub fn outline(
     face: &Face<'_>,
     text: &str,
@@ -131,11 +129,10 @@ pub fn outline(
     pen.steps
 }
 
-/// Takes the outlines of glyphs, one after the other.
 struct Pen {
     steps: Vec<Step>,
     at: [f64; 2],
-    /// Where the glyph begins.
+    /// Start of the glyph along the text, pt.
     along: f64,
     scale: f64,
     upwards: bool,

@@ -1,4 +1,4 @@
-//! The key: every name of a figure once, with all that is drawn under it.
+//! The key: each name of a figure with its lines, markers and areas.
 
 use indexmap::IndexMap;
 use ttf_parser::Face;
@@ -12,10 +12,9 @@ use super::marks::{DOT, LINE, opacity, point};
 use super::scale::value;
 use super::{axes, colour};
 
-/// Looks of an area: colour, opacity, and the colour of its edge.
+/// Colour, opacity, and colour of the edge.
 type Area = (Rgb, f64, Option<Rgb>);
 
-/// One name and its looks.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Entry {
     name: String,
@@ -25,18 +24,15 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Of a solid line.
     pub fn line(name: &str, colour: Rgb) -> Self {
         Self { name: name.to_owned(), line: Some((colour, 0)), ..Self::default() }
     }
 }
 
-/// Width of a sign, pt.
 const SIGN: f64 = 16.0;
-/// From the sign to its name, pt.
 const AFTER: f64 = 4.0;
 
-/// Entries of `figure`, in the order in which their names come first.
+/// Entries of `figure` in order of appearance.
 pub fn entries(figure: &Figure) -> Vec<Entry> {
     let mut all: IndexMap<&str, Entry> = IndexMap::new();
     for mark in figure.panels.iter().flat_map(|p| &p.marks) {
@@ -80,7 +76,7 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
     all
 }
 
-/// Draws `entries` in rows from `[x, y]` down, within the width of the paper; where they end.
+/// Draws `entries` in rows from `[x, y]` down; returns the lower end.
 pub fn draw(
     d: &mut Drawing,
     entries: &[Entry],
@@ -106,7 +102,6 @@ pub fn draw(
     top + high
 }
 
-/// Draws an entry whose first line has its baseline at `y`.
 fn one(d: &mut Drawing, entry: &Entry, names: &[String], [x, y]: [f64; 2], size: f64) {
     let middle = y - 0.34 * size;
     if let Some((c, opacity, edge)) = entry.area {
@@ -128,16 +123,14 @@ fn one(d: &mut Drawing, entry: &Entry, names: &[String], [x, y]: [f64; 2], size:
     }
 }
 
-/// Gap before it, as a multiple of the text's size.
+/// Gap left of the colour bar, as a multiple of the text size.
 const GAP: f64 = 0.7;
-/// Its width, likewise.
+/// Width of the bar, likewise.
 const WIDE: f64 = 0.8;
-/// Size of its text, likewise.
 pub const TEXT: f64 = 0.9;
-/// Steps of colour.
 const STEPS: usize = 64;
 
-/// Its numbers: share of the height, words.
+/// Labels of the bar: share of the height, and text.
 fn numbers(of: &Axis, shades: &Shades, high: f64, size: f64) -> Vec<(f64, String)> {
     match shades {
         Shades::Scale(scale) => {
@@ -149,22 +142,19 @@ fn numbers(of: &Axis, shades: &Shades, high: f64, size: f64) -> Vec<(f64, String
     }
 }
 
-/// Length of the longest of them, pt.
 fn longest(numbers: &[(f64, String)], face: &Face<'_>, size: f64) -> f64 {
     numbers.iter().map(|(_, words)| length(face, words) * TEXT * size).fold(0.0, f64::max)
 }
 
-/// Width that it takes beside something that is `high`, pt.
 pub fn bar_width(of: &Axis, shades: &Shades, high: f64, face: &Face<'_>, size: f64) -> f64 {
     let numbers = longest(&numbers(of, shades, high, size), face, size);
     let title = lines(face, &of.text(), high / (TEXT * size)).len() as f64;
     (GAP + WIDE) * size + 3.0 + numbers + (title * LEADING + 0.3) * TEXT * size
 }
 
-/// Draws it right of `inside`.
 pub fn draw_bar(d: &mut Drawing, of: &Axis, shades: &Shades, inside: Rect, face: &Face<'_>, size: f64) {
     let bar = Rect { x: inside.x + inside.w + GAP * size, y: inside.y, w: WIDE * size, h: inside.h };
-    // Bands have gaps between them, steps of a scale overlap by a hair.
+    // Gaps between bands; a small overlap between steps of a scale.
     let (steps, more) = match shades {
         Shades::Scale(_) => (STEPS, 0.1),
         Shades::Bands(all) => (all.len(), -1.0),

@@ -1,4 +1,4 @@
-//! Marks of a panel on paper.
+//! Draws the marks of a panel.
 
 use ttf_parser::Face;
 
@@ -9,43 +9,34 @@ use super::drawing::{Anchor, Drawing, Rect, Stroke, circle, closed, open};
 use super::font::length;
 use super::scale::Scale;
 
-/// Width of lines of data, pt.
 pub const LINE: f64 = 1.1;
-/// Radius of points, pt.
 pub const DOT: f64 = 1.9;
-/// Points of which more are drawn smaller.
+/// Above this number, points are smaller.
 const MANY: usize = 300;
-/// Points of a line of which more are not all marked, and how far apart its markers then are, pt.
+/// Above this number of points, a line has markers this far apart, pt.
 const CROWD: (usize, f64) = (60, 18.0);
-/// What bands of a map leave free at each side, as a share of a band.
+/// Gap at each side of a band of a map, as a share of the band.
 const BETWEEN: f64 = 0.04;
 
-/// Where values lie.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
-    /// The panel's inside.
     pub inside: Rect,
-    /// Across.
     pub x: Scale,
-    /// Up.
     pub y: Scale,
-    /// Of notes, pt.
+    /// Text size of notes, pt.
     pub size: f64,
 }
 
 impl Place {
-    /// Point of paper.
     pub fn at(&self, x: f64, y: f64) -> [f64; 2] {
         let r = &self.inside;
         [r.x + self.x.share(x) * r.w, r.y + (1.0 - self.y.share(y)) * r.h]
     }
 
-    /// Points of paper.
     pub fn all(&self, x: &[f64], y: &[f64]) -> Vec<[f64; 2]> {
         x.iter().zip(y).map(|(x, y)| self.at(*x, *y)).collect()
     }
 
-    /// Ends of a line across the panel.
     pub fn rule(&self, along: Along, at: f64) -> [[f64; 2]; 2] {
         match along {
             Along::X => self.x.ends.map(|x| self.at(x, at)),
@@ -53,7 +44,7 @@ impl Place {
         }
     }
 
-    /// Draws a point; an arrow at the edge where it lies above or below the panel.
+    /// Draws a point; above or below the panel, an arrow at the edge.
     fn point(&self, d: &mut Drawing, [x, y]: [f64; 2], marker: Marker, c: Rgb, r: f64) {
         let Rect { x: left, y: top, w, h } = self.inside;
         let over = top - 0.5 - y;
@@ -69,7 +60,7 @@ impl Place {
     }
 }
 
-/// Draws `mark` at its place; `bands`: whether the axes across and up have few values.
+/// Draws `mark`; `bands`: true for axes with few values.
 pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
     let clip = Some(p.inside);
     match mark {
@@ -107,7 +98,7 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
                 d.stroke(steps, Stroke::solid(c, 0.6), clip);
             }
         }
-        // Words come last, where they have room.
+        // Notes are drawn last, in free space.
         Mark::Note { .. } => {}
         Mark::Cells(cells) => map(d, p, cells, bands),
         Mark::Rule { along, at, colour: c, dash, .. } => {
@@ -116,12 +107,11 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
     }
 }
 
-/// Opacity of an area.
 pub fn opacity(outlined: bool) -> f64 {
     if outlined { 0.35 } else { 0.18 }
 }
 
-/// Text on a plate of paper, so that lines below it do not cross it.
+/// Text on a white plate that covers lines below it.
 pub fn plated(d: &mut Drawing, [x, y]: [f64; 2], text: &str, size: f64, anchor: Anchor, face: &Face<'_>) {
     let long = length(face, text) * size;
     let plate = Rect { x: x - anchor.share() * long - 0.6, y: y - 0.8 * size, w: long + 1.2, h: size };
@@ -129,7 +119,7 @@ pub fn plated(d: &mut Drawing, [x, y]: [f64; 2], text: &str, size: f64, anchor: 
     d.text([x, y], text, size, anchor, false);
 }
 
-/// Points of a line that are marked: all, or of many those with room between them.
+/// Points that get markers: all, or with a minimum distance for long lines.
 fn marked(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
     let apart = if points.len() > CROWD.0 { CROWD.1 } else { 0.0 };
     let mut since = f64::INFINITY;
@@ -145,8 +135,7 @@ fn marked(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
     })
 }
 
-/// A map of values. Along an axis of few values cells are bands, with gaps between them; along others they overlap by a hair, so that no
-/// seams are seen.
+/// A map. Axes with few values have gaps between cells; on others, cells overlap slightly to avoid seams.
 fn map(d: &mut Drawing, p: &Place, cells: &Cells, bands: [bool; 2]) {
     let shades = Shades::of(cells);
     let columns = cells.x.len() - 1;
@@ -162,7 +151,7 @@ fn map(d: &mut Drawing, p: &Place, cells: &Cells, bands: [bool; 2]) {
     }
 }
 
-/// A point of radius `r`, with a white rim that parts it from its neighbours.
+/// A marker of size `r` with a white rim.
 pub fn point(d: &mut Drawing, at: [f64; 2], marker: Marker, c: Rgb, r: f64) {
     if !at.iter().all(|x| x.is_finite()) {
         return;

@@ -1,7 +1,6 @@
-//! Figures: what is drawn (data, of which the page draws too), where it lies on paper, and files of it.
+//! Figures: data ([`Figure`], also used by the page), layout on paper, and files.
 //!
-//! [`Figure`] → [`sheet`] (axes, ticks, legend) → [`drawing::Drawing`], a list of paths and texts → [`svg`], [`png`], [`pdf`]: three
-//! writers of the same list, so that the files look alike. Text is measured and drawn with one font, which is built in, or of the user.
+//! [`Figure`] → [`sheet`] (axes, ticks, key) → [`drawing::Drawing`], paths and texts → [`svg`], [`png`], [`pdf`], which write the same drawing.
 
 mod axes;
 mod colour;
@@ -30,42 +29,42 @@ use font::Font;
 pub enum Format {
     /// Vector, for pages and editing.
     Svg,
-    /// Pixels, 300 to the inch.
+    /// Pixels, 300 dpi.
     Png,
     /// Vector, for LaTeX.
     Pdf,
 }
 
 impl Format {
-    /// All, by name (which is the ending of the file) and what it is.
+    /// Every format with its name, which is the file ending, and a description.
     pub const WORDS: [(&'static str, Self, &'static str); 3] = [
         ("svg", Self::Svg, "vector, for pages and editing"),
         ("png", Self::Png, "pixels, 300 to the inch"),
         ("pdf", Self::Pdf, "vector, for LaTeX"),
     ];
 
-    /// Ending of its files.
+    /// File ending.
     pub fn ending(self) -> &'static str {
         Self::WORDS[self as usize].0
     }
 }
 
-/// How figures are set.
+/// Style of figures.
 #[derive(Debug, Clone)]
 pub struct Style {
-    /// Width of a column of the paper, mm: that of a figure with one panel; one with more is two columns and their gap wide.
+    /// Width of a column, mm, and of a figure with one panel; others have two columns and their gap.
     pub width: f64,
-    /// Of all text, pt.
+    /// Text size, pt.
     pub size: f64,
-    /// Of all text.
+    /// Font of all text.
     pub font: Font,
 }
 
 impl Style {
-    /// With a column of `width` mm, text of `size` pt, in the font of a file, or the built-in one; `keys` name the first two in complaints.
+    /// `width` in mm and text `size` in pt, with the font of a file or the built-in one; `keys` name the first two in errors.
     ///
     /// # Errors
-    /// Sizes that no figure can be set in; a file that is no font.
+    /// Sizes that are out of range; a file that is not a font.
     pub fn asked(
         width: f64,
         size: f64,
@@ -89,7 +88,7 @@ impl Default for Style {
     }
 }
 
-/// `figure` as files of these formats: name and bytes.
+/// Name and bytes of `figure` in these formats.
 ///
 /// # Errors
 /// A picture too large for memory.

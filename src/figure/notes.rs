@@ -1,4 +1,4 @@
-//! Words in a panel: as near to their point as there is room, and on nothing that is drawn.
+//! Notes in a panel: as near to their point as possible without covering data.
 
 use ttf_parser::Face;
 
@@ -8,15 +8,14 @@ use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
 use super::font::length;
 use super::marks::{DOT, Place};
 
-/// Free space around words, pt.
 const APART: f64 = 1.5;
-/// Words farther from their point than so many of their sizes have a line to it.
+/// A note farther from its point than this multiple of the text size has a line to it.
 const FAR: f64 = 1.5;
 
-/// A straight piece of what is drawn, pt.
+/// A straight segment, pt.
 type Piece = [[f64; 2]; 2];
 
-/// Writes the notes of `panel`. Words without room are left out: the caption and the page say them too.
+/// Writes the notes of `panel`. Notes without room are left out; caption and page contain them too.
 pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, face: &Face<'_>) {
     let mut taken: Vec<Piece> = panel.marks.iter().flat_map(|m| pieces(m, p)).collect();
     for mark in &panel.marks {
@@ -36,7 +35,6 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, face: &Face<'_>) {
     }
 }
 
-/// What `mark` covers.
 fn pieces(mark: &Mark, p: &Place) -> Vec<Piece> {
     let joined = |points: &[[f64; 2]]| -> Vec<Piece> {
         points
@@ -69,7 +67,7 @@ fn pieces(mark: &Mark, p: &Place) -> Vec<Piece> {
     }
 }
 
-/// The place of `size` inside of `inside` that is nearest to `at` and free of `taken`.
+/// The free rectangle of `size` nearest to `at`.
 fn free(at: [f64; 2], size: [f64; 2], inside: Rect, taken: &[Piece]) -> Option<Rect> {
     let step = 0.5 * size[1];
     let along = |from: f64, long: f64, wide: f64| {
@@ -87,12 +85,11 @@ fn free(at: [f64; 2], size: [f64; 2], inside: Rect, taken: &[Piece]) -> Option<R
     places.into_iter().map(|p| p.1).find(|plate| !taken.iter().any(|piece| crosses(*plate, piece)))
 }
 
-/// The point of `plate` that is nearest to `at`.
 fn nearest(plate: Rect, [x, y]: [f64; 2]) -> [f64; 2] {
     [x.clamp(plate.x, plate.x + plate.w), y.clamp(plate.y, plate.y + plate.h)]
 }
 
-/// Whether `piece` goes through `plate` or nearer to it than [`APART`] (Liang and Barsky 1984).
+/// True if `piece` crosses `plate` or comes nearer than [`APART`] (Liang and Barsky 1984).
 fn crosses(plate: Rect, [from, to]: &Piece) -> bool {
     let low = [plate.x - APART, plate.y - APART];
     let high = [plate.x + plate.w + APART, plate.y + plate.h + APART];

@@ -1,4 +1,4 @@
-//! Parallel coordinates on paper.
+//! Draws parallel coordinates.
 
 use super::axes::LEADING;
 use super::colour::Shades;
@@ -10,10 +10,9 @@ use super::key::Entry;
 use super::scale::Scale;
 use super::{Style, key, marks};
 
-/// Least height of an axis, as a multiple of the text's size.
+/// Least height of an axis, as a multiple of the text size.
 const LEAST: f64 = 14.0;
 
-/// Two columns of the paper wide.
 pub fn lay(p: &Parallel, style: &Style) -> Drawing {
     let (face, size) = (style.font.face(), style.size);
     let w = MM * (2.0 * style.width + 5.0);
@@ -24,7 +23,7 @@ pub fn lay(p: &Parallel, style: &Style) -> Drawing {
     let colours = Scale::tight(by, kept);
     let shades = Shades::Scale(colours);
     let (left, bottom) = (4.0 * size, 1.2 * size);
-    // Words of the last axis reach beyond it.
+    // Labels of the last axis extend beyond it.
     let right = 2.5 * size + key::bar_width(by, &shades, MM * 0.5 * style.width, &face, size);
     let gap = ((w - left - right) / (p.axes.len().max(2) - 1) as f64).max(2.0 * size);
     let broken = |room: f64| -> Vec<Vec<String>> {
@@ -33,7 +32,7 @@ pub fn lay(p: &Parallel, style: &Style) -> Drawing {
     let fits = |all: &[Vec<String>]| all.iter().flatten().all(|l| length(&face, l) * size <= gap - 4.0);
     let mut labels = broken(gap);
     let most = |all: &[Vec<String>]| all.iter().map(Vec::len).max().unwrap_or(0) as f64;
-    // Where words are longer than the gap, every other label stands above its neighbours.
+    // If labels are longer than the gap, every second label is raised.
     let (mut raised, mut stacks) = (0.0, 1.0);
     if !fits(&labels) {
         labels = broken(2.0 * gap);
@@ -46,7 +45,7 @@ pub fn lay(p: &Parallel, style: &Style) -> Drawing {
     let mut d = Drawing { size: [w, h], items: Vec::new() };
     let at = |k: usize, x: f64| [left + k as f64 * gap, top + (1.0 - scales[k].share(x)) * high];
     let muted = |i: usize| p.muted[i] || !colours.share(p.values[i][p.colour]).is_finite();
-    // What is muted lies below, and of the rest the best, which are dark, on top.
+    // Draw muted rows first, and the best (dark) rows last.
     let mut order: Vec<usize> = (0..p.values.len()).collect();
     order.sort_by(|a, b| {
         let key = |i: &usize| (!muted(*i), -p.values[*i][p.colour]);

@@ -1,4 +1,4 @@
-//! A drawing as PDF of one page of its size. Text stays text: the font is embedded, and says which sign each of its glyphs is.
+//! Writes a drawing as a one-page PDF. Text stays text, with an embedded font and its Unicode map.
 
 use std::collections::BTreeMap;
 
@@ -49,7 +49,6 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> Vec<u8> {
     pdf.finish()
 }
 
-/// Names of the opacities in use, in percent.
 fn opacities(drawing: &Drawing) -> Vec<(String, u32)> {
     let percent = drawing.items.iter().map(|i| match i {
         Item::Path { opacity, .. } => (100.0 * opacity).round() as u32,
@@ -62,7 +61,6 @@ fn opacities(drawing: &Drawing) -> Vec<(String, u32)> {
 fn content(drawing: &Drawing, font: &Font, states: &[(String, u32)]) -> Vec<u8> {
     let face = font.face();
     let mut c = Content::new();
-    // y downwards, as in the drawing.
     c.transform([1.0, 0.0, 0.0, -1.0, 0.0, drawing.size[1] as f32]);
     let rgb = |[r, g, b]: Rgb| [r, g, b].map(|x| f32::from(x) / 255.0);
     for item in &drawing.items {

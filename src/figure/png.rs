@@ -1,4 +1,4 @@
-//! A drawing as pixels.
+//! Writes a drawing as PNG.
 
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Mask, Paint, PathBuilder, Pixmap, StrokeDash, Transform,
@@ -12,10 +12,10 @@ use crate::error::Error;
 /// Pixels to the inch.
 pub const DPI: f64 = 300.0;
 
-/// The file, `dpi` pixels to the inch, on white.
+/// The PNG file on white.
 ///
 /// # Errors
-/// More pixels than memory.
+/// A picture too large for memory.
 pub fn write(drawing: &Drawing, font: &Font, dpi: f64) -> Result<Vec<u8>, Error> {
     let scale = dpi / 72.0;
     let [w, h] = drawing.size.map(|x| (x * scale).ceil().max(1.0) as u32);

@@ -1,18 +1,18 @@
-//! From values to places along an axis, and where its ticks stand.
+//! Scales of axes, and positions of ticks.
 
 use super::data::Axis;
 
-/// Values from one end of an axis to the other.
+/// Maps values to an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
-    /// Values at the ends.
+    /// Values at the two ends.
     pub ends: [f64; 2],
-    /// By decades.
+    /// Logarithmic.
     pub log: bool,
 }
 
 impl Scale {
-    /// That holds all `values` that have a place on `axis`, with a little room.
+    /// A scale that holds all `values` valid on `axis`, with a margin.
     pub fn of(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
         if !axis.words.is_empty() {
             return Self { ends: [-0.5, axis.words.len() as f64 - 0.5], log: false };
@@ -30,7 +30,7 @@ impl Scale {
             (true, false) => [least / 2.0, most * 2.0],
             (false, true) => {
                 let room = 0.04 * most - 0.04 * least;
-                // Zero is an end where it is one of the data.
+                // Small positive data begin at 0.
                 let low = if least >= 0.0 && least < 0.2 * most { 0.0 } else { least - room };
                 [low, most + room]
             }
@@ -39,18 +39,18 @@ impl Scale {
                 [least - room, most + room]
             }
         };
-        // What a wide axis has more may be no number.
+        // Widened ends may overflow.
         let ends = if axis.log { ends.map(|x| x.clamp(f64::MIN_POSITIVE, f64::MAX)) } else { ends };
         Self { ends, log: axis.log }
     }
 
-    /// Exactly from the least to the greatest of `values`: of colours.
+    /// A scale from the least to the greatest of `values`, for colours.
     pub fn tight(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
         let (a, b) = reach(axis, values);
         if a < b { Self { ends: [a, b], log: axis.log } } else { Self::of(axis, [a, b].into_iter()) }
     }
 
-    /// Share of the way from end to end; NaN where there is no place.
+    /// Position from 0 to 1; NaN for values that are not on the scale.
     pub fn share(&self, x: f64) -> f64 {
         let [a, b] = self.ends;
         if self.log {
@@ -60,7 +60,7 @@ impl Scale {
         }
     }
 
-    /// Ticks with their words, about `wanted` of them, and small ones without.
+    /// About `wanted` labelled ticks, and small ticks.
     pub fn ticks(&self, wanted: usize) -> (Vec<(f64, String)>, Vec<f64>) {
         if self.log { self.decades(wanted) } else { (self.even(wanted), Vec::new()) }
     }
@@ -81,7 +81,6 @@ impl Scale {
             values.map(|x| (x, number(x, step))).collect()
         };
         let all = ticks(steps[fits]);
-        // One alone tells no scale.
         if all.len() < 2 { ticks(steps[fits - 1]) } else { all }
     }
 
@@ -101,20 +100,18 @@ impl Scale {
             .collect();
         let small =
             if b - a <= 6.0 { within(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { within(&[1.0]) };
-        // Of one decade or less, its parts are named too.
+        // With one decade or less, label ticks within it too.
         let named = match tens.len() {
             0 | 1 if within(&[1.0, 2.0, 5.0]).len() >= 2 => within(&[1.0, 2.0, 5.0]),
             0 | 1 if b - a < 0.7 => return (self.even(wanted.min(4)), small),
             _ => tens,
         };
-        // All ticks of an axis are written in the same way.
         let plain = named.iter().all(|x| (1e-2..1e4).contains(&(x * 1.000_001)));
         (named.into_iter().map(|x| (x, decade(x, plain))).collect(), small)
     }
 }
 
-/// Least and greatest of the values that have a place on `axis`; an infinite pair of none. Beyond a quarter of the largest number they
-/// count as that, so that the way from end to end is a number.
+/// Least and greatest valid value on `axis`; an infinite pair without any. Limited to a quarter of f64::MAX, so that differences are finite.
 fn reach(axis: &Axis, values: impl Iterator<Item = f64>) -> (f64, f64) {
     const FAR: f64 = 0.25 * f64::MAX;
     let least = if axis.log { 4.0 * f64::MIN_POSITIVE } else { -FAR };
@@ -122,14 +119,14 @@ fn reach(axis: &Axis, values: impl Iterator<Item = f64>) -> (f64, f64) {
     usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)))
 }
 
-/// A number that is a multiple of `step`.
+/// A multiple of `step` as text.
 fn number(x: f64, step: f64) -> String {
     if x == 0.0 {
         return "0".into();
     }
     let text = if x.abs() >= 1e5 || x.abs() < 1e-3 && step < 1e-3 {
         let power = (x.abs().log10() + 1e-9).floor() as i32;
-        // As many digits as the step has in units of the leading one: 1.5·10⁻⁴ at steps of 5·10⁻⁵.
+        // As many digits as the step has relative to the leading digit: 1.5·10⁻⁴ at steps of 5·10⁻⁵.
         let digits = (power - (step.log10() + 1e-9).floor() as i32).clamp(0, 6) as usize;
         let lead = format!("{:.digits$}", x / 10f64.powi(power));
         let lead = if lead.contains('.') {
@@ -149,11 +146,9 @@ fn number(x: f64, step: f64) -> String {
     text.replace('-', "−")
 }
 
-/// A number alone, to four digits.
 pub fn value(x: f64) -> String {
     let step = if x == 0.0 { 1.0 } else { 10f64.powf(x.abs().log10().floor() - 3.0) };
     let text = number(x, step);
-    // Without zeros at the end, which say nothing of a number alone.
     if text.contains('.') && !text.contains('·') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
@@ -161,7 +156,7 @@ pub fn value(x: f64) -> String {
     }
 }
 
-/// A number m·10ⁿ of few digits, on an axis of decades; `plain`: without powers.
+/// Label on a logarithmic axis; `plain`: without powers of ten.
 fn decade(x: f64, plain: bool) -> String {
     if plain {
         return format!("{}", (x * 1e6).round() / 1e6);
@@ -171,7 +166,6 @@ fn decade(x: f64, plain: bool) -> String {
     if lead == 1.0 { ten(power) } else { format!("{lead}·{}", ten(power)) }
 }
 
-/// 10ⁿ.
 fn ten(power: i32) -> String {
     if power == 0 {
         return "1".into();

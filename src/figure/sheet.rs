@@ -1,4 +1,4 @@
-//! A figure on paper: panels in rows, a key below them.
+//! Lays out a figure: panels in rows, the key below.
 
 use ttf_parser::Face;
 
@@ -11,17 +11,15 @@ use super::marks::{self, Place};
 use super::scale::Scale;
 use super::{Style, axes, key, notes, parallel};
 
-/// Gap between the columns of a paper, mm.
 const GUTTER: f64 = 5.0;
-/// Gap between panels, pt.
 const GAP: f64 = 8.0;
 /// Height over width of a panel's inside.
 const ASPECT: f64 = 0.72;
-/// What a title may make of that.
+/// Largest factor on the height for long titles.
 const TALL: f64 = 1.3;
-/// Least width of a panel beside others, as a multiple of the text's size.
+/// Least width of one of several panels, as a multiple of the text size.
 const BESIDE: f64 = 8.0;
-/// Least width of any, likewise.
+/// Least width of any panel, likewise.
 const LEAST: f64 = 4.0;
 
 /// Lays out `figure`.
@@ -55,27 +53,25 @@ pub fn lay(figure: &Figure, style: &Style) -> Drawing {
     drawing
 }
 
-/// How a row of panels is stacked, pt.
+/// Heights of a row of panels, pt.
 struct Row {
     title: f64,
     high: f64,
     below: f64,
 }
 
-/// Panels in columns of one width with one margin, pt.
+/// Columns of equal width and margins, pt.
 struct Table {
     columns: usize,
-    /// Width of a column.
     cell: f64,
     left: f64,
-    /// Of the inside of a panel.
     wide: f64,
     right: f64,
     rows: Vec<Row>,
 }
 
 impl Table {
-    /// Margins depend on heights (ticks, broken titles), and heights on margins: both grow until they fit.
+    /// Margins depend on heights (ticks, broken titles) and heights on margins: iterates until they fit.
     fn of(panels: &[(&Panel, [Scale; 2])], columns: usize, paper: f64, face: &Face<'_>, size: f64) -> Self {
         let cell = (paper - GAP * (columns - 1) as f64) / columns as f64;
         let (mut left, mut right) = (0f64, 1.3 * size);
@@ -100,7 +96,6 @@ impl Table {
         }
     }
 
-    /// Whether the words below each panel have room in one line.
     fn titled(&self, panels: &[(&Panel, [Scale; 2])], face: &Face<'_>, size: f64) -> bool {
         panels.iter().all(|(p, _)| length(face, &p.x.text()) * size <= self.cell)
     }
@@ -117,7 +112,7 @@ fn stacked(row: &[(&Panel, [Scale; 2])], cell: f64, wide: f64, face: &Face<'_>, 
     }
 }
 
-/// As high as the titles beside it are long, within bounds.
+/// Height of a panel; more for a long title of the y axis, within bounds.
 fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: f64) -> f64 {
     if panel.to_scale {
         return (wide * (y.ends[1] - y.ends[0]) / (x.ends[1] - x.ends[0])).clamp(0.2 * wide, 2.0 * wide);
@@ -138,7 +133,7 @@ fn one(
 ) {
     let (face, size) = (style.font.face(), style.size);
     if panel.to_scale {
-        // A panel may be higher or wider than the data ask: what is more goes to both ends.
+        // A panel to scale may be larger than its data: extend both ends equally.
         let each = f64::max((x.ends[1] - x.ends[0]) / inside.w, (y.ends[1] - y.ends[0]) / inside.h);
         for (scale, long) in [(&mut x, inside.w), (&mut y, inside.h)] {
             let more = 0.5 * (each * long - (scale.ends[1] - scale.ends[0]));
@@ -165,7 +160,6 @@ fn one(
     }
 }
 
-/// What of `text` fits.
 fn fitted(text: &str, room: f64, long: impl Fn(&str) -> f64) -> String {
     let mut text = text.to_owned();
     let whole = long(&text) <= room;

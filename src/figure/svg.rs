@@ -1,4 +1,4 @@
-//! A drawing as SVG. Text stays text.
+//! Writes a drawing as SVG. Text stays text.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use super::data::Figure;
 use super::drawing::{Anchor, Drawing, Item, Step};
 use super::font::Font;
 
-/// The file.
+/// The SVG file.
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
     let [w, h] = drawing.size;
     let mut text = format!(
@@ -89,7 +89,7 @@ fn course(steps: &[Step]) -> String {
     d
 }
 
-/// Text as it stands in XML and HTML.
+/// Escapes text for XML and HTML.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,23 +1,23 @@
-//! Pages of one file: style, data and scripts in it, nothing from elsewhere.
+//! Self-contained HTML pages: style, data and scripts in one file.
 
 use serde_json::Value;
 
 /// Parts of a page.
 #[derive(Debug)]
 pub struct Page<'a> {
-    /// In the window's bar.
+    /// Title of the window.
     pub title: &'a str,
     /// CSS.
     pub style: &'a str,
-    /// What the scripts read, by `document.getElementById("data")`.
+    /// JSON for the scripts, read by `document.getElementById("data")`.
     pub data: &'a Value,
-    /// JavaScript, in order; they share one scope of their own.
+    /// JavaScript files in order, joined in one scope.
     pub scripts: &'a [&'a str],
 }
 
-/// The file. Its policy forbids every request, so that a page that was mailed tells nobody that it was opened.
+/// The HTML file. Its content policy forbids all requests, so that opening a mailed page is not reported to anyone.
 pub fn html(page: &Page<'_>) -> String {
-    // Inside a script element only `</` and `<!--` mean anything.
+    // Inside a script element only `</` and `<!--` have a meaning.
     let data = page.data.to_string().replace('<', "\\u003c");
     let title = page.title.replace('&', "&amp;").replace('<', "&lt;");
     format!(

@@ -1,4 +1,4 @@
-//! The answer of a result in one sentence: what a report begins with.
+//! The answer of a result in one sentence, with which a report begins.
 
 use serde_json::Value;
 
@@ -10,15 +10,13 @@ use crate::error::InputError;
 use crate::recommend::Standing;
 use crate::sink::frame::Frame;
 
-/// Strain error that a fast kernel must keep to be named, relative.
+/// Largest strain error of a kernel that the benchmark's answer may name, relative.
 const ACCURATE: f64 = 1e-4;
 
-/// A word for one or many: 1 tap, 2 taps.
 fn count(n: usize, word: &str) -> String {
     format!("{n} {word}{}", if n == 1 { "" } else { "s" })
 }
 
-/// Least and greatest of `numbers` in words, by `say`.
 fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: &str) -> Option<String> {
     let all = ends(numbers);
     let words = all.map(say);
@@ -27,7 +25,7 @@ fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: 
     (all[0] <= all[1]).then(said)
 }
 
-/// How far K varies about its mean: a share of it, or mm where K has a unit.
+/// Spread of K: as a share of its mean, or in mm for elongation.
 fn spread(sd: &str, x: f64, mean: f64) -> String {
     match sd {
         "K_sd_mm" => format!("{} mm", rounded(x)),
@@ -35,7 +33,7 @@ fn spread(sd: &str, x: f64, mean: f64) -> String {
     }
 }
 
-/// Error of the distance and spread of K of a row, as far as it has them.
+/// Error of the distance and spread of K of a row, where known.
 fn worth(row: impl Fn(&str) -> Option<f64>, sd: &str) -> String {
     let error = row("total_rms_mm").map(|x| format!("the error of a distance is {} mm rms", rounded(x)));
     let mean = row("K_mean").unwrap_or(1.0);
@@ -48,23 +46,23 @@ fn tapped(drive: &str, x: f64) -> String {
     format!("{} by {}", if drive == "theta_deg" { "tapped" } else { "pushed" }, said(drive, x))
 }
 
-/// A row of designs that is recommended, and of what it is the best.
+/// The recommended row of designs.
 pub struct Recommended<'a> {
-    /// Its values by column.
+    /// Value of a column in the row.
     pub number: &'a dyn Fn(&str) -> Option<f64>,
-    /// Columns that have several values.
+    /// Columns with several values.
     pub varying: &'a [&'a str],
-    /// Columns of the spread of K, of what ranks, of the drive.
+    /// Columns of the spread of K, of the ranking, of the drive.
     pub names: [&'a str; 3],
-    /// Complete rows.
+    /// Number of complete rows.
     pub complete: u64,
-    /// Of these, the rows that `top` keeps: others are not known.
+    /// Number of complete rows kept by `top`, which limits the choice.
     pub kept: Option<u64>,
-    /// How it stands to the strain limit.
+    /// Relation to the strain limit.
     pub standing: Standing,
 }
 
-/// The row that a sweep recommends, in the words of the sweep and of its report.
+/// Words for the row that a sweep recommends, used by the sweep and its report.
 pub fn of_best(best: &Recommended<'_>) -> String {
     let Recommended { number, varying, names: [sd, by, drive], complete, kept, standing } = *best;
     let kept = kept.filter(|kept| *kept < complete);
@@ -104,12 +102,11 @@ pub fn of_best(best: &Recommended<'_>) -> String {
     format!("Of {of}, the whisker{whisker}, {tap}, {what}{strain}{beyond}.")
 }
 
-/// A number of rows in words.
 fn rows(n: u64, word: &str) -> String {
     usize::try_from(n).map_or("many rows".to_owned(), |n| count(n, word))
 }
 
-/// A sweep of single taps alone.
+/// A sweep with single taps only.
 pub fn of_taps(table: &Frame) -> String {
     let fine = table.rows(|r| table.word("status", r) == "ok" && table.has("strain"));
     let strain = range(fine.iter().map(|r| 100.0 * table.number("strain", *r)), rounded, " %");
@@ -168,14 +165,13 @@ pub fn of_search(source: &Source, front: Option<&Frame>, sd: &str) -> Result<Str
     Ok(format!("The best whisker found is the one {}: {worth}.", told.join(", ")))
 }
 
-/// The `share` of taps within their σ, if it is known.
 fn within(share: &Value) -> String {
     share.as_f64().map_or(String::new(), |x| {
         format!(", {} of them within the standard deviation that is given with them", percent(x))
     })
 }
 
-/// A calibration: how well its estimator tells distances that it has not seen.
+/// A calibration: held-out errors of its estimator.
 pub fn of_calibration(source: &Source) -> String {
     let (result, counts) = (&source.run["result"], &source.run["counts"]);
     let name = result["estimator"].as_str().unwrap_or("none");
@@ -211,7 +207,7 @@ pub fn of_channels(source: &Source) -> String {
     )
 }
 
-/// Readings and their distances; `zeros` of them are zero readings, which have none.
+/// Located readings; the `zeros` zero readings among them have no distance.
 pub fn of_readings(table: &Frame, zeros: usize) -> Result<String, InputError> {
     let (distance, sigma) = (table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
     let answered = table.rows(|r| distance[r].is_finite());
@@ -263,7 +259,7 @@ pub fn of_contour(source: &Source, points: usize) -> String {
     format!("What fits {points} on the object best is {form}.")
 }
 
-/// A benchmark: the fastest kernel that is accurate enough to be used.
+/// A benchmark: the fastest kernel that is accurate enough.
 pub fn of_bench(work: &Frame) -> Result<String, InputError> {
     let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
     let whole = |r: &usize| time[*r] > 0.0 && error[*r].is_finite();

@@ -1,16 +1,14 @@
-//! Many rows in few cells.
+//! Maps of many rows in few cells.
 
 use super::quantity::{self, distinct, ends, numbers_apart};
 use crate::figure::{Axis, Cells, Mark, Panel};
 
-/// Cells along an axis.
 pub const MOST: usize = 40;
-/// Values of an axis that are bands: named places side by side, with nothing between them.
+/// Up to this number of values, an axis has bands: named places without anything between.
 const FEW: usize = 6;
-/// Cells of a map with one for every value.
+/// Most cells of a map with one cell for each value.
 const CELLS: usize = 40_000;
 
-/// Cells along one axis: their ends, and the cell of a value.
 struct Bins {
     edges: Vec<f64>,
     values: Option<Vec<f64>>,
@@ -19,7 +17,7 @@ struct Bins {
 impl Bins {
     fn of(numbers: &[f64]) -> Self {
         let mut few = Vec::new();
-        // Most axes have few values: they are known after few rows, and a million need no set.
+        // Most axes have few distinct values, found in the first rows: no set of all values is needed.
         for x in numbers.iter().filter(|x| x.is_finite()) {
             if few.len() <= MOST && !few.contains(x) {
                 few.push(*x);
@@ -32,7 +30,6 @@ impl Bins {
         Self { edges: (0..=MOST).map(|i| a + (b - a) * i as f64 / MOST as f64).collect(), values: None }
     }
 
-    /// A cell about each of `values`.
     fn at(values: Vec<f64>) -> Self {
         let edges = match values.len() {
             1..=FEW => (0..=values.len()).map(|i| i as f64 - 0.5).collect(),
@@ -41,7 +38,6 @@ impl Bins {
         Self { edges, values: Some(values) }
     }
 
-    /// The axis of `column` along the cells.
     fn axis(&self, column: &str) -> Axis {
         let axis = quantity::axis(column);
         match &self.values {
@@ -64,7 +60,6 @@ impl Bins {
     }
 }
 
-/// Ends of cells about `values`, half-way between neighbours.
 fn edges(values: &[f64]) -> Vec<f64> {
     match values {
         [] => vec![0.0, 1.0],
@@ -79,7 +74,7 @@ fn edges(values: &[f64]) -> Vec<f64> {
     }
 }
 
-/// A map of two columns, by name and numbers: least `value` of the rows in each cell; whether values had to share cells.
+/// A map of two columns: the least `value` of the rows in each cell; true if values share cells.
 pub fn map(
     title: &str,
     columns: [(&str, &[f64]); 2],
@@ -91,7 +86,7 @@ pub fn map(
     (filled(title, columns, bins, value, of), binned)
 }
 
-/// The same with a cell for every value; nothing where they are too many.
+/// The same with a cell for each value; an empty panel if there are more than `CELLS`.
 pub fn every(title: &str, columns: [(&str, &[f64]); 2], value: impl Fn(usize) -> f64, of: Axis) -> Panel {
     let bins = columns.map(|(_, numbers)| Bins::at(distinct(numbers.iter().copied())));
     let [wide, high] = bins.each_ref().map(|b| b.edges.len().saturating_sub(1));

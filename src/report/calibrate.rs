@@ -11,9 +11,8 @@ use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 use crate::sink::frame::Frame;
 
-/// Curves of a panel.
 const CURVES: usize = 6;
-/// Said of panels whose axis may be cut.
+/// Caption of panels whose axis may be cut.
 const CUT: &str = "The axis fits the bulk of the taps; an arrow at the edge stands for a tap beyond it.";
 
 pub fn content(source: &Source) -> Result<Content, Error> {
@@ -53,7 +52,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// Of a sensor with several channels: what each leaves, and the distances that all tell together.
+/// A sensor of several channels: residuals of each channel, and distances from all together.
 fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
     let mut c = Content { answer: answer::of_channels(source), ..Content::default() };
     let channels = source.run["result"]["channels"].as_array().cloned().unwrap_or_default();
@@ -95,11 +94,9 @@ fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// Drives of the data, those that are meant to be one together.
 struct Drives {
-    /// What each is called.
     names: Vec<String>,
-    /// Their means; none where no drive was recorded, so that all taps have the same.
+    /// Means; empty if no drive was recorded: all taps then have the same.
     centres: Vec<f64>,
 }
 
@@ -122,7 +119,7 @@ impl Drives {
         Ok(Self { names, centres })
     }
 
-    /// That of a row: the nearest.
+    /// Index of the nearest group.
     fn place(&self, x: f64) -> Option<usize> {
         if self.centres.is_empty() {
             return Some(0);
@@ -132,7 +129,6 @@ impl Drives {
     }
 }
 
-/// Mean signals with their spread, over what the estimator expects.
 fn curves(
     rows: &Frame,
     cells: &Frame,
@@ -173,14 +169,13 @@ fn curves(
     Ok(Figure::new("curves", "Data over the fitted curves", caption, vec![panel]))
 }
 
-/// Places of used and suspect rows among those of the page.
 fn used(rows: &Frame) -> [Vec<usize>; 2] {
     let tap = |r: usize| rows.number("a_mm", r).is_finite() && rows.number("distance_mm", r).is_finite();
     let of = |word: &str| rows.rows(|r| rows.word("use", r) == word && (tap(r) || word == "suspect"));
     [of("used"), of("suspect")]
 }
 
-/// Points of `rows` over their distances, with the line of each and why it is suspect.
+/// Points of `rows` over distance, each with its line number and the reason it is suspect.
 fn points(
     table: &Frame,
     (name, colour, marker): (&str, usize, Marker),
@@ -234,7 +229,7 @@ fn held_out(rows: &Frame) -> Result<Figure, InputError> {
     Ok(Figure::new("held_out", "Errors on distances left out", caption, panels))
 }
 
-/// Share of taps whose error is within so many σ, beside that of a normal distribution.
+/// Share of taps whose |error|/σ is below x, compared with the normal distribution.
 fn coverage(
     rows: &Frame,
     used: &[usize],
@@ -263,7 +258,7 @@ fn coverage(
     Ok(Some(Figure::new("coverage", "Coverage", caption, vec![panel])))
 }
 
-/// Share of a normal distribution within `x` standard deviations: Simpson's rule, to 1e-9 for x ≤ 4.
+/// Share of a normal distribution within `x` standard deviations, by Simpson's rule: error 1e-9 for x ≤ 4.
 fn normal_within(x: f64) -> f64 {
     const PARTS: usize = 64;
     let density = |t: f64| (-0.5 * t * t).exp() * (2.0 / std::f64::consts::PI).sqrt();

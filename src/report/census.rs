@@ -1,4 +1,4 @@
-//! Figures of a census of taps: errors of a verification, time against error of a benchmark.
+//! Figures of a census of taps: errors (`verify`), time against error (`bench`).
 
 use indexmap::{IndexMap, IndexSet};
 
@@ -11,10 +11,9 @@ use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 use crate::sink::frame::Frame;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
-/// Peers that take longer for a tap would leave no room for the others, ns.
+/// Slower peers are left out of the figure, ns per tap.
 const SLOWEST: f64 = 1e8;
 
-/// Time against error.
 pub fn of_bench(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let work = source.table("work_precision.csv")?;
@@ -24,14 +23,14 @@ pub fn of_bench(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// Figures of the table `work`, with other programs that were measured on the same taps.
+/// Figures of the table `work`, with other programs on the same taps.
 pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, InputError> {
     let mut all = vec![precision(work, peers)?, configurations(work)?];
     all.retain(|f| !f.is_empty());
     Ok(all)
 }
 
-/// Where a benchmark ran: each backend of `table` in order of appearance, by what it is called, and its rows. Software adapters are called so.
+/// Label and rows of each backend of `table`, in order of appearance; software adapters are marked.
 fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
     let mut rows: IndexMap<[String; 3], Vec<usize>> = IndexMap::new();
     for r in 0..table.len() {
@@ -49,18 +48,16 @@ fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
     rows.into_iter().map(named).collect()
 }
 
-/// Whether `adapter` is a CPU in the clothes of a GPU.
 fn is_software(adapter: &str) -> bool {
     let name = adapter.to_lowercase();
     ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
 }
 
-/// An adapter's name without what stands in brackets.
 fn short(adapter: &str) -> &str {
     adapter.split(" (").next().unwrap_or(adapter)
 }
 
-/// Points, and a line through those that none beats: it never turns back.
+/// Points, and a line through their Pareto front.
 fn reached(
     panel: Panel,
     name: &str,
@@ -81,7 +78,7 @@ fn reached(
     }
 }
 
-/// The simplest configuration: every kernel, the peers on the same axes.
+/// The first configuration only: every kernel, and the peers.
 fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
     let places = places(work);
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
@@ -148,7 +145,6 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
     Ok(Figure::new("work_precision", "Work against precision", caption, panels))
 }
 
-/// The same ends for all panels, so that they can be compared.
 fn share(panels: &mut [Panel]) {
     let reach: Vec<(f64, f64)> = panels.iter().flat_map(|p| &p.marks).flat_map(Mark::reach).collect();
     let ends = |axis: &Axis, values: Vec<f64>| crate::figure::Scale::of(axis, values.into_iter()).ends;
@@ -180,7 +176,6 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
     Ok(Figure::new("configurations", "Every configuration", caption, panels))
 }
 
-/// Errors of every configuration on every backend.
 pub fn of_verify(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("verify.csv")?;

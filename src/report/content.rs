@@ -1,4 +1,4 @@
-//! What a report holds, whichever command it is of.
+//! Figures and tables of a report, for every command.
 
 use std::borrow::Cow;
 
@@ -10,11 +10,10 @@ use crate::error::Error;
 use crate::figure::{Figure, Mark, Marker, Path};
 use crate::sink::frame::Frame;
 
-/// Rows of a table in the page.
+/// Most rows of a table in the page.
 pub const SHOWN: usize = 1500;
 
-/// Points of `rows` of `table` along `path`, with bars of these half lengths in y by row, and what `note` says of each row. They are linked with the rows
-/// of the page if all of these are in it.
+/// Points of `rows` along `path`, with half bar lengths `error` and a `note` by row. Linked with the page's rows if it has all of them.
 pub fn points_of(
     table: &Frame,
     (path, marker): (Path, Marker),
@@ -34,28 +33,28 @@ pub fn points_of(
 /// Figures and tables of a result.
 #[derive(Debug, Default)]
 pub struct Content {
-    /// What the result says, in one sentence.
+    /// The answer in one sentence.
     pub answer: String,
-    /// In the order of the page.
+    /// In page order.
     pub figures: Vec<Figure>,
-    /// Tables behind them as the page takes them: file, number of its rows, how those that are shown were chosen, whether these are the lines of the parallel
-    /// coordinates and points of the front, columns, values, places of the rows in the file.
+    /// Tables of the page as JSON: file, number of rows, choice of the rows shown, whether they are linked with parallel coordinates and the front,
+    /// columns, values, row indices in the file.
     pub tables: Vec<Value>,
-    /// Figures of the result in a line each, name and value.
+    /// Names and values listed for the result.
     pub facts: Vec<(String, String)>,
-    /// What was left out, and what is to be minded.
+    /// Notes: omissions and cautions.
     pub notes: Vec<String>,
 }
 
 impl Content {
-    /// With `figure`, if it shows anything.
+    /// Adds `figure` unless it is empty.
     pub fn figure(&mut self, figure: Figure) {
         if !figure.is_empty() {
             self.figures.push(figure);
         }
     }
 
-    /// With the rows `rows` of `table`, chosen as `how` says.
+    /// Adds `rows` of `table`; `how` describes the choice.
     pub fn table(&mut self, table: &Frame, rows: Vec<usize>, how: &str, linked: bool) {
         let file = table.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
         if rows.len() < table.len() {
@@ -77,12 +76,12 @@ impl Content {
         }));
     }
 
-    /// With the first rows of `table`.
+    /// Adds the first rows of `table`.
     pub fn first(&mut self, table: &Frame, linked: bool) {
         self.table(table, (0..table.len().min(SHOWN)).collect(), "the first", linked);
     }
 
-    /// With the first rows of the tables of these names that the result has.
+    /// Adds the first rows of those tables of these names that exist.
     pub fn first_rows(&mut self, source: &Source, names: &[&str]) -> Result<(), Error> {
         for name in names {
             if let Some(table) = source.maybe(name)? {
@@ -92,7 +91,7 @@ impl Content {
         Ok(())
     }
 
-    /// With a fact, if it is known.
+    /// Adds a fact unless it is null.
     pub fn fact(&mut self, name: &str, value: &Value) {
         let text = match value {
             Value::Null => return,

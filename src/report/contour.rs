@@ -8,11 +8,9 @@ use crate::error::{Error, InputError};
 use crate::figure::{Figure, Mark, Marker, Panel, Path};
 use crate::sink::frame::Frame;
 
-/// Points of which the ellipses are drawn; of more, one in so many.
+/// Most ellipses; of more points, every n-th has one.
 const ELLIPSES: usize = 150;
-/// Corners of an ellipse.
 const CORNERS: usize = 24;
-/// Standard deviations that ellipses and the band reach.
 const WIDE: f64 = 2.0;
 
 pub fn content(source: &Source) -> Result<Content, Error> {
@@ -29,7 +27,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// The figure of the tables; `outline`: what the object is known to be.
+/// The figure of the tables; `outline` is the known object.
 pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -> Result<Figure, InputError> {
     let [x, y, major, minor, axis] =
         ["x_mm", "y_mm", "sigma_major_mm", "sigma_minor_mm", "axis_deg"].map(|n| points.numbers(n));
@@ -59,7 +57,6 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
         (cx[k] - by * sin, cy[k] + by * cos)
     };
     let n = curve.len();
-    // Of a point a circle as wide as it is uncertain.
     let ring = |k: usize| {
         let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
         (cx[0] + WIDE * sigma[0] * cos, cy[0] + WIDE * sigma[0] * sin)
@@ -89,7 +86,6 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
             bases.push(base);
         }
     }
-    // From where, and closer.
     let mut around = panel.clone().with(Mark::points(Path::new("motor's axis", 4, bases), Marker::Plus));
     around.title = "from where".into();
     panel.title = "closer".into();

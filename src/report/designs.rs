@@ -1,4 +1,4 @@
-//! Rows of designs: what varies among them, which of them are kept, and figures of many: front, parallel coordinates, maps.
+//! Rows of designs: columns that vary, limits, and figures of many designs (front, parallel coordinates, maps).
 
 use indexmap::IndexMap;
 
@@ -12,23 +12,17 @@ use crate::scene::Property;
 use crate::sink::frame::Frame;
 
 pub use crate::sink::table::WHISKER;
-/// Columns of properties of the rig, where a table has them.
 pub fn properties() -> impl Iterator<Item = &'static str> {
     Property::ALL.into_iter().map(|property| property.about().column)
 }
-/// Columns that make what is tapped, where a table has them.
 pub const DIRECTIONS: [&str; 2] = ["tilt_deg", "lean_deg"];
-/// Names of the spread of K.
 pub const SD: [&str; 2] = ["K_sd", "K_sd_mm"];
-/// Names of the drive.
 pub const DRIVES: [&str; 2] = ["theta_deg", "delta_mm"];
 
-/// Columns of whisker, rig, direction and drive.
 fn named() -> impl Iterator<Item = &'static str> {
     WHISKER.into_iter().chain(properties()).chain(DIRECTIONS).chain(DRIVES)
 }
 
-/// Those with more than one value.
 pub fn varying(table: &Frame) -> Result<Vec<&'static str>, InputError> {
     let mut columns = Vec::new();
     for name in named() {
@@ -42,7 +36,7 @@ pub fn varying(table: &Frame) -> Result<Vec<&'static str>, InputError> {
     Ok(columns)
 }
 
-/// Rows for the page: half of them the best by `by`, the others evenly from the rest, in the order of the table.
+/// Rows for the page, in table order: half of them the best by `by`, the others spread evenly over the rest.
 pub fn chosen(table: &Frame, by: &str) -> Result<(Vec<usize>, String), InputError> {
     let values = table.numbers(by)?;
     if table.len() <= SHOWN {
@@ -59,7 +53,7 @@ pub fn chosen(table: &Frame, by: &str) -> Result<(Vec<usize>, String), InputErro
     Ok((rows, format!("the {best} with the least {by} and {wanted} from all ranks of the others")))
 }
 
-/// Rows that no other beats in both of `x` and `y`, by ascending x.
+/// Pareto front of `x` and `y` (smaller is better), by ascending x.
 pub fn front(x: &[f64], y: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..x.len()).filter(|i| x[*i].is_finite() && y[*i].is_finite()).collect();
     order.sort_by(|a, b| x[*a].total_cmp(&x[*b]).then(y[*a].total_cmp(&y[*b])));
@@ -72,7 +66,7 @@ pub fn front(x: &[f64], y: &[f64]) -> Vec<usize> {
     order
 }
 
-/// Trade-off of two quantities: the rows of the page, those of the `fine` ones that none beats, and one that was chosen.
+/// Trade-off of two quantities: the page's rows, the front of the `fine` rows, and the chosen design.
 pub fn trade(
     table: &Frame,
     [x, y]: [&str; 2],
@@ -109,7 +103,7 @@ pub fn trade(
     Ok(Some(Figure::new("front", "Trade-off", caption, vec![panel])))
 }
 
-/// Parallel coordinates of `rows`, coloured by the first of `by` that there is, in grey where they are not `fine`.
+/// Parallel coordinates of `rows`, coloured by the first available column of `by`; rows that are not `fine` in grey.
 pub fn parallel(
     table: &Frame,
     rows: &[usize],
@@ -126,7 +120,6 @@ pub fn parallel(
     }
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let missing = |r: usize| columns.iter().any(|c| !c[r].is_finite());
-    // Symbols fit where labels do not.
     let short = |n: &str| named().any(|s| s == n);
     let axis = |n: &&str| {
         let mut axis = quantity::axis(n);
@@ -151,7 +144,7 @@ pub fn parallel(
     Ok(Some(figure))
 }
 
-/// Maps of `quantity` over any two of what varies: the best over the rest, of the rows that are `fine`.
+/// Maps of `quantity` over each pair of varying columns: the least value over the other columns, among `fine` rows.
 pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figure>, InputError> {
     let axes = varying(table)?;
     if !table.has(quantity) || axes.len() < 2 {
@@ -183,7 +176,7 @@ pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figur
     Ok(Some(Figure::new(&format!("map_{quantity}"), &title, caption, panels)))
 }
 
-/// Whiskers of a table at one direction of the object's edge, and how many there are. At most `most`, those with the least `by` in a `fine` row.
+/// Rows grouped by whisker and direction, and the number of groups. At most `most`, those with the least `by` in a `fine` row.
 pub fn whiskers(
     table: &Frame,
     fine: &[bool],
@@ -197,7 +190,7 @@ pub fn whiskers(
     alike(table, &names, 0..table.len(), rank, most)
 }
 
-/// `rows` of one value in each of the columns `names`, and how many such groups there are. At most `most`, those with a row of the least `rank`.
+/// Groups of `rows` with equal values in the columns `names`, and the number of groups. At most `most`, those with the least `rank`.
 pub fn alike(
     table: &Frame,
     names: &[&str],
@@ -217,7 +210,7 @@ pub fn alike(
     let mut all: Vec<(f64, Alike)> = all.into_values().collect();
     let values =
         |k: usize, all: &[(f64, Alike)]| all.iter().map(|(_, w)| columns[k][w.rows[0]]).collect::<Vec<_>>();
-    // Also what does not differ among those that are left is told.
+    // Before dropping groups, so that a name also contains values that the remaining groups share.
     let differ: Vec<usize> = (0..names.len()).filter(|k| distinct(values(*k, &all)).len() > 1).collect();
     if count > most {
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -232,31 +225,26 @@ pub fn alike(
     Ok((all.into_iter().enumerate().map(named).collect(), count))
 }
 
-/// Rows of one whisker at one direction, or alike otherwise.
 #[derive(Debug, Clone, Default)]
 pub struct Alike {
-    /// In what they differ from the others.
+    /// Values that differ from other groups, in words.
     pub name: String,
-    /// Of the table.
     pub rows: Vec<usize>,
 }
 
-/// Limits of a result.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Limits {
-    /// Rows with two distances for one reading do not count.
+    /// True if ambiguous rows break the limits.
     unambiguous: bool,
-    /// Largest strain, where a search has one of its own.
     strain: Option<f64>,
 }
 
 impl Limits {
-    /// Those that the spec of `source` names.
     pub fn of(source: &Source) -> Self {
         source.in_force("optimise.limits").map_or(Self::default(), Self::read)
     }
 
-    /// As a spec writes them: `{ strain = 0.02, unambiguous = true }`.
+    /// Reads TOML such as `{ strain = 0.02, unambiguous = true }`.
     fn read(text: &str) -> Self {
         let pairs = text.trim_matches(['{', '}', ' ']).split(',').filter_map(|p| p.split_once('='));
         let mut limits = Self::default();
@@ -270,7 +258,7 @@ impl Limits {
         limits
     }
 
-    /// Which rows of `table` keep them. A reading with a second distance breaks nothing, unless that is asked for.
+    /// For each row: true if it keeps the limits. A second distance breaks them only with `unambiguous`.
     pub fn kept(&self, table: &Frame) -> Vec<bool> {
         (0..table.len()).map(|r| self.keeps(table, r)).collect()
     }

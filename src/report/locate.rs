@@ -7,13 +7,11 @@ use super::source::Source;
 use crate::error::Error;
 use crate::figure::{Figure, Marker, Panel, Path};
 
-/// Readings that are drawn.
 const DRAWN: usize = 4000;
 
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("located.csv")?;
-    // Zero readings ask for no distance.
     let zeros = source.run["counts"]["zero_readings"].as_u64().map_or(0, |n| n as usize);
     c.answer = answer::of_readings(&table, zeros)?;
     let (line, distance, sigma) =

@@ -1,8 +1,7 @@
-//! `report`: a result folder → figures, and one page that holds them and its tables.
+//! `report`: figures and a page from a result folder.
 //!
-//! [`source`] reads the folder back and refuses what is damaged; one file for each command makes [`mod@content`] (figures as data, rows
-//! for the page) of its tables; [`crate::figure`] draws; [`crate::page`] makes the page. Nothing is computed again: what is drawn is what
-//! the tables say.
+//! [`source`] reads the folder and refuses damaged files; one file per command makes [`mod@content`] (figures as data, rows of the page);
+//! [`crate::figure`] draws; [`crate::page`] makes the page. Nothing is recomputed: figures show the tables.
 
 pub mod answer;
 mod bins;
@@ -27,13 +26,11 @@ use crate::error::{Error, InputError};
 use content::Content;
 use source::Source;
 
-/// Name of the page.
+/// File name of the page.
 pub const PAGE: &str = "report.html";
 
-/// What draws the results of a command.
 type Draw = fn(&Source) -> Result<Content, Error>;
 
-/// Commands whose results are drawn, and what draws them.
 const DRAWN: [(&str, Draw); 9] = [
     ("sweep", sweep::content),
     ("optimise", optimise::content),
@@ -57,7 +54,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Err(error.allowed(DRAWN.map(|(command, _)| command).join(", ")).into())
 }
 
-/// The answer of the result in `folder`, with which its report begins; empty where it has none.
+/// The answer of the result in `folder`; empty if it has no report.
 pub fn answer_of(folder: &Path) -> String {
     Source::open(folder, false)
         .and_then(|source| content(&source))

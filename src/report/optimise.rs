@@ -32,7 +32,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     }
     let objective = result["objective"].as_str().unwrap_or("sd");
     let column = match objective {
-        // The starts of a front look for its end with the least total.
+        // The starts of a front minimise the total error.
         "distance" | "pareto" => "total_rms_mm",
         "weighted" => "weighted",
         _ => sd,
@@ -66,7 +66,6 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// Best value so far against evaluations, a line for each start.
 fn convergence(history: &Frame, column: &str) -> Result<Figure, InputError> {
     let (n, start, value) =
         (history.numbers("evaluations")?, history.numbers("start")?, history.numbers(column)?);
@@ -85,10 +84,9 @@ fn convergence(history: &Frame, column: &str) -> Result<Figure, InputError> {
     Ok(Figure::new("convergence", "Convergence", caption, vec![panel]))
 }
 
-/// Title, label, and the name and column of each series.
+/// Title, axis label, and (name, column) of each series.
 type Bars = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
-/// Bars of elasticities, and of shares of variance.
 fn sensitivity(table: &Frame) -> Result<Figure, InputError> {
     let names: Vec<String> = (0..table.len()).map(|r| table.word("parameter", r)).collect();
     let mut panels = Vec::new();
@@ -125,7 +123,7 @@ fn sensitivity(table: &Frame) -> Result<Figure, InputError> {
     Ok(Figure::new("sensitivity", "Sensitivity", caption, panels))
 }
 
-/// The best design as it is, and over the sampled ones.
+/// The best design as designed, and over the sampled whiskers.
 fn robust(source: &Source, sd: &str) -> Option<Figure> {
     let result = &source.run["result"];
     let robust = result["robust"].as_object()?;
@@ -147,7 +145,6 @@ fn robust(source: &Source, sd: &str) -> Option<Figure> {
     Some(Figure::new("robust", "Robust spread", caption, panels.collect()))
 }
 
-/// Bias and noise of the best design.
 fn split(source: &Source, c: &mut Content) {
     let best = &source.run["result"]["best"];
     let parts = [("bias", "error_rms_mm"), ("noise", "noise_rms_mm"), ("total", "total_rms_mm")];

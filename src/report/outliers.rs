@@ -1,19 +1,19 @@
-//! Ends of an axis that a few points far away do not flatten.
+//! Axis ends that a few outliers do not stretch.
 
 use super::quantity::ends;
 use crate::digits::short;
 use crate::figure::{Mark, Panel};
 
-/// Median deviations about the median that always have room: 4.7 σ of a normal distribution.
+/// Points within this many median deviations of the median always fit: 4.7 σ of a normal distribution.
 const WIDE: f64 = 7.0;
-/// Share of the samples at either end that may have none.
+/// At most this share of the samples at either end is cut.
 const SHARE: f64 = 0.1;
-/// An axis is cut where it gets shorter by this factor.
+/// An axis is cut only if it becomes shorter by this factor.
 const WORTH: f64 = 2.0;
-/// Free space at either end, as a share of the bulk: arrows have room there.
+/// Free space at either end for arrows, as a share of the bulk.
 const ROOM: f64 = 0.08;
 
-/// Least and greatest of `samples` without outliers; none where these are one value.
+/// Range of `samples` without outliers; `None` if it is a single value.
 fn bulk(samples: &[f64]) -> Option<[f64; 2]> {
     let mut all: Vec<f64> = samples.iter().copied().filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);
@@ -28,8 +28,7 @@ fn bulk(samples: &[f64]) -> Option<[f64; 2]> {
     (least < most).then_some([least, most])
 }
 
-/// `panel` with an axis up that fits the bulk of its points called `name` and of their bars. What lies beyond is drawn at the edge, and
-/// the key says how many taps that are.
+/// Fits the y axis to the points called `name` and their bars. Other points are drawn at the edge, and the key counts them.
 pub fn cut(mut panel: Panel, name: &str) -> Panel {
     let points = || {
         panel.marks.iter().filter_map(|m| match m {
@@ -40,7 +39,7 @@ pub fn cut(mut panel: Panel, name: &str) -> Panel {
     let mut errors: Vec<f64> =
         points().flat_map(|(_, error)| error).copied().filter(|e| e.is_finite()).collect();
     errors.sort_by(f64::total_cmp);
-    // Longer bars than half of them have may run to the edge: the errors are what is to be seen.
+    // Bars longer than the median may be cut at the edge.
     let usual = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
     let samples: Vec<f64> =
         points().filter(|(path, _)| path.name == name).flat_map(|(path, _)| &path.y).copied().collect();

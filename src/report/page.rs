@@ -1,4 +1,4 @@
-//! The page of a report: data as JSON, and what draws it.
+//! The page of a report: data as JSON, and scripts that draw them.
 
 use serde_json::{Value, json};
 
@@ -8,7 +8,7 @@ use crate::combinations::told;
 use crate::figure::{self, Marker};
 use crate::page::{Page, html};
 
-/// What draws, in the order in which it is needed: `pages/report/*.ts`, built.
+/// Scripts in the order in which they depend on each other: `pages/report/*.ts`, built.
 const SCRIPTS: [&str; 9] = [
     include_str!("../../pages/report/data.js"),
     include_str!("../../pages/report/scale.js"),
@@ -21,7 +21,7 @@ const SCRIPTS: [&str; 9] = [
     include_str!("../../pages/report/main.js"),
 ];
 
-/// The page of `content`, with these `notes`.
+/// The page of `content`, as HTML.
 pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
     let data = json!({
         "colours": { "light": figure::COLOURS, "dark": figure::DARK },
@@ -40,7 +40,7 @@ pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
     html(&Page { title: &title, style: include_str!("../page/report.css"), data: &data, scripts: &SCRIPTS })
 }
 
-/// What the result was made from, as name and words.
+/// Origin of the result, as names and values.
 fn made(source: &Source) -> Vec<[String; 2]> {
     let run = &source.run;
     let text = |v: &Value| v.as_str().map(str::to_owned);
@@ -61,7 +61,7 @@ fn made(source: &Source) -> Vec<[String; 2]> {
         let plain = |(k, v): (&String, &Value)| v.as_u64().map(|n| format!("{n} {}", k.replace('_', " ")));
         c.iter().filter_map(plain).collect::<Vec<_>>().join(", ")
     });
-    // Runs of an older version count each word of a tap.
+    // Older versions counted each word instead of combinations.
     let counted = ["combinations", "status"].iter().find_map(|key| run["counts"][*key].as_object());
     let status = counted.filter(|c| !c.is_empty()).map_or(String::new(), |c| {
         told(c.iter().map(|(words, n)| (words.as_str(), n.as_u64().unwrap_or(0))), |n| n.to_string())

@@ -1,10 +1,10 @@
-//! What columns are called where people read: symbol, unit, and whether their axis goes by decades.
+//! Names of columns for readers: symbol, unit, and whether the axis is logarithmic.
 
 use crate::digits::{DIGITS, short_to};
 use crate::figure::Axis;
 use crate::sink::fact::{Fact, fact};
 
-/// Digits that part any two numbers.
+/// Digits that distinguish any two f64.
 const MOST: i32 = 17;
 
 /// The axis of `column`.
@@ -15,13 +15,13 @@ pub fn axis(column: &str) -> Axis {
     if *log { Axis::log(axis, unit) } else { Axis::new(axis, unit) }
 }
 
-/// Least and greatest of what is finite; an infinite pair of nothing.
+/// Least and greatest finite number; (∞, −∞) without any.
 pub fn ends(numbers: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     numbers.into_iter().filter(|x| x.is_finite()).fold(none, |[a, b], x| [a.min(x), b.max(x)])
 }
 
-/// The different values of `numbers`, ascending.
+/// Distinct finite `numbers`, ascending.
 pub fn distinct(numbers: impl IntoIterator<Item = f64>) -> Vec<f64> {
     let mut seen = std::collections::HashSet::new();
     let mut values: Vec<f64> =
@@ -30,17 +30,17 @@ pub fn distinct(numbers: impl IntoIterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// A value of `column` in words: d = 4 mm.
+/// A value in words: d = 4 mm.
 pub fn said(column: &str, value: f64) -> String {
     said_to(column, value, DIGITS)
 }
 
-/// The same of each of `values`, with as many digits as it takes to tell them apart.
+/// The same for `values`, with enough digits to distinguish them.
 pub fn told_apart(column: &str, values: &[f64]) -> Vec<String> {
     apart(values, |x, digits| said_to(column, x, digits))
 }
 
-/// `values` alone, with as many digits as it takes to tell them apart.
+/// Numbers with enough digits to distinguish them.
 pub fn numbers_apart(values: &[f64]) -> Vec<String> {
     apart(values, |x, digits| format!("{}{}", if x < 0.0 { "−" } else { "" }, short_to(x.abs(), digits)))
 }

@@ -10,7 +10,7 @@ use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 use crate::sink::frame::Frame;
 
-/// Panels, and whiskers in one.
+/// Most panels; below, most whiskers in a panel.
 const PANELS: usize = 6;
 const WHISKERS: usize = 4;
 
@@ -24,7 +24,6 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     if solved.is_empty() {
         c.notes.push("no tap has a shape: see their status".to_owned());
     }
-    // One panel for each whisker, distance and direction, its drives in it.
     let directions = DIRECTIONS.into_iter().filter(|name| contacts.has(name));
     let names: Vec<&str> = WHISKER.into_iter().chain(["a_mm"]).chain(directions).collect();
     let (shown, of) = designs::alike(&contacts, &names, solved, |_| f64::INFINITY, PANELS)?;
@@ -61,7 +60,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// Nodes of every tap: blocks stand in the order of contacts.csv.
+/// Rows of shape.csv for each tap, in the order of contacts.csv.
 fn taps(shape: &Frame, contacts: &Frame) -> Result<Vec<Vec<usize>>, InputError> {
     let tap = shape.numbers("tap")?;
     let mut all = vec![Vec::new(); contacts.len()];
@@ -78,7 +77,7 @@ fn taps(shape: &Frame, contacts: &Frame) -> Result<Vec<Vec<usize>>, InputError> 
     Ok(all)
 }
 
-/// Outline, gauge, contact and pole of each tap of `rows`.
+/// Outline, gauge, contact and pole of the taps `rows`.
 fn whiskers(
     title: &str,
     shape: &Frame,
@@ -93,7 +92,7 @@ fn whiskers(
     let [x, y, s, psi] = ["x_mm", "y_mm", "s_mm", "direction_deg"].map(|n| shape.numbers(n));
     let (x, y, s, psi) = (x?, y?, s?, psi?);
     let number = |n: &str, r: usize| contacts.number(n, r);
-    // Of whiskers that are no cones.
+    // Only whiskers other than cones have this column.
     let wide = shape.has("diameter_mm").then(|| shape.numbers("diameter_mm")).transpose()?;
     let hub = number("hub_mm", rows[0]);
     let length = number("L_a_mm", rows[0]);

@@ -1,4 +1,4 @@
-//! A result folder, read back: what made it, and its tables as they were written.
+//! A result folder, read back: its run.json and tables.
 
 use std::path::{Path, PathBuf};
 
@@ -15,17 +15,17 @@ use crate::sink::run_json::FORMAT;
 /// A finished result.
 #[derive(Debug)]
 pub struct Source {
-    /// Its folder.
+    /// Path of the folder.
     pub folder: PathBuf,
-    /// `run.json`.
+    /// Content of `run.json`.
     pub run: Value,
-    /// The command that made it.
+    /// Command that made the result.
     pub command: String,
-    /// Name of its spec or data.
+    /// Name of the spec or the data.
     pub name: String,
-    /// Hex BLAKE3 of its `run.json`, which holds those of its files.
+    /// BLAKE3 of `run.json` in hex; it contains the hashes of the other files.
     pub hash: String,
-    /// What is to be said of it: files that were edited, a run that was stopped.
+    /// Notes for the reader: edited files, a stopped run.
     pub notes: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ impl Source {
     /// Reads `run.json` of `folder` and checks the files that it lists.
     ///
     /// # Errors
-    /// No folder, no finished result, a run.json that is damaged; a listed file that is missing or, unless `force`, was edited.
+    /// No finished result; a damaged run.json; a listed file that is missing or, unless `force`, edited.
     pub fn open(folder: &Path, force: bool) -> Result<Self, Error> {
         let refuse = |why: String| InputError::new(why).key("DIR").value(folder.display());
         let needed = "the folder of a finished result: run.json and the tables that it lists";
@@ -95,7 +95,7 @@ impl Source {
         Ok(Self { folder: folder.to_owned(), command: command.to_owned(), name, hash, notes, run })
     }
 
-    /// A table that must be there, by the name that it has as CSV.
+    /// The table `name` (with its CSV name), or an error if it is missing.
     pub fn table(&self, name: &str) -> Result<Frame, Error> {
         self.maybe(name)?.ok_or_else(|| {
             let error = InputError::new("the result does not have this table");
@@ -104,7 +104,7 @@ impl Source {
         })
     }
 
-    /// A table that may be there.
+    /// The table `name`, if there is one.
     pub fn maybe(&self, name: &str) -> Result<Option<Frame>, Error> {
         let path = self.folder.join(name);
         let parquet = path.with_extension("parquet");
@@ -116,20 +116,20 @@ impl Source {
         Ok(None)
     }
 
-    /// Everything in its folder, which is read.
+    /// All files in the folder, which are read.
     pub fn inputs(&self) -> Result<Vec<PathBuf>, Error> {
         let names = names_in(&self.folder).map_err(|e| Error::io(&self.folder, e))?;
         Ok(names.into_iter().map(|name| self.folder.join(name)).collect())
     }
 
-    /// Value in force of `key` as it stands in a spec.
+    /// The value in force of `key`, as written in a spec.
     pub fn in_force(&self, key: &str) -> Option<&str> {
         let entries = self.run["in_force"].as_array()?;
         entries.iter().find(|e| e["key"] == key)?["value"].as_str()
     }
 }
 
-/// Compares a file with what `run.json` says of it.
+/// Compares a file with its entry in `run.json`.
 fn checked(folder: &Path, listed: &Value, force: bool, notes: &mut Vec<String>) -> Result<(), Error> {
     let Some(name) = listed["name"].as_str() else { return Ok(()) };
     if !is_result_name(name) {

@@ -1,4 +1,4 @@
-//! Figures of a sweep: the paper's of its whiskers, and those of a space of designs.
+//! Figures of a sweep: the paper's figures of its whiskers, and those of a space of designs.
 
 use super::answer::{self, Recommended};
 use super::bins;
@@ -14,9 +14,7 @@ use crate::recommend::recommended;
 use crate::sink::frame::Frame;
 use crate::status::Status;
 
-/// Whiskers with panels.
 const WHISKERS: usize = 4;
-/// Curves of a panel.
 const CURVES: usize = 5;
 
 pub fn content(source: &Source) -> Result<Content, Error> {
@@ -49,11 +47,11 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// The row of designs that the sweep recommends, by its own rule.
+/// The recommended row of designs, by the sweep's rule.
 fn answer(source: &Source, table: &Frame) -> Result<String, InputError> {
     let (sd, drive) = (table.one_of(&SD)?, table.one_of(&DRIVES)?);
     let total = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
-    // Results of older versions do not say by what they were ranked, nor among what.
+    // Older versions did not write `ranking`.
     let ranking = &source.run["ranking"];
     let by = ranking["by"].as_str().unwrap_or(total);
     let values = table.numbers(if by == "K_sd" { sd } else { by })?;
@@ -79,7 +77,6 @@ fn answer(source: &Source, table: &Frame) -> Result<String, InputError> {
     }))
 }
 
-/// Spread, budget, front, parallel coordinates, maps.
 fn of_designs(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> {
     let (sd, drive) = (table.one_of(&SD)?, table.one_of(&DRIVES)?);
     let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
@@ -118,7 +115,7 @@ fn of_designs(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Erro
     Ok(())
 }
 
-/// Bias, noise and total of each whisker, with the best tap that keeps its limits.
+/// Bias, noise and total of each whisker; its best tap within the limits is ringed.
 fn budgets(table: &Frame, whiskers: &[Alike], fine: &[bool], drive: &str, left: &str) -> Figure {
     let mut without = 0;
     let panels = whiskers.iter().map(|w| {
@@ -148,7 +145,6 @@ fn budgets(table: &Frame, whiskers: &[Alike], fine: &[bool], drive: &str, left: 
     Figure::new("budget", "Error of the distance", caption, panels)
 }
 
-/// Strain, K and distance of single taps.
 fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> {
     let (k, drive) = (table.one_of(&["K", "K_mm"])?, table.one_of(&DRIVES)?);
     for name in WHISKER {
@@ -214,7 +210,7 @@ fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> 
     Ok(())
 }
 
-/// Strains of linear theory: that of an upright pole, and of one that is tilted cos² β of it (model §6.3).
+/// Strain by linear theory, for an upright pole; cos² β of it for a tilt β (model §6.3).
 fn linear(table: &Frame) -> Result<Vec<f64>, InputError> {
     let upright = table.numbers(table.one_of(&["strain_linear", "signal_linear"])?)?;
     if !table.has("tilt_deg") {
@@ -224,7 +220,6 @@ fn linear(table: &Frame) -> Result<Vec<f64>, InputError> {
     Ok(upright.iter().zip(table.numbers("tilt_deg")?).map(|(x, tilt)| x * share(tilt)).collect())
 }
 
-/// Columns of taps.
 struct Taps<'a> {
     a: &'a [f64],
     drive: &'a [f64],
@@ -233,19 +228,18 @@ struct Taps<'a> {
     k: &'a [f64],
     distance: &'a [f64],
     error: &'a [f64],
-    /// Of a, the drive, K and what is read.
     names: [&'static str; 4],
 }
 
 impl Taps<'_> {
-    /// Values of a or of the drive that `w` has, at most [`CURVES`], evenly.
+    /// At most [`CURVES`] values of `column` in `w`, evenly spread.
     fn some(&self, w: &Alike, column: &[f64]) -> Vec<f64> {
         let all = distinct(w.rows.iter().map(|r| column[*r]));
         let n = all.len().min(CURVES);
         (0..n).map(|i| all[if n < 2 { 0 } else { (i * (all.len() - 1) + (n - 1) / 2) / (n - 1) }]).collect()
     }
 
-    /// Strain against the drive (1) or the distance (0), a curve for each value of the other.
+    /// Strain over the drive (`along` = 1) or the distance (0), a curve for each value of the other.
     fn strain(&self, w: &Alike, along: usize) -> Panel {
         let (x, other) = if along == 0 { (self.a, self.drive) } else { (self.drive, self.a) };
         let mut panel =
@@ -281,7 +275,7 @@ impl Taps<'_> {
             true => Mark::zero(),
             false => Mark::line(Path::new("â = a", 4, ends), 2),
         });
-        // The smallest on top: they are where the larger ones spread about.
+        // Draw the smallest drives on top: larger ones spread around them.
         let drives = self.some(w, self.drive);
         let names = quantity::told_apart(self.names[1], &drives);
         for (i, (drive, name)) in drives.into_iter().zip(names).enumerate().rev() {

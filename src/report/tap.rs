@@ -9,10 +9,8 @@ use crate::error::{Error, InputError};
 use crate::figure::{Along, Figure, Mark, Marker, Panel, Path};
 use crate::scene::RankBy;
 
-/// Largest size of what is read.
 const LARGEST: [&str; 2] = ["strain_max", "signal_max"];
 
-/// The ringed tap.
 const BEST: &str = "best within the limits";
 
 pub fn content(source: &Source) -> Result<Content, Error> {
@@ -32,7 +30,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         free(panel.with(Mark::points(Path::new(BEST, 4, at("optimum", column)), Marker::Ring)), column)
     };
     let mut c = Content { answer: answer::of_tap(result, drive, sd), ..Content::default() };
-    // Results of before have its other name only.
+    // Older results have the other name only.
     let bias = if table.has("error_rms_mm") { "error_rms_mm" } else { RankBy::BIAS };
     let parts = [column(bias)?, column("noise_rms_mm")?, column("total_rms_mm")?];
     let best = at("optimum", "total_rms_mm").map(|at| (BEST, at));
@@ -80,7 +78,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// One whisker's: bias, noise and total as (drive, mm), each by ascending drive, and the tap that is ringed, with its name.
+/// Bias, noise and total of one whisker as (drive, mm) by ascending drive, and the ringed tap with its name.
 pub fn budget(
     title: &str,
     drive: &str,
@@ -102,7 +100,6 @@ pub fn budget(
     panel
 }
 
-/// The least of `points`.
 pub fn least(points: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
     points.filter(|p| p.1.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
 }

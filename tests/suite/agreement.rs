@@ -1,5 +1,4 @@
-//! Every backend against the same known answers: the cases of another code, of every configuration of model §5, hubs and passive drives
-//! included; and the kernels of devices against those of the CPU, number by number. A backend that the machine lacks fails.
+//! Every backend against cases of another code (model §5, hubs, passive drives), and device kernels against CPU kernels. Missing backends fail.
 
 use crate::common::cases::{Kind, evaluate, known};
 use crate::common::configuration;
@@ -15,7 +14,7 @@ use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{Contact, Material, Precision, Tuple};
 use vibrissa_built::{Rod, first_rung};
 
-/// What is promised of the strain, relative, without any option (interface: defaults of `--tolerance`); of the reference what it is held to.
+/// Largest relative strain error allowed at the default `--tolerance`; for the reference, the error it must meet.
 fn promised(place: Place) -> f64 {
     match place.precision {
         Precision::F32 => 1e-5,
@@ -24,7 +23,7 @@ fn promised(place: Place) -> f64 {
     }
 }
 
-/// The cases of another code: strain; of Hooke's rod, and by the reference of every model, also forces, arc and whether the contact sticks.
+/// Strain of every case of the other code; for Hooke's rod, and by the reference for every model, also forces, arc and sticking.
 #[test]
 fn every_backend_agrees_with_another_code() {
     let mut faults = Vec::new();
@@ -33,7 +32,7 @@ fn every_backend_agrees_with_another_code() {
             for (name, mut known) in known(kind) {
                 let (hooke, refers) = (name == "hooke", place == REFERENCE);
                 if place == GPU_F64 && !hooke {
-                    // Double precision is slow in software.
+                    // Double precision is slow on a software device: it gets every second case.
                     let mut at = 0..;
                     known.retain(|_| at.next().is_some_and(|k| k % 2 == 0));
                 }
@@ -71,8 +70,7 @@ fn every_backend_agrees_with_another_code() {
     assert!(faults.is_empty(), "{} faults\n{}", faults.len(), faults.join("\n"));
 }
 
-/// Errors and all numbers of answers of a device and of the CPU, in pairs: the same but for rounding, which few taps make much of. What has gone astray has no number
-/// worth a comparison.
+/// Compares (estimated error, numbers) of device and CPU. Pairs with an error above 1e-2 have diverged and are left out; 2 % may differ.
 #[track_caller]
 fn are_the_same(name: &str, pairs: impl Iterator<Item = ((f64, Vec<f64>), (f64, Vec<f64>))>) {
     let near = |x: &f64, y: &f64| (x - y).abs() <= 1e-4 * y.abs() + 1e-11;
@@ -82,7 +80,7 @@ fn are_the_same(name: &str, pairs: impl Iterator<Item = ((f64, Vec<f64>), (f64, 
     assert!(kept.len() > 100 && 50 * apart.len() <= kept.len(), "{name}: {:#?}", apart.first());
 }
 
-/// In f64 a device and the CPU do the same on a rung: every number of an answer, its estimated error and the sweeps among them.
+/// In f64 a device and the CPU take the same steps on a rung: all numbers agree, the estimated error and the count of sweeps included.
 #[test]
 fn the_kernels_of_device_and_cpu_are_the_same() {
     let mut device = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
@@ -122,7 +120,7 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
     }
 }
 
-/// In f64 a device and the lanes of the CPU do the same on a rung: every number of an answer, its estimated error and the shots among them.
+/// The same of built whiskers, with the count of shots.
 #[test]
 fn the_kernels_of_device_and_cpu_are_the_same_for_built_whiskers() {
     let mut gpu = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
@@ -168,7 +166,7 @@ fn the_kernels_of_device_and_cpu_are_the_same_for_built_whiskers() {
         let rungs = Rung::ladder(Precision::F64, &model.material, 1e-8);
         let chart = rungs.iter().rev().find_map(|rung| rung.chart());
         let [device, lanes] = first_rung(&mut gpu, &asked, effects, 1e-8, chart).expect("answers");
-        // A device judges the error by a shot more.
+        // The device uses one more shot to estimate the error.
         let numbers = |s: &vibrissa_built::Solution, more: f64| {
             let ([moment, x, y], shots) = (s.wrench, s.shots - more);
             let of_tap = [s.strain, s.normal, s.tangential, s.arc, moment, x, y, s.error, s.load, shots];

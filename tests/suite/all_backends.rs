@@ -11,7 +11,7 @@ use vibrissa::evaluate::{Evaluator, Outcome};
 use vibrissa::scene::{BackendChoice, Contact, Drive, Geometry, RunOptions, Setup, Tuple};
 use vibrissa::sink::heading::heading;
 
-/// The errors of the same taps are judged by `vibrissa verify`, which `tests/run` calls: here no tap is asked of the reference.
+/// Only counts of sweeps are checked: `vibrissa verify`, which `tests/run` calls, checks the errors of these taps against the reference.
 #[test]
 fn kernels_take_no_more_sweeps_than_they_did() {
     let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
@@ -60,7 +60,6 @@ fn a_quick_run_has_a_configuration_of_each_kind() {
     assert_eq!(desk.whole("results/verify")["stopped"], serde_json::Value::Null);
 }
 
-/// A signal between two parts: the taps so far are a census of their own.
 #[test]
 fn a_stopped_run_has_the_lines_of_its_taps() {
     let study = Setup::default().linear();
@@ -92,7 +91,7 @@ fn a_stopped_run_has_the_lines_of_its_taps() {
     assert!(lines.iter().all(|l| l.faults().is_empty() && l.compared == l.taps));
 }
 
-/// 160 000 ranked taps: the chart that stands in for the kernel has a line of its own.
+/// 160 000 ranked taps: the table also has a row for the chart.
 #[test]
 fn the_chart_of_a_ranked_spec_is_verified() {
     let desk = Desk::new(
@@ -111,7 +110,6 @@ fn the_chart_of_a_ranked_spec_is_verified() {
     assert_eq!((&chart["compared"], &chart["verdict"]), (&3000.into(), &"ok".into()), "{chart}");
     let worst = chart["strain_error_worst"].as_f64().expect("an error");
     assert!(worst > 0.0 && worst < 3e-6, "{worst:.1e}");
-    // A sweep that solves every tap has no chart.
     assert_eq!(verified("f64").as_array().map(Vec::len), Some(1));
 }
 
@@ -127,7 +125,6 @@ fn a_spec_is_verified_on_every_backend() {
         table.rows.iter().map(|r| format!("{} {}", r["backend"], r["precision"])).collect();
     assert_eq!(labels, ["cpu f32", "cpu f64", "gpu f32", "gpu f64"]);
     for (row, census) in table.rows.iter().zip(json["result"]["census"].as_array().expect("lines")) {
-        // The spec has 2 designs, 3 distances, 2 angles.
         assert_eq!((row["taps"].as_str(), row["compared"].as_str()), ("12", "12"));
         assert_eq!((row["verdict"].as_str(), row["strain_over"].as_str()), ("ok", "0"));
         let worst: f64 = row["strain_error_worst"].parse().expect("a number");
@@ -169,7 +166,6 @@ fn a_broken_bound_exits_1_and_says_where() {
     let place = ["spec on cpu f32", "strain error", "> 1.0e-12", "of 12 taps", "D_mm=10", "theta_deg="];
     says(&ran.stderr, &place);
     says(&ran.stdout, &["strain+K"]);
-    // The census is there for whoever wants to know more.
     let table = desk.table("results/spec-verify/verify.csv");
     assert!(table.rows[0]["verdict"].starts_with("strain+K"), "{:?}", table.rows);
     assert_eq!(table.rows[0]["strain_over"], "12");
@@ -194,7 +190,7 @@ fn the_tolerance_scales_the_bound() {
 
 #[test]
 fn taps_without_an_answer_are_no_comparison() {
-    // Every contact lies before the gauge of a material that ends there.
+    // The material limit is reached, and every contact lies before the gauge.
     let spec = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 6\ntheta = 80\n\
                 [model]\nmaterial = { yeoh = [0.5, -0.3, 0.0] }\n";
     let desk = Desk::new(spec);
@@ -221,7 +217,6 @@ fn options_of_the_spec_narrow_it() {
     let json = desk.json("verify spec.toml");
     let census = json["result"]["census"].as_array().expect("lines");
     assert_eq!((census.len(), &census[0]["precision"]), (1, &"f64".into()));
-    // A sweep of the spec goes to `there`.
     assert_eq!(desk.names("there-verify"), ["run.json", "verify.csv"]);
     let all = desk.json("verify spec.toml --precision f32 --backend auto");
     assert_eq!(all["result"]["census"].as_array().expect("lines").len(), 2);

@@ -1,4 +1,4 @@
-//! Every command, walked: with each file that it reads among the names that it would write, it ends with exit code 2 and changes nothing.
+//! For every command and each file that it reads: an output of the same name ends with exit code 2 and changes nothing.
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use crate::common::program::{Desk, names};
 #[cfg(target_os = "linux")]
 use crate::common::world::{Running, program};
 
-/// A command line in which `{name}` is the file of this name, the files it reads, and a name that it writes.
+/// A command line with `{name}` for files, the files it reads, and a file it writes.
 struct Case {
     line: &'static str,
     reads: &'static str,
@@ -36,7 +36,6 @@ fn inputs() -> Vec<(&'static Case, &'static str)> {
     CASES.iter().flat_map(|case| case.reads.split(' ').map(move |input| (case, input))).collect()
 }
 
-/// All commands that write, but those of [`OTHERS`].
 const CASES: &[Case] = &[
     case("sweep {listed.toml}", "listed.toml list.csv", "tuples.csv"),
     case("sweep {rubber.toml}", "rubber.toml rubber.csv", "designs.csv"),
@@ -67,12 +66,12 @@ const CASES: &[Case] = &[
     case("taps {raw.csv}", "raw.csv", "taps.csv"),
 ];
 
-/// Commands without a case above: the first two read whole folders and have a test of their own, the others read no file.
+/// Commands without a case above: `report` and `merge` read whole folders and have their own test, the others read no file.
 const OTHERS: [&str; 5] = ["report", "merge", "bench", "devices", "man"];
 
 static FILES: LazyLock<BTreeMap<&'static str, String>> = LazyLock::new(files);
 
-/// The files by their names; a name in braces in them is the file of this name.
+/// Files by name; `{name}` in a text stands for the path of that file.
 fn files() -> BTreeMap<&'static str, String> {
     let taps = "[tap]\na = { from = 21, to = 45, step = 6 }\ntheta = [1, 4, 8]\n";
     let rig = prototype(4.0, &["noise_strain = 1e-5\n", taps, REAL]);
@@ -121,7 +120,7 @@ fn files() -> BTreeMap<&'static str, String> {
     ])
 }
 
-/// `text` in which each file in braces has its path on `desk`; that of `moved` is `to`.
+/// `text` with each `{file}` replaced by its path on `desk`; `moved` is at `to`.
 fn braces(desk: &Desk, text: &str, files: &BTreeMap<&str, String>, [moved, to]: [&str; 2]) -> String {
     let path = |name: &str| desk.path(if name == moved { to } else { name }).display().to_string();
     files.keys().fold(text.to_owned(), |text, name| text.replace(&format!("{{{name}}}"), &path(name)))
@@ -132,7 +131,7 @@ fn held(folder: &Path) -> Vec<(String, Vec<u8>)> {
     names(folder).into_iter().map(read).collect()
 }
 
-/// Walks one input of one case; what went wrong.
+/// Tries one input of one case; returns the faults.
 fn walked(case: &Case, files: &BTreeMap<&str, String>, input: &str) -> Vec<String> {
     let desk = Desk::new("");
     let inside = format!("trap/{}", case.writes);
@@ -160,7 +159,7 @@ fn walked(case: &Case, files: &BTreeMap<&str, String>, input: &str) -> Vec<Strin
     };
     let line = lay(input);
     ask(&line, "trap", true, true);
-    // Whatever a path goes through is found in one place for all commands that write folders, and in one for pages.
+    // One function resolves links and `..` for all result folders, another for pages: one command of each kind is enough.
     if !["sweep {listed.toml}", "explore {rubber.toml}"].contains(&case.line) {
         return wrong;
     }
@@ -168,7 +167,7 @@ fn walked(case: &Case, files: &BTreeMap<&str, String>, input: &str) -> Vec<Strin
     ask(&line, "trap", false, true);
     ask(&line, "trap/../trap", true, true);
     ask(&line, "link", true, true);
-    // The file itself elsewhere, and other names of it in the folder: they are in the way as any file that no result lists.
+    // The input elsewhere, and a hard link or a symlink to it in the folder: refused as any file that no result lists.
     std::fs::remove_file(desk.path(&inside)).unwrap();
     let line = lay("");
     std::fs::hard_link(desk.path(input), desk.path(&inside)).unwrap();
@@ -187,11 +186,10 @@ fn no_command_replaces_what_it_reads() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Memory that a command takes for a wrong file at most, bytes: the program itself, and 16 MiB of text twice.
+/// Most memory (bytes) a command may take for a wrong file: the program, and twice 16 MiB of text.
 #[cfg(target_os = "linux")]
 const MEMORY: u64 = 250 << 20;
 
-/// Runs the program on `desk`; its exit code, the most memory it had, and its stderr.
 #[cfg(target_os = "linux")]
 fn measured(desk: &Desk, line: &[String]) -> (Option<i32>, u64, String) {
     let told = std::fs::File::create(desk.path("stderr")).unwrap();
@@ -220,7 +218,7 @@ fn a_wrong_file_is_refused_before_it_fills_the_memory() {
     let tried = |(case, input): &(&Case, &str)| {
         let mut wrong = Vec::new();
         for what in ["zeros", "one line", "no text"] {
-            // Text is read in one place. Lines of tables that are no text are answered line by line where readings are located.
+            // One function reads text for all commands. `locate` answers table lines that are not UTF-8 line by line.
             let first = case.command() == "sweep" && (what != "no text" || input.ends_with(".toml"));
             if what != "zeros" && !first {
                 continue;
@@ -230,7 +228,7 @@ fn a_wrong_file_is_refused_before_it_fills_the_memory() {
                 desk.write(name, braces(&desk, text, files, ["", ""]));
             }
             match what {
-                // Nothing of it is on the disk.
+                // A sparse file: nothing is on the disk.
                 "zeros" => std::fs::File::create(desk.path(input)).unwrap().set_len(5 << 30).unwrap(),
                 "one line" => desk.write(input, vec![b'7'; 20 << 20]),
                 _ => desk.write(input, [&b"# \xff\n"[..], files[*input].as_bytes()].concat()),
@@ -266,7 +264,6 @@ fn every_command_that_writes_is_walked() {
     assert!(writing > 15, "{writing}");
 }
 
-/// The whole `desk` with the bytes of its files, but for the folders of locks.
 fn tree(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut all = Vec::new();
     for (name, bytes) in held(folder) {
@@ -281,7 +278,6 @@ fn tree(folder: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// Files that an earlier command wrote are inputs too.
 #[test]
 fn a_report_and_a_merge_keep_the_folders_that_they_read() {
     let files = &*FILES;
@@ -334,7 +330,7 @@ fn a_report_and_a_merge_keep_the_folders_that_they_read() {
             assert!(tree(&desk.path(".")) == before, "{line} {out} changed a file");
         }
     }
-    // Elsewhere a copy is nobody's result, and what a command neither reads as its table nor writes is kept.
+    // A copy outside the result is not replaced, nor a file that the command neither reads as its table nor writes.
     std::fs::copy(desk.path("best/best.toml"), desk.path("best.toml")).unwrap();
     desk.ok("sweep best.toml --out . --force");
     assert_eq!(desk.read("best.toml"), desk.read("best/best.toml"));

@@ -9,7 +9,6 @@ use serde_json::Value;
 
 const FIGURES: [&str; 2] = ["configurations", "work_precision"];
 
-/// Every number of a column is there, finite and above zero.
 #[track_caller]
 fn positive(table: &Table, columns: &[&str]) {
     for row in &table.rows {
@@ -38,7 +37,6 @@ fn a_quick_run_measures_everything_on_the_cpu() {
         reply["files"].as_array().unwrap().iter().map(|f| f.as_str().unwrap().to_owned()).collect();
     assert_eq!(listed, files.iter().map(|f| format!("out/{f}")).collect());
 
-    // Two configurations and the linear theory, in two precisions.
     let work = desk.table("out/work_precision.csv");
     let errors = ["strain_error_median", "strain_error_p99", "strain_error_max"];
     positive(&work, &[&["taps", "ns_per_tap", "ns_per_tap_median"][..], &errors].concat());
@@ -61,7 +59,7 @@ fn a_quick_run_measures_everything_on_the_cpu() {
         let bound = match (row["kernel"].as_str(), row["configuration"].as_str(), row["precision"].as_str()) {
             ("exact", ..) => number(row, "tolerance").unwrap(),
             ("reference", ..) => 1e-10,
-            // What leaving out the rod costs: percents, at these angles.
+            // At these angles linear theory differs from the rod by some per cent.
             ("linear", ..) => 0.2,
             _ => continue,
         };
@@ -71,7 +69,6 @@ fn a_quick_run_measures_everything_on_the_cpu() {
             assert!(worst > 1e-3, "the linear theory is no exact rod: {row:?}");
         }
     }
-    // More nodes, less error.
     let nodes: Vec<(f64, f64)> = work
         .rows
         .iter()
@@ -81,9 +78,7 @@ fn a_quick_run_measures_everything_on_the_cpu() {
     assert_eq!(nodes.iter().map(|n| n.0).collect::<Vec<_>>(), [10.0, 16.0, 24.0]);
     assert!(nodes[0].1 > 10.0 * nodes[1].1 && nodes[1].1 <= 1e-10, "{nodes:?}");
 
-    // How much repeats differ is told beside every time, and summed up.
     let spreads: Vec<f64> = work.rows.iter().filter_map(|r| number(r, "spread")).collect();
-    // The reference is timed once for each configuration.
     let once = work.rows.iter().filter(|r| r["backend"] == "reference").count();
     let rows = work.rows.len();
     assert!(
@@ -132,7 +127,6 @@ fn a_plan_writes_nothing() {
     let json = desk.json("bench --plan --quick --backend cpu");
     assert_eq!(json["result"]["configurations"], serde_json::json!(["hooke", "neo"]));
     assert!(json["seconds"]["expected"].as_f64().unwrap() > 0.0);
-    // No software adapter is measured unless it is asked for.
     let backends = desk.json("bench --plan --quick")["backend"].to_string();
     assert!(!backends.contains("llvmpipe"), "{backends}");
     assert!(desk.names("results").is_empty());

@@ -1,11 +1,9 @@
-//! The bits of a tap are a function of that tap alone: in parts, in another order, on one thread and two, after a stop, whatever whiskers and poles are
-//! beside it.
+//! The bits of a tap depend on that tap alone: not on parts, order, threads, stops, or the whiskers and poles solved with it.
 
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, sweep_into};
 use crate::kept::stopped_everywhere;
 use crate::parts::{joined, joined_each, tables};
 
-/// Rows of a tuple file: columns, and every combination of their values.
 fn rows(columns: &[(&str, &[f64])]) -> (String, Vec<String>) {
     let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
     let add = |rows: Vec<String>, values: &[f64]| -> Vec<String> {
@@ -15,7 +13,7 @@ fn rows(columns: &[(&str, &[f64])]) -> (String, Vec<String>) {
     (names.join(","), all.iter().map(|row| row.trim_end_matches(',').to_owned()).collect())
 }
 
-/// Whiskers of 27 sizes, at four or five of nine distances and angles: from those that are hardly bent to those that slip off.
+/// 27 whiskers at four or five of nine pairs of distance and angle: from hardly bent to slipping off.
 fn sizes(more: &[(&str, &[f64])]) -> (String, Vec<String>) {
     let whisker: [(&str, &[f64]); 5] = [
         ("D_mm", &[8.0, 10.0, 12.0]),
@@ -39,14 +37,12 @@ fn text(head: &str, rows: &[String]) -> String {
     format!("{head}\n{}\n", rows.join("\n"))
 }
 
-/// The rows in another order.
 fn shuffled(rows: &[String]) -> Vec<String> {
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by_key(|i| i * 7919 % 10_007);
     order.into_iter().map(|i| rows[i].clone()).collect()
 }
 
-/// The tables of a sweep on so many threads.
 fn swept(spec: &str, list: &str, place: Place, threads: usize) -> Vec<(String, Vec<u8>)> {
     let out = tempfile::tempdir().expect("a folder");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
@@ -55,7 +51,6 @@ fn swept(spec: &str, list: &str, place: Place, threads: usize) -> Vec<(String, V
     tables(out.path())
 }
 
-/// The lines of the tables, sorted.
 fn lines(tables: &[(String, Vec<u8>)]) -> Vec<String> {
     let text = |(name, bytes): &(String, Vec<u8>)| {
         let text = String::from_utf8(bytes.clone()).expect("text");
@@ -66,7 +61,6 @@ fn lines(tables: &[(String, Vec<u8>)]) -> Vec<String> {
     all
 }
 
-/// Sweeps `rows` in parts, in another order, and on one and two threads.
 fn every_way(
     (whisker, model): (&str, &str),
     (head, rows): &(String, Vec<String>),
@@ -90,7 +84,7 @@ fn every_way(
 
 const STEPPED: &str = "bore = [[0, 3], [12, 2], [20, 1]]";
 
-/// Taps of stepped bores, of powers, of bent whiskers and soft roots, with what changes how they are solved.
+/// Stepped bores, power profiles, curved whiskers and soft roots, with the options that change how they are solved.
 #[test]
 fn a_built_tap_has_the_same_bits_whatever_is_beside_it() {
     every_way((STEPPED, ""), &sizes(&[]), CPU, &[2, 3, 7]);
@@ -106,7 +100,7 @@ fn a_built_tap_has_the_same_bits_whatever_is_beside_it() {
     }
 }
 
-/// Cones, of Hooke's rod, of rubber with every effect, and of friction.
+/// Cones: Hooke's rod, rubber with every effect, and friction.
 #[test]
 fn a_tap_of_a_cone_has_the_same_bits_whatever_is_beside_it() {
     let all = "surface = true\nshear = true\nextension = true\n";
@@ -118,13 +112,12 @@ fn a_tap_of_a_cone_has_the_same_bits_whatever_is_beside_it() {
     }
 }
 
-/// The same on a device.
 #[test]
 fn a_built_tap_has_the_same_bits_on_a_device_whatever_is_beside_it() {
     every_way((STEPPED, ""), &sizes(&[]), GPU, &[2, 3]);
 }
 
-/// Straight and curved, solid and hollow whiskers, cones and powers, in one file: those of a design that stands beside another are its own.
+/// Straight and curved, solid and hollow whiskers, cones and power profiles in one file.
 #[test]
 fn a_tap_has_the_same_bits_beside_whiskers_of_other_shapes() {
     let shapes: [(&str, &[f64]); 4] = [
@@ -140,7 +133,6 @@ fn a_tap_has_the_same_bits_beside_whiskers_of_other_shapes() {
     }
 }
 
-/// Upright taps beside tilted ones, which the reference solves.
 #[test]
 fn an_upright_tap_has_the_same_bits_beside_tilted_ones() {
     let (head, all) = sizes(&[("tilt_deg", &[0.0, 15.0])]);
@@ -150,7 +142,6 @@ fn an_upright_tap_has_the_same_bits_beside_tilted_ones() {
     every_way(("", "extension = true"), &(head, all), CPU, &[3]);
 }
 
-/// Contacts that give way.
 #[test]
 fn a_solid_tap_has_the_same_bits_whatever_is_beside_it() {
     every_way(("", "solid = true\npole_radius = 2"), &sizes(&[]), CPU, &[2, 7]);
@@ -163,7 +154,7 @@ fn grid(whisker: &str, output: &str) -> String {
     )
 }
 
-/// Every tap solved, as many parts as there are threads, or more; also of axes of the whisker's shape, and ranked.
+/// Solved and ranked grids, also with axes of the whisker's shape, in as many parts as threads and in more.
 #[test]
 fn grids_of_built_whiskers_have_the_same_bytes_in_parts() {
     let shapes = "exponent = [1, 1.4]\ncurvature = [0, 0.005]\nbore = [0, 2]\nhub = [0, 3]";
@@ -180,7 +171,7 @@ fn grids_of_built_whiskers_have_the_same_bytes_in_parts() {
     joined(&few.replace("[output]", "[model]\nsurface = true\n[output]\ntop = 20"), "", CPU_F64, 2);
 }
 
-/// A stop cuts batches elsewhere.
+/// A stop changes where batches begin.
 #[test]
 fn sweeps_of_built_whiskers_go_on_with_the_bytes_of_the_whole() {
     for output in ["", "format = \"parquet\"", "top = 9\nby = \"total_rms_mm\""] {

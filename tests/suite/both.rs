@@ -1,4 +1,4 @@
-//! Distances told from the strains of two gauges by the model itself (`[estimate] theory = "exact"`, `second = true`), against the model's own answers.
+//! Distances from the strains of two gauges by the model itself (`[estimate] theory = "exact"`, `second = true`), against the reference.
 
 use std::collections::HashMap;
 
@@ -21,7 +21,7 @@ fn spec(d: f64, gauge: &str, tap: &str, more: &str) -> String {
     )
 }
 
-/// ε₁ and ε₂ of the reference, positive as the first gauge's.
+/// ε₁ and ε₂ by the reference; the sign is chosen so that ε₁ is positive.
 fn strains(setup: &Setup, whisker: Tuple, a: f64, tilt: f64) -> [f64; 2] {
     let designs = [Design::new(setup, whisker)];
     let direction = Direction { tilt, lean: whisker.lean };
@@ -30,7 +30,7 @@ fn strains(setup: &Setup, whisker: Tuple, a: f64, tilt: f64) -> [f64; 2] {
     [found.strain, found.strain_2].map(|e| e * found.strain.signum())
 }
 
-/// σ_a of two noises at a tap, by the reference, differences of fourth order.
+/// σ_a from the noise of both gauges, by fourth-order differences of the reference.
 fn spread(setup: &Setup, whisker: Tuple) -> f64 {
     let slope = |h: f64, at: &dyn Fn(f64) -> [f64; 2]| {
         let [m2, m1, p1, p2] = [-2.0, -1.0, 1.0, 2.0].map(|k| at(k * h));
@@ -59,7 +59,7 @@ fn a_tap_is_told_where_it_is() {
     for (name, text) in &cases {
         let setup = specs::parse(text).expect("a spec").study.setup;
         let device = (*name == "real").then_some((GPU, 1e-4));
-        // Every backend has the same taps, whose spread by the reference is asked once.
+        // All backends have the same taps: their spread by the reference is computed once.
         let mut spreads = HashMap::new();
         for (place, bound) in [(CPU_F64, 3e-5), (CPU, 1e-4)].into_iter().chain(device) {
             let (mut worst, mut taps) = (0.0f64, 0);
@@ -80,12 +80,12 @@ fn a_tap_is_told_where_it_is() {
     }
 }
 
-/// At an upright pole, and with no strain of the centreline, the second gauge reads nothing, and says no more than that the pole is upright.
+/// At an upright pole, with no centreline strain, the second gauge reads 0: the answer is that of one gauge.
 #[test]
 fn upright_poles_are_told_as_by_one_gauge() {
     for (d, gauge, a) in [
         (4.0, "x_ss = 5", "{ from = 21, to = 48, step = 9 }"),
-        // Taps before the peak of the strain, some with a farther distance, and some with a near one.
+        // Taps before the peak of the strain; some have a second distance farther out, some one nearer.
         (10.0, "x_ss = 15", "[20, 25, 31, 40, 48]"),
         (10.0, "x_ss = 15", "[16, 18, 48]"),
     ] {
@@ -107,7 +107,7 @@ fn upright_poles_are_told_as_by_one_gauge() {
     }
 }
 
-/// Two taps with the same two strains: the near one is told as the far one, which is named ambiguous.
+/// Two taps have the same two strains: the near one is answered with the far distance and `ambiguous`.
 #[test]
 fn a_tilted_tap_before_the_peak_is_taken_for_its_farther_twin() {
     let text = spec(10.0, "x_ss = 15", "a = [27, 44]\ntilt = 25\nlean = [0, 15]\ntheta = [1, 5]", REAL);
@@ -117,7 +117,6 @@ fn a_tilted_tap_before_the_peak_is_taken_for_its_farther_twin() {
     for row in rows.iter().filter(|row| number(row, "a_mm") == Some(27.0)) {
         let (near, a) = (tap(row), number(row, "distance_mm").expect("a distance"));
         assert!(a > 30.0 && row["status"].contains("ambiguous"), "{row:?}");
-        // The twin's tilt is that at which the quotient of both strains is the same.
         let wanted = strains(&setup, near, near.a, near.tilt);
         let off = |tilt: f64| {
             let [e1, e2] = strains(&setup, near, a, tilt);
@@ -138,7 +137,6 @@ fn a_tilted_tap_before_the_peak_is_taken_for_its_farther_twin() {
 const SEARCH: &str = "[whisker]\nL_a = 50\nD = 10\n[gauge]\nx_ss = 5\nl = 2\nsecond = true\nnoise_strain = 0\n[tap]\na = [21, 30, 45]\n\
                       [optimise]\nobjective = \"distance\"\nvariables = { d = [3, 10], theta = [1, 10] }\n";
 
-/// total_rms_mm of one candidate, and its samples.
 fn total(robust: &str, place: Place) -> (f64, Setup, Vec<[f64; COLUMNS]>) {
     let (spec, search) = searching::parse(&format!("{SEARCH}robust = {{ {robust} }}\n{REAL}{EXACT}"));
     let (setup, layout) = (&spec.study.setup, searching::layout(&spec));
@@ -150,7 +148,7 @@ fn total(robust: &str, place: Place) -> (f64, Setup, Vec<[f64; COLUMNS]>) {
 const NOMINAL: Tuple =
     Tuple { D: 10.0, d: 5.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 0.0, tilt: 0.0, lean: 0.0, drive: 5.0, rig: 0 };
 
-/// A whisker that is calibrated itself has no bias at any tilt; the nominal one's model answers the strains that the built one shows.
+/// A whisker calibrated itself has no bias at any tilt; otherwise the nominal model inverts the strains of the built whisker.
 #[test]
 fn tolerances_are_read_with_the_nominal_model() {
     let each = total("tilt = 5, D = 0.05, samples = 3", CPU_F64).0;
@@ -164,7 +162,7 @@ fn tolerances_are_read_with_the_nominal_model() {
         let built = Tuple::from_array(built);
         let squares = [21.0, 30.0, 45.0].map(|a| {
             let shown = strains(&setup, built, a, built.tilt);
-            // At each distance the tilt of the quotient; by bisection the distance of the size.
+            // At each distance, the tilt follows from the ratio of the strains; bisection in the distance matches their size.
             let quotient = |[e1, e2]: [f64; 2]| (e2 / e1).atan().to_degrees();
             let tilt_at = |a: f64| {
                 let better = |tilt: f64| tilt + quotient(shown) - quotient(strains(&setup, NOMINAL, a, tilt));

@@ -1,4 +1,4 @@
-//! Whiskers as they are built (model §7): 80 cases of another code, what holds of all of them, the wrench on every backend, and bad input.
+//! Whiskers as built (model §7): 80 cases of another code, properties that hold for all of them, the wrench on every backend, and bad input.
 
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -9,20 +9,18 @@ use crate::common::sweeping::{CPU, CPU_F64, GPU, REFERENCE, Row, number, sweep};
 use vibrissa::measure::Rig;
 use vibrissa::spec;
 
-/// Rows of tests/data/general_cases.csv, good to 1e-10: by shooting and by collocation, checked by energy and virtual work.
+/// Rows of tests/data/general_cases.csv, accurate to 1e-10: by shooting and by collocation, checked by energy and virtual work.
 pub fn cases() -> Vec<Row> {
     let rows = cases::rows("general_cases");
     assert_eq!(rows.len(), 80);
     rows
 }
 
-/// `s:D;s:D` as a list of pairs.
 fn pairs(text: &str) -> String {
     let pair = |pair: &str| format!("[{}]", pair.replace(':', ", "));
     format!("[{}]", text.split(';').map(pair).collect::<Vec<_>>().join(", "))
 }
 
-/// The spec of a case, its gauge on `side`.
 pub fn case(row: &Row, side: &str) -> String {
     let get = |key: &str| row[key].as_str();
     let mut whisker = String::new();
@@ -85,7 +83,7 @@ fn every_case_of_another_code_on_every_backend() {
         let mut worst = 0.0_f64;
         let mut seen = HashSet::new();
         for (i, row) in cases().iter().enumerate() {
-            // A device compiles its kernel anew for each case: it has one of each kind.
+            // A device compiles a kernel for each case: one case of each kind.
             if !seen.insert(row["config"].clone()) && place == GPU {
                 continue;
             }
@@ -118,7 +116,7 @@ fn every_case_of_another_code_on_every_backend() {
                 let expected = known(row, "strain_far");
                 check("far strain", number(&far, "strain"), expected, expected.abs());
             }
-            // The contact carries the force at the root, whatever holds it.
+            // Balance: the contact force is as large as the root force, for every kind of root.
             let [p, t, x, y] = ["normal_force_N", "tangential_force_N", "base_fx_N", "base_fy_N"]
                 .map(|column| number(&found, column).expect("a force"));
             assert!((p.hypot(t) / x.hypot(y) - 1.0).abs() < bound, "{name}");
@@ -141,7 +139,7 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
         ("profile = [[0, 12], [6, 9], [20, 8.5], [52, 4]]".to_owned(), "shear = true\n"),
     ] {
         let several: u32 = if whisker.starts_with("profile") { 128 } else { 4 };
-        // At a knot f has a corner: the gauges of a profile lie between two of them.
+        // f has a corner at a knot: the gauges of a profile lie between two knots.
         let (first, range) = if several == 128 { (7.0, 9.0) } else { (3.0, 7.0) };
         let place = |k: u32| first + range * f64::from(k) / f64::from(several - 1);
         let places: Vec<f64> = (0..several).map(place).collect();
@@ -152,7 +150,7 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
                  [model]\n{model}[output]\ntuples = false\n{top}"
             )
         };
-        // Enough taps for charts; then those at the drives that were chosen, at their neighbours and at some others, so few at a time that they are solved.
+        // Enough taps for charts; then few at a time, so that they are solved, at the chosen drives, their neighbours and some others.
         let charted = sweep(&text(&places, "{ from = 1, to = 9, steps = 200 }", "top = 60"), CPU);
         assert!(charted.report.counts.interpolated > charted.report.counts.solved, "{whisker}");
         let drive = |i: u32| 1.0 + 8.0 * f64::from(i) / 199.0;
@@ -182,7 +180,7 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
     }
 }
 
-/// Largest relative difference of a column of two sweeps, the second times `scale`.
+/// Largest relative difference of a column between two sweeps, the second multiplied by `scale`.
 fn apart(one: &[Row], other: &[Row], column: &str, scale: f64) -> f64 {
     let pair = |(a, b): (&Row, &Row)| {
         let [a, b] = [a, b].map(|row| number(row, column).expect("a value"));
@@ -206,7 +204,6 @@ fn linear_theory_of_a_curve_does_not_know_its_sign_and_moment_over_force_is_the_
         let [plus, minus] = ["curvature = 0.012", "curvature = -0.012"].map(|more| linear(more, signal));
         assert!(apart(&plus, &minus, column, 1.0) < 1e-12);
         assert!(apart(&plus, &minus, "base_fx_N", -1.0) < 1e-12);
-        // So does the straight one with a bore, at the same place as without: another whisker.
         assert!(apart(&plus, &linear("", signal), column, 1.0) > 1e-4);
     }
     for more in ["exponent = 0.6", "bore = 3", "root = { k_theta = 200, k_y = 4 }", "hub = 12"] {
@@ -237,7 +234,7 @@ fn distances_of_a_curved_whisker_are_arcs_or_abscissae() {
     let read = |text: &str, column: &str| -> Vec<f64> {
         sweep(text, CPU_F64).tuples.rows.iter().map(|row| number(row, column).unwrap()).collect()
     };
-    // Of a circle x_a = sin(κa)/κ.
+    // On a circle, x_a = sin(κa)/κ.
     let arcs = [21.0, 33.0, 48.0];
     let circle = "curvature = 0.01";
     let along = read(&spec(circle, "a = [21, 33, 48]"), "x_a_mm");
@@ -254,7 +251,7 @@ fn distances_of_a_curved_whisker_are_arcs_or_abscissae() {
         let (one, other) = (read(&asked, strain), read(&spec(curvature, a), strain));
         assert!(one.iter().zip(&other).map(apart).all(|apart| apart < 1e-9));
     }
-    // A straight whisker has no such column, and its abscissae are its arcs.
+    // A straight whisker lacks the column: its abscissae are its arcs.
     let straight = |tap: &str| sweep(&spec("", tap), CPU_F64).tuples.rows;
     assert_eq!(straight("a = 33"), straight("abscissa = true\na = 33"));
     assert!(!straight("a = 33")[0].contains_key("x_a_mm"));
@@ -270,7 +267,7 @@ fn what_changes_nothing_changes_no_byte() {
     {
         assert_eq!(sweep(&format!("{same}{rest}"), CPU).tuples.text, plain, "{same}");
     }
-    // Another way to the same: knots on the cone, a core of its own stiffness, springs that hardly give way.
+    // The same cone described otherwise: by knots, by a core of the same material, by nearly rigid springs.
     let of = |whisker: &str| sweep(&format!("{whisker}{rest}"), REFERENCE).tuples.rows;
     let expected = of(cone);
     for (same, bound) in [
@@ -286,7 +283,6 @@ fn what_changes_nothing_changes_no_byte() {
             assert!(error < bound, "{same}: {column} by {error:.1e}");
         }
     }
-    // Against a pole with friction, too.
     for contact in ["\"stick\"", "{ coulomb = 0.4 }", "{ coulomb = 5 }"] {
         let of = |more: &str| {
             let model =
@@ -343,7 +339,6 @@ fn a_rig_comes_back_from_its_table() {
     }
 }
 
-/// A rig of a cone of 10 to 4 mm, whose whisker says `more`.
 fn rig(more: &str) -> String {
     format!(
         "[whisker]\nD = 10\nd = 4\nL_a = 50\n{more}\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n[tap]\n\
@@ -354,7 +349,7 @@ fn rig(more: &str) -> String {
 
 #[test]
 fn a_root_is_calibrated_by_one_who_knows_of_it_and_told_to_one_who_does_not() {
-    // 100 EI₀/L.
+    // k_theta = 100 EI₀/L.
     let root = "root = { k_theta = 3141.593 }";
     let desk = Desk::new(&rig(""));
     desk.write("rooted.toml", rig(root));

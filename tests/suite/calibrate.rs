@@ -56,7 +56,6 @@ fn round_trip_reaches_the_noise_limit_and_knows_its_error() {
         assert!(default.taps >= 10_000 && default.unanswered == 0, "{default:?}");
         assert!((0.63..0.73).contains(&default.coverage), "d = {d}: {default:?}");
         assert!(default.rms < 1.5 * default.limit, "d = {d}: {default:?}");
-        // What knows the data alone.
         let curve = of(Some(Estimator::Curve));
         assert!((0.60..=0.76).contains(&curve.coverage), "d = {d}: {curve:?}");
     }
@@ -97,7 +96,7 @@ fn what_the_data_do_not_determine_is_named_and_held() {
     let spec = prototype(10.0, &["noise_strain = 1e-5\n", one_angle, REAL]);
     let found = calibrated(&table(&spec, &noisy()), &spec, &[Parameter::Ratio]);
     let fit = found.sides[0].fit.as_ref().unwrap();
-    // Of one angle factor and offset are the same thing.
+    // With one angle, factor and offset cannot be distinguished.
     assert!(fit.undetermined.contains(&Parameter::DriveOffset));
     for p in &fit.undetermined {
         assert_eq!(fit.exact.values[*p as usize], 0.0, "{p:?} is held at its spec value");
@@ -145,7 +144,7 @@ fn a_drifting_zero_is_taken_out() {
         if zero_every.is_some() {
             assert!(score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage), "{score:?}");
         } else {
-            // A reading without a zero comes at any time of the drift: σ says so.
+            // A reading without a zero may come at any time of the drift: σ includes it.
             assert!(
                 score.coverage > 0.62 && found.warnings.iter().any(|w| w.contains("drifted")),
                 "{score:?}"
@@ -172,7 +171,6 @@ fn both_sides_and_the_side_that_was_not_calibrated() {
     }
     let paper = locator(&one, Some(Estimator::Paper)).locate(4.0, -0.02);
     assert_eq!((paper.distance.is_nan(), paper.status.to_string().as_str()), (true, "outside_calibration"));
-    // A few stray signs are no side.
     let stray = contact.replacen("\n21,4,0", "\n21,4,-0", 1);
     let found = once(&stray, &near);
     let reasons: Vec<_> = found.taps.iter().filter_map(|t| t.reason.as_ref()).collect();
@@ -204,7 +202,6 @@ fn other_signals_and_other_drives() {
         let taps =
             table(&fresh, &Settings { seed: 9, unit: settings.unit, factor: settings.factor, ..noisy() });
         let locator = locator(&found, None);
-        // Back to what the locator takes.
         let drive = taps.split(',').nth(1).unwrap();
         let signal = if settings.unit == Unit::Reading { "reading" } else { "strain" };
         let strain =
@@ -239,7 +236,6 @@ fn a_rig_that_never_recorded_its_angle() {
     assert!((at.distance - said.distance).abs() < 0.2, "{at:?} {said:?}");
 }
 
-/// A whisker that ends in a point, tapped near its tip.
 fn sharp(theta: &str, effects: &str) -> String {
     let taps = format!("[tap]\na = {{ from = 21, to = 48, step = 3 }}\ntheta = {theta}\n");
     prototype(0.5, &["noise_strain = 1e-5\n", &taps, effects])
@@ -257,7 +253,7 @@ fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
     assert!((factor - 1.0).abs() < 1e-3, "{factor}");
     let (rms, answered) = side.held_out(Estimator::Exact).unwrap().rms(|_| true);
     assert!(rms.unwrap() < 0.1 && 10 * answered > 9 * side.used, "{rms:?} of {answered}");
-    // Four estimators are judged on all the others; whoever wins is none that is far worse.
+    // Every estimator is scored on held-out data; the winner must not be far worse than the curve.
     assert!(
         [Estimator::Paper, Estimator::Curve, Estimator::Learned].iter().all(|e| side.held_out(*e).is_some())
     );
@@ -276,7 +272,6 @@ fn at_every_drive_a_distance_is_the_farthest_that_the_model_expects_its_reading_
     {
         let located = locator(&once(&table(&spec, &noisy()), &spec), Some(Estimator::Exact));
         let mut found = 0;
-        // No drive comes twice in a row.
         for (a, k) in (0..28).flat_map(|i| (0..40).map(move |k| (21.0 + f64::from(i), k))) {
             let drive = 0.5 + 9.5 * f64::from(k) / 39.0;
             let reading = located.expected(a, drive, 1.0);
@@ -287,7 +282,6 @@ fn at_every_drive_a_distance_is_the_farthest_that_the_model_expects_its_reading_
             let again = located.expected(at.distance, drive, 1.0);
             assert!((again / reading - 1.0).abs() < 1e-9, "{a} mm, {drive}°: {at:?}, {again} of {reading}");
             assert!(at.distance > a * (1.0 - 1e-9), "{a} mm, {drive}°: {at:?}");
-            // Between it and the apex nothing is as large.
             let beyond = located.expected(at.distance + 0.5, drive, 1.0);
             assert!(beyond.is_nan() || beyond < reading, "{a} mm, {drive}°: {at:?}");
             found += 1;
@@ -298,7 +292,7 @@ fn at_every_drive_a_distance_is_the_farthest_that_the_model_expects_its_reading_
 
 #[test]
 fn without_its_model_a_whisker_is_calibrated_on_its_data() {
-    // What was measured is a stout whisker, what the spec says one that follows hardly any of its taps.
+    // The data are of a stout whisker; the spec describes one that has a solution at few of these taps.
     let theta = "[30, 40, 50, 60, 70]";
     let wrong = sharp(theta, "");
     let measured = table(&wrong.replace("d = 0.5", "d = 10"), &noisy());

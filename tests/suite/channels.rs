@@ -1,9 +1,8 @@
-//! Sensors of several channels: distance and force are the most likely of all readings together.
+//! Sensors of several channels: distance and force maximise the likelihood of all readings together.
 
 use crate::common::program::Desk;
 use crate::common::sweeping::{CPU, REFERENCE, Row, number, rms, sweep, value};
 
-/// A sweep with these lines in [sensor] and after [tap].
 pub fn spec(sensor: &str, more: &str) -> String {
     format!(
         "[whisker]\nD = 10\nd = 4\nL_a = 50\nroot = {{ k_theta = 1000, k_y = 40 }}\n[gauge]\nx_ss = 5\nl = 2\n[sensor]\n{sensor}\n\
@@ -45,7 +44,6 @@ fn without_calibration_the_distance_is_the_moment_over_the_force() {
 fn a_matrix_with_a_covariance_tells_what_its_signals_tell() {
     let fixed = |sensor: &str| sweep(&spec(sensor, "[estimate]\nK = 1\n"), CPU).tuples.rows;
     let plain = fixed("signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]");
-    // Two sums of the same signals, with the covariance that their noise then has.
     let mixed = fixed("matrix = [[1, 0, 10], [0.5, 0, -10]]\ncovariance = [[5e-4, 1e-4], [1e-4, 2e-4]]");
     let backwards = fixed("signal = [\"force\", \"moment\"]\nnoise = [0.001, 0.02]");
     for (a, b) in plain.iter().zip(&mixed).chain(plain.iter().zip(&backwards)) {
@@ -73,14 +71,12 @@ fn more_channels_tell_more_and_backends_agree() {
     }
 }
 
-/// A calibrated sensor, and fresh readings of it with their labels.
 fn calibrated(sensor: &str) -> Desk {
     let desk = simulated(sensor, "theta = [1, 2, 3, 4, 5, 6]");
     desk.ok("calibrate s/measurements.csv --whisker spec.toml --out c");
     desk
 }
 
-/// Readings of a sensor by these drives to calibrate it from, and fresh ones.
 fn simulated(sensor: &str, drives: &str) -> Desk {
     let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", drives));
     let text = desk.read("spec.toml");
@@ -93,7 +89,7 @@ fn simulated(sensor: &str, drives: &str) -> Desk {
     desk
 }
 
-/// Root mean square of errors over σ, and of errors, of readings in the folder `out`.
+/// rms of error over σ, and rms of the error, over the readings in the folder `out`.
 fn scored(desk: &Desk, out: &str) -> [f64; 2] {
     let mut rows = desk.table(format!("{out}/located.csv")).rows;
     rows.retain(|row| number(row, "distance_mm").is_some());
@@ -114,12 +110,11 @@ fn a_sensor_is_simulated_calibrated_and_read_by_all_its_channels() {
     assert!(answers.stdout.contains("the channels moment_Nmm, force_N together"), "{}", answers.stdout);
     let [off, rms] = scored(&desk, "l");
     assert!((0.5..1.5).contains(&off), "errors of {off} σ");
-    // One of them alone knows less.
     let single = calibrated(&one);
     single.ok("locate c/calibration.toml f/measurements.csv --out l");
     let [_, alone] = scored(&single, "l");
     assert!(rms < 0.9 * alone, "{rms} mm together, {alone} mm by the moment");
-    // A moment and a force of opposite signs are those of no contact.
+    // Moment and force of opposite signs fit no contact.
     let mut rows = desk.read("f/measurements.csv").lines().take(3).collect::<Vec<_>>().join("\n");
     rows += "\n25,3.5,-5,0.2,1,synthetic,,ok\n";
     desk.write("wrong.csv", rows);
@@ -127,7 +122,6 @@ fn a_sensor_is_simulated_calibrated_and_read_by_all_its_channels() {
     assert!(desk.read("w/located.csv").ends_with(",,,no_root\n"), "{}", desk.read("w/located.csv"));
     let plan = ["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--plan", "--out", "nothing"];
     assert!(desk.run(&plan).exits(0).stdout.contains("nothing was run") && !desk.path("nothing").exists());
-    // Two channels tell the distance of a tap by an unknown drive.
     let table = desk.read("f/measurements.csv");
     let lines = table.lines().filter(|l| l.split(',').nth(1) != Some("0"));
     desk.write("free.csv", lines.collect::<Vec<_>>().join("\n").replacen("theta_deg", "ignored", 1));
@@ -144,12 +138,10 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     desk.ok("locate c/calibration.toml f/measurements.csv --out l");
     let [off, _] = scored(&desk, "l");
     assert!((0.5..1.5).contains(&off), "errors of {off} σ");
-    // The same where the column has another name.
     desk.write("hall.csv", desk.read("f/measurements.csv").replacen("channel_2", "hall", 1));
     desk.ok("locate c/calibration.toml hall.csv --columns channel_2=hall --out h");
     let [h, l] = ["h", "l"].map(|out| desk.table(format!("{out}/located.csv")));
     assert_eq!(h.column("distance_mm"), l.column("distance_mm"));
-    // A channel that is missing in the readings, an option of one signal, a file that was changed.
     let table = desk.read("f/measurements.csv").replacen("channel_2", "channel_9", 1);
     desk.write("less.csv", table);
     let changed = desk.read("c/calibration.toml").replacen("noise = ", "noise = 1", 1);
@@ -171,7 +163,7 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     }
 }
 
-/// Readings of the folder `f` above their zero, as a stream has them; of each the drive that the sensor knows, or none.
+/// Readings of the folder `f` above their zero, as rows of a stream, with or without the drive.
 fn taps(desk: &Desk, names: &[&str], drive: bool) -> String {
     let table = desk.table("f/measurements.csv");
     let columns: Vec<Vec<f64>> = names.iter().map(|name| table.values(name)).collect();
@@ -202,12 +194,11 @@ fn streams_answer_as_tables() {
             let table = desk.table("l/located.csv");
             let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| table.values(name));
             assert!(sigma.iter().filter(|s| **s < 24.0).count() >= 40, "{}", table.text);
-            // A stream without a header, answered line by line.
             let told = desk.stream("locate e/calibration.toml", &rows).values("distance_mm");
             assert_eq!(told.len(), a.len());
             assert!(told.iter().zip(&a).all(|(x, y)| (x - y).abs() < 1e-9 || !y.is_finite()));
             if drive {
-                // A drive or a signal may be missing, but what is there is a number.
+                // A drive or a signal may be missing, but not infinite or text.
                 let first: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
                 for place in [0, first.len() - 1] {
                     let odd = ["", "nan", "inf", "two", "1e999"].map(|odd| {
@@ -221,7 +212,7 @@ fn streams_answer_as_tables() {
                 }
                 let refused = desk.pipe(&["locate", "e/calibration.toml", "--same"], &rows).exits(2);
                 assert_eq!(refused.stdout, "");
-                // The more channels contradict each other the wider σ is, up to √(44/2) of two left over.
+                // σ grows with the contradiction between channels, at most by √(44/2) with two degrees of freedom.
                 if let [moment, force, strain] = names {
                     let fresh = desk.table("f/measurements.csv");
                     let [moment, force, strain] = [moment, force, strain].map(|name| fresh.values(name)[1]);

@@ -1,4 +1,4 @@
-//! Ranked sweeps from charts against the same sweep in f64, which has no chart: the same rows, the same words.
+//! Ranked sweeps from charts against the same sweep in f64, which uses no chart: same rows, same status words.
 
 use crate::common::program::Desk;
 use serde_json::Value;
@@ -17,7 +17,6 @@ fn spec(whisker: &str, gauge: &str, tap: &str, more: &str, output: &str) -> Stri
     )
 }
 
-/// Header and rows of designs.csv as numbers; NaN where there is none.
 fn rows(desk: &Desk, folder: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     let text = desk.read(&format!("{folder}/designs.csv"));
     let mut lines = text.lines();
@@ -26,28 +25,26 @@ fn rows(desk: &Desk, folder: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     (header, lines.map(row).collect())
 }
 
-/// How a ranked sweep is compared.
 #[derive(Clone, Copy)]
 struct Ranked {
-    /// Column that ranks, and what ranks the designs of a gpu: what reads many distances from few charts is the CPU alone.
+    /// Ranking column; and what ranks on a GPU backend (only the CPU reads many distances from few charts).
     by: &'static str,
     device: &'static str,
-    /// Relative difference of the ranked values, and share of the taps that is read from charts.
+    /// Allowed relative difference of ranked values; least share of taps read from charts.
     near: f64,
     read: f64,
 }
 
 const RANKED: Ranked = Ranked { by: "K_sd", device: "device", near: 2e-4, read: 0.1 };
 
-/// Runs `text` on cpu and gpu from the chart and on cpu f64 tap by tap, and compares. Words next to their limits may differ by a few
-/// taps of a million.
+/// Compares cpu and gpu sweeps from charts with a tap-by-tap sweep in f64. A few taps of a million may differ in their word, next to a limit.
 #[track_caller]
 fn agrees(text: &str, Ranked { by, device, near, read }: Ranked) {
     let desk = Desk::new(text);
     let run = |backend: &str, precision: &str| {
         let out = format!("{backend}-{precision}");
         let line = format!("sweep spec.toml --backend {backend} --precision {precision} --out {out} --json");
-        // A software device would leave the ranking to the CPU.
+        // A software device would otherwise leave the ranking to the CPU.
         let ran = desk.run_with(&line.split(' ').collect::<Vec<_>>(), &[(SOFTWARE_RANKS, "1")]).exits(0);
         (ran.json()["counts"].clone(), rows(&desk, &out))
     };
@@ -59,7 +56,7 @@ fn agrees(text: &str, Ranked { by, device, near, read }: Ranked) {
         let (charted, (_, got)) = run(backend, "f32");
         let said = format!("{backend}, {text}{charted} against {exact}");
         assert_eq!(charted["taps"], taps, "{said}");
-        // Of sharp tips alone there may be no charts that rank.
+        // With sharp tips only there may be no chart that ranks.
         let ranks = if backend == "gpu" { device } else { "lanes" };
         assert!(read == 0.0 || charted["chart"]["ranked_by"] == ranks, "{said}");
         let many = |key: &str| charted[key].as_u64().unwrap() as f64;
@@ -68,7 +65,7 @@ fn agrees(text: &str, Ranked { by, device, near, read }: Ranked) {
         let alike = |a: &Value, b: &Value, most: u64| {
             assert!(a.as_u64().unwrap_or(0).abs_diff(b.as_u64().unwrap_or(0)) <= most, "{a} {b}: {said}");
         };
-        // Next to a fold of a sharp tip single precision gives up earlier; such taps are solved, not charted.
+        // Next to a fold of a sharp tip f32 gives up earlier; such taps are solved, not charted.
         let most = |words: &str, share: u64| {
             if words.contains("not_converged") { taps / 200 } else { 2 + taps / share }
         };
@@ -83,12 +80,11 @@ fn agrees(text: &str, Ranked { by, device, near, read }: Ranked) {
         alike(&charted["complete_rows"], &exact["complete_rows"], 2 + taps / 100_000);
         assert_eq!(got.len(), wanted.len(), "{said}");
         for (i, (got, want)) in got.iter().zip(&wanted).enumerate() {
-            // The same design and drive, unless two rows rank the same.
             let same = got[..6].iter().zip(&want[..6]).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs());
             let (off, size) = ((got[rank] - want[rank]).abs(), want[rank].abs());
             let slack = match by {
                 _ if !same => 0.0,
-                // Of K, which is 1: what is left of it in single precision.
+                // K is near 1: single precision leaves this absolute error.
                 "K_sd" => 2e-10,
                 _ => 1e-7,
             };
@@ -120,7 +116,7 @@ fn sampled_designs_with_their_own_angle() {
     }
 }
 
-/// Distances without a chart of their own are read between charts, each rank by its own statistics; distances may repeat.
+/// Distances without a chart are interpolated between charts, with statistics by each ranking column; distances may repeat.
 #[test]
 fn many_distances_are_read_from_a_few_charts() {
     let axis = |lo: f64, hi: f64, n: u32| format!("{{ min = {lo}, max = {hi}, samples = {n} }}");
@@ -146,7 +142,7 @@ fn many_distances_are_read_from_a_few_charts() {
     }
 }
 
-/// By the spread of K words of neighbouring distances are counted together, by the distance error tap by tap; both from the same charts.
+/// Ranked by the spread of K, words of neighbouring distances are counted together; by distance error, tap by tap. Both use the same charts.
 #[test]
 fn words_of_neighbouring_distances_are_those_of_each() {
     const MODEL: &str = "[model]\nsurface = true\nshear = true\nextension = true\n";
@@ -157,9 +153,9 @@ fn words_of_neighbouring_distances_are_those_of_each() {
     for (tips, theta, a, more) in [
         ([2.0, 7.0], [0.5, 10.0], even.clone(), MODEL.to_owned()),
         ([2.0, 7.0], [0.5, 10.0], even.clone(), String::new()),
-        // Cylinders and whiskers that widen: some readings are far from that of their calibration.
+        // Cylinders and widening whiskers: some readings are far from their calibration.
         ([6.0, 13.0], [0.5, 10.0], even.clone(), MODEL.to_owned()),
-        // Contacts slip off, and few of them are next to a fold, where the reference solves.
+        // Contacts slip off; few of them are next to a fold, where the reference solves.
         ([4.0, 7.0], [4.0, 30.0], even.clone(), MODEL.to_owned()),
         ([2.0, 7.0], [0.01, 0.4], format!("[{}]", backwards.join(", ")), MODEL.to_owned()),
         ([2.0, 7.0], [0.5, 10.0], format!("[{}]", mixed.join(", ")), MODEL.to_owned()),
@@ -170,7 +166,7 @@ fn words_of_neighbouring_distances_are_those_of_each() {
             "[estimate]\ntheory = \"timoshenko\"\nrange = [24, 40]".into(),
         ),
         ([2.0, 7.0], [0.5, 10.0], even.clone(), "[estimate]\nK = 1.02\n".into()),
-        // Neighbours so near to each other that some lie within rounding of where a word begins.
+        // Distances so close that some lie within rounding of a change of status.
         ([2.0, 7.0], [0.5, 10.0], "{ from = 21, to = 21.001, steps = 1000 }".into(), String::new()),
     ] {
         let whisker = format!("D = {}\nd = {}\nL_a = 49", axis(8.0, 12.0), axis(tips[0], tips[1]));
@@ -189,7 +185,7 @@ fn words_of_neighbouring_distances_are_those_of_each() {
     }
 }
 
-/// Lanes do not know the linear theory of a built whisker, on which most words depend: these are told of the listed rows only.
+/// Most words need the linear theory of a built whisker, which the lanes lack: totals omit these, and listed rows have them.
 #[test]
 fn words_of_built_whiskers_are_told_of_the_rows() {
     let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = 15000 }}");
@@ -211,9 +207,8 @@ fn words_of_built_whiskers_are_told_of_the_rows() {
     assert!(row.ends_with("ok") || row.ends_with("strain_limit"), "{row}");
 }
 
-/// Angles in any order and spacing; contacts up to the tip that slip off; wider tips and cylinders, which have no apex in reach, and of which f levels off, so
-/// that readings of near contacts have one distance, and far ones may lie many times the whisker away; long and short gauges; contacts on or next to the
-/// gauge, sharp tips and gauges that do not fit, which are solved tap by tap.
+/// Angles in any order and spacing; contacts up to the tip that slip off; widening tips and cylinders, whose f has no apex in reach and levels off;
+/// long and short gauges. Contacts on or next to the gauge, sharp tips and gauges that do not fit are solved tap by tap.
 #[test]
 fn grids_of_every_kind() {
     let list: Vec<f64> = (0..40).map(|j| f64::from(j * 17 % 40)).map(|x| 0.3 + x * x / 170.0).collect();
@@ -224,7 +219,6 @@ fn grids_of_every_kind() {
     let gauge = "x_ss = { from = 4, to = 14, steps = 5 }\nl = 3\nnoise_strain = 1e-5";
     let tap = "a = { from = 22, to = 48, steps = 10 }\ntheta = { from = 0.5, to = 10, steps = 40 }";
     let sharp = "D = { from = 8, to = 12, steps = 9 }\nd = [1, 2, 3, 6]\nL_a = 50";
-    // Hardly any of these taps is next to a fold, where the reference solves.
     let near = "a = { from = 9, to = 48, steps = 10 }\ntheta = { from = 0.5, to = 8.5, steps = 40 }";
     for (whisker, gauge, tap, more, by) in [
         (WHISKER, GAUGE, &*angles(&format!("{list:?}")), "", "K_sd"),
@@ -246,7 +240,7 @@ fn grids_of_every_kind() {
     }
 }
 
-/// Designs sampled over the ranges of a lab with ten distances each, by drives of their own; and grids of them over drives that they share.
+/// Designs sampled over the ranges of a lab at ten distances, each design with its own drive; or grids of designs over shared drives.
 fn lab(rig: &str, side: &str, drive: &str, model: &str, output: &str) -> String {
     let axis = |lo: f64, hi: f64, steps: u32| match drive.contains("from") {
         true => format!("{{ from = {lo}, to = {hi}, steps = {steps} }}"),
@@ -262,8 +256,7 @@ fn lab(rig: &str, side: &str, drive: &str, model: &str, output: &str) -> String 
     )
 }
 
-/// Friction over shared drives takes more rounds than Mesa's software device does; next to the apex of sharp tips series over the drive would want more
-/// orders than there are.
+/// Friction over shared drives takes too many rounds for Mesa's software device; next to the apex of sharp tips the series has too high an order.
 #[test]
 fn designs_of_a_lab_of_every_model() {
     let (own, shared) =
@@ -293,7 +286,7 @@ fn designs_of_a_lab_of_every_model() {
     }
 }
 
-/// Ranges that sweeps ask for get a chart, of the whole range unless the tip is sharp, and it keeps its bounds.
+/// The ranges of common sweeps get a chart within its error bound, over the whole range unless the tip is sharp.
 #[test]
 fn charts_keep_their_bounds() {
     for (taper, place, degrees, whole) in [
@@ -315,7 +308,7 @@ fn charts_keep_their_bounds() {
     }
 }
 
-/// A contact that always sticks has no smooth chart next to the apex of a strong taper at large angles. That is found before more than one chart is made.
+/// At large angles a sticking contact has no smooth chart next to the apex of a strong taper. This is detected before a second chart is made.
 #[test]
 fn charts_that_will_be_refused_ask_few_taps() {
     let text = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 48]\n\
@@ -335,10 +328,8 @@ fn charts_that_will_be_refused_ask_few_taps() {
     let tried = |wanted: &Wanted| Scope::tried(&spec.study.setup, &distances, wanted, 1e-5).unwrap();
     let (none, refused) = tried(&wanted);
     assert!(none.is_none() && refused > 0);
-    // Mild tapers have all.
     let (all, made) = tried(&Wanted { d: [6.0, 7.0], drive: [0.5, 10.0], ..wanted });
     assert!(all.is_some_and(|scope| scope.charts.len() == 5));
-    // And so have strong ones where the angles are moderate.
     let (all, strong) = tried(&Wanted { drive: [0.5, 10.0], ..wanted });
     assert!(all.is_some_and(|scope| scope.charts.len() == 5));
     assert!(
@@ -359,7 +350,7 @@ fn charts_are_written_with_their_domain_and_error() {
         assert!(chart["strain_error"].as_f64().unwrap() <= 1e-6);
         assert_eq!(chart["axes"].as_array().unwrap().len(), AXES);
     }
-    // Of poles that are not upright, and two gauges: each chart says its direction, and holds three functions more.
+    // With tilted poles and two gauges, each chart states its direction and holds three more functions.
     let tilted = text
         .replace("[tap]\n", "[tap]\ntilt = [0, 20]\nlean = 5\n")
         .replace("[gauge]\n", "[gauge]\nsecond = true\n");

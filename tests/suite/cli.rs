@@ -1,4 +1,4 @@
-//! The command line: what goes to stdout, stderr and the exit code, and which backend runs.
+//! The command line: stdout, stderr and exit codes, and which backend runs.
 
 use crate::common::program::{Desk, SPEC, large, says};
 use serde_json::{Value, json};
@@ -11,7 +11,6 @@ fn keys(value: &Value) -> Vec<&str> {
     value.as_object().expect("an object").keys().map(String::as_str).collect()
 }
 
-/// The values of some keys, as a list.
 fn of(value: &Value, names: &str) -> Value {
     names.split(' ').map(|name| value[name].clone()).collect()
 }
@@ -129,7 +128,6 @@ fn gpu_without_an_adapter_is_exit_2_and_auto_takes_the_cpu() {
     desk.write("large.toml", large());
     let ran = desk.run_with(&["sweep", "large.toml", "--plan"], &NO_DRIVER).exits(0);
     assert!(ran.stdout.contains("on cpu") && ran.stdout.contains("no Vulkan"), "{}", ran.stdout);
-    // For few taps no driver is asked.
     let ran = desk.run_with(&["sweep", "spec.toml"], &NO_DRIVER).exits(0);
     says(&ran.stderr, &["on cpu", "too short a run to look for a GPU"]);
     let listed = desk.run_with(&["devices"], &NO_DRIVER).exits(0);
@@ -144,7 +142,7 @@ fn gpu_sweeps_where_there_is_an_adapter() {
     assert!(object["backend"]["adapter"].is_string() && object["backend"]["driver"].is_string());
     let devices = desk.json("devices");
     assert_eq!(devices["result"]["adapters"][0]["name"], object["backend"]["adapter"]);
-    // `auto` takes hardware alone, and names the software adapter that it leaves.
+    // `auto` uses hardware only, and names the software adapter that it skips.
     let (adapter, auto) = (&devices["result"]["adapters"][0], &devices["backend"]);
     let reason = auto["reason"].as_str().unwrap();
     let left = reason.contains(adapter["name"].as_str().unwrap()) && reason.contains("--backend gpu");
@@ -154,7 +152,6 @@ fn gpu_sweeps_where_there_is_an_adapter() {
     }
     let asked = desk.json("devices --backend gpu");
     assert_eq!(of(&asked["backend"], "name adapter"), json!(["gpu", adapter["name"]]));
-    // Who names an adapter asks for it.
     let name = adapter["name"].as_str().unwrap();
     let named = desk.run(&["sweep", "spec.toml", "--adapter", name, "--force", "--json"]).exits(0).json();
     assert_eq!(named["backend"]["name"], "gpu");
@@ -170,8 +167,7 @@ fn precision_and_tolerance() {
     assert_eq!(desk.names("."), ["double", "results", "spec.toml"]);
 }
 
-/// `[run]` values in force: one list, the same in `--plan` and run.json. The command line wins, defaults are told, what `auto` takes is no choice of the user, and the
-/// reference ignores precision and tolerance.
+/// `[run]` values in force are the same in `--plan` and run.json: the command line wins; the reference ignores precision and tolerance.
 #[test]
 fn values_in_force() {
     let desk = Desk::new(&format!("{SPEC}[run]\nbackend = \"reference\"\ntolerance = 1e-4\n"));

@@ -1,4 +1,4 @@
-//! Commands that are refused, each soon, with the reason and nothing left behind: the table tests/data/refused_commands.txt.
+//! Commands that are refused, each soon, with the reason and without output files: the table tests/data/refused_commands.txt.
 
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -9,7 +9,6 @@ use serde_json::Value;
 use crate::common::program::{Desk, Kept, Ran, SPEC};
 use crate::common::{ROOT, world};
 
-/// A folder as one of the table's begins.
 fn desk(name: &str) -> Desk {
     static SMALL: LazyLock<Kept> = LazyLock::new(|| Desk::new(SPEC).keep());
     match name {
@@ -22,12 +21,12 @@ fn desk(name: &str) -> Desk {
     }
 }
 
-/// `text` in which / begins another line.
+/// `/` in the table stands for a line break.
 fn lines(text: &str) -> String {
     text.replace(" / ", "\n").replace("/ ", "\n")
 }
 
-/// Whether `ran`, of the same command with --json, tells in fields what was `said`; some commands have no --json.
+/// True if `ran`, the same command with --json, gives in fields what stderr `said`; commands without --json pass.
 fn in_fields(ran: &Ran, said: &str) -> bool {
     let Ok(object) = serde_json::from_str::<Value>(&ran.stdout) else { return false };
     let error = &object["error"];
@@ -46,7 +45,7 @@ fn in_fields(ran: &Ran, said: &str) -> bool {
         && error["message"].is_string()
 }
 
-/// Does what is done before a command, and runs it; what is wrong with the answer.
+/// Carries out the row's steps and its command; returns the fault.
 fn fault(name: &str, row: &str) -> Option<String> {
     let desk = desk(name);
     let (steps, words) = row.split_once(" | ").unwrap_or((row.trim_end_matches(" |"), ""));
@@ -81,13 +80,13 @@ fn fault(name: &str, row: &str) -> Option<String> {
     let in_one_line = said.replace("\n  │ ", " ");
     let missing =
         words.split(" | ").find(|word| !said.contains(word.trim()) && !in_one_line.contains(word.trim()));
-    // Words of the libraries that read numbers and files.
+    // Words of the libraries that parse numbers and files must not reach the user.
     let foreign = ["literal", "invalid digit", "parse float", "usize", "panicked"];
     let foreign = foreign.iter().find(|word| said.contains(**word));
     let told = input.is_some() || in_fields(&desk.run(&[&words_of_line[..], &["--json"]].concat()), said);
     let fine = ran.code == 2 && missing.is_none() && foreign.is_none() && !said.is_empty();
     let soon = begun.elapsed().as_secs() < 100;
-    // A stream may begin with its header, and answer lines before.
+    // A stream may have answered lines before the error.
     let silent = (input.is_some() || ran.stdout.lines().count() < 2) && desk.names(".") == there;
     (!told || !fine || !silent || !soon).then(|| {
         let (code, files, stdout) = (ran.code, desk.names("."), ran.stdout);

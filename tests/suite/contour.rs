@@ -19,7 +19,6 @@ const SWEEP: &str = "[tap]\na = 30\ntheta = { from = 0.5, to = 10, step = 0.25 }
 const CIRCLE: &str =
     "[object]\nshape = \"circle\"\nx = 0\ny = 0\nradius = 10\n[around]\nstarts = 12\ndistance = 36\n";
 
-/// A desk with a calibration of the prototype, and its spec for strokes; made once.
 pub fn desk() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(&prototype(4.0, &[NOISE, TAPS, REAL]));
@@ -33,7 +32,7 @@ pub fn desk() -> Desk {
     MADE.desk()
 }
 
-/// rms of points from the object: strokes, and each row a tap by the paper's formula.
+/// rms distance of the points from the object: by strokes, and with each row as a tap by the paper's formula.
 fn both(desk: &Desk) -> [serde_json::Value; 2] {
     desk.ok("simulate spec.toml --object object.toml --seed 7 --out st");
     let contour = "contour st/strokes.csv --calibration cal.toml --truth object.toml";
@@ -82,7 +81,7 @@ fn a_corner_stays_where_it_is() {
         let [place, sigma] = [place, sigma].map(|key| curve[key].as_f64().unwrap());
         assert!((place.abs() - 10.0).abs() < (4.0 * sigma).max(0.02), "{curve}");
     }
-    // Nearly every stroke is seen to be of one point, and finds where it touched to a hundredth of a degree.
+    // Nearly every stroke is classified as a point contact; its touch is found to 0.01°.
     let all = strokes["result"]["strokes"].as_array().unwrap();
     let sharp = all.iter().filter(|s| s["object"] == "sharp");
     assert!(sharp.count() + 1 >= all.len(), "{all:?}");
@@ -123,7 +122,7 @@ fn a_round_object_is_a_pole_of_its_radius() {
         let touch = stroker.touch(start).unwrap();
         let angles: Vec<f64> = [1.0f64, 4.0, 10.0].map(f64::to_radians).to_vec();
         let contacts = stroker.stroke(&touch, &angles);
-        // The same by the reference, whose pole has that radius: a from where the pole's centre is.
+        // The reference with a pole of that radius: bisection for the a whose pole centre lies at the circle's centre.
         let (shared, model) = (rig.shared(), Model { pole_radius: radius, ..rig.setup.model });
         let (s, c) = (shared.taper.sin_alpha(), shared.taper.cos_alpha());
         let centre_of = |a: f64| (a + radius * s).hypot(shared.taper.radius(a) + radius * c);
@@ -167,22 +166,22 @@ fn points_without_a_curve_are_still_points() {
         let ran = desk.ok("contour d.csv --calibration cal.toml --out out --json");
         (ran.json(), desk.table("out/points.csv"))
     };
-    // One pose; what is missing stays missing; a column of that name is kept.
+    // One pose; missing values stay missing; an input column named as an output is kept.
     let (json, table) = trace("1,2,90,4,0.02,7\n1,2,90,4,NaN,7\n1,NaN,90,4,0.02,7\n1,2,90,0,0,7\n");
     assert_eq!(json["counts"]["points"], 1);
     assert!(json["result"]["curve"]["why"].as_str().unwrap().contains("three points"));
     assert_eq!(table.statuses(), ["ok", "bad_input", "bad_input", "no_strain"]);
     assert_eq!(table.rows[0]["given_x_mm"], "7");
-    // A row that does not say which way the whisker turns has no point; a file without the column has whiskers that turn counterclockwise.
+    // A row without a sense gets no point; without the column, whiskers turn counterclockwise.
     desk.write("d.csv", "base_x_mm,base_y_mm,heading_deg,sense,theta_deg,strain\n1,2,90,1,4,0.02\n1,2,90,,4,0.02\n1,2,90,NaN,4,0.02\n");
     desk.ok("contour d.csv --calibration cal.toml --out out --force");
     let turned = desk.table("out/points.csv");
     assert_eq!(turned.statuses(), ["ok", "bad_input", "bad_input"]);
     assert_eq!(turned.rows[1]["x_mm"], "");
-    // To the left of a whisker that points along y lies −x.
+    // For a whisker along +y, left is −x.
     let n = |key: &str| table.rows[0][key].parse::<f64>().unwrap();
     assert!((n("y_mm") - 2.0 - n("distance_mm")).abs() < 1e-9 && n("x_mm") < -0.9, "{:?}", table.rows[0]);
-    // A heading that is certain leaves a point some width.
+    // With an exact heading, points still have a width.
     let fine: Vec<String> = (0..12).map(|k| format!("{k},2,90,4,0.02,7\n")).collect();
     desk.write("line.csv", format!("{head}{}", fine.concat()));
     let certain = desk.json("contour line.csv --calibration cal.toml --angle-noise 0 --out line");
@@ -200,7 +199,7 @@ fn an_outlier_is_named() {
     let desk = desk();
     desk.write("object.toml", CIRCLE);
     desk.ok("simulate spec.toml --object object.toml --seed 7 --out st");
-    // One tap of each stroke; one of them by a base that is written down wrong.
+    // One tap of each stroke; the base of one of them is recorded wrongly.
     let text = desk.read("st/strokes.csv");
     let mut rows: Vec<String> =
         text.lines().filter(|l| l.contains(",4,") || l.starts_with("stroke")).map(str::to_owned).collect();
@@ -230,14 +229,14 @@ fn an_array_answers_in_one_frame() {
     let table = desk.table("out/located.csv");
     let n = |k: usize, key: &str| table.rows[k][key].parse::<f64>().unwrap();
     assert_eq!(table.column("line"), ["2", "3", "4", "5", "6"]);
-    // Each has its own zero; what is the same tap is the same point in a mirror, and a quarter of a turn on.
+    // Each whisker has its own zero. The same tap gives the mirrored point, and the point turned by 90°.
     assert_eq!([n(2, "zero"), n(3, "zero")], [0.001, 0.002]);
     let near = |x: f64, y: f64| (x - y).abs() < 1e-9;
     assert!(near(n(2, "x_mm"), n(3, "x_mm")) && near(n(2, "y_mm") - 40.0, -(n(3, "y_mm") + 40.0)));
     assert!(near(n(4, "y_mm") + 40.0, n(3, "x_mm")) && near(n(4, "x_mm"), -(n(3, "y_mm") + 40.0)));
     assert_eq!([n(2, "z_mm"), n(3, "z_mm")], [12.0, 0.0]);
     assert!(n(3, "sigma_x_mm") > 0.0 && n(3, "sigma_y_mm") > 0.01);
-    // Where the base was carried nearer, the point is as much farther.
+    // With the base 6 mm nearer, the point is 6 mm farther.
     let point = [n(3, "x_mm"), n(3, "y_mm")];
     desk.write("moved.csv", "whisker,theta_deg,strain,shift_mm\nright,0,0.002,0\nright,4,0.022,6\n");
     desk.ok("locate --array array.toml moved.csv --out moved");

@@ -1,14 +1,12 @@
-//! Curves through points: which is drawn, what is off it, and how well it knows where it is.
+//! Curves through points: the kind chosen, the outliers, and the stated deviation.
 
 use vibrissa::contour::curve::{Covariance, Curve, Kind, Nothing, Sample, choose};
 use vibrissa::scene::sampler::Sampler;
 
 const SIGMA: f64 = 0.05;
 
-/// The place at a share of the way along a curve.
 type Along = fn(f64) -> [f64; 2];
 
-/// A standard normal number (Box and Muller) of a seed and a place.
 fn normal(seed: u64, k: usize) -> f64 {
     let uniform = |d: u32| (f64::from(Sampler::Random.coordinate(seed, d, k as u32)) + 0.5) / 4_294_967_296.0;
     (-2.0 * uniform(0).ln()).sqrt() * (std::f64::consts::TAU * uniform(1)).cos()
@@ -69,7 +67,7 @@ fn outliers_are_named_and_do_not_draw_the_curve() {
         let chosen = choose(&spoilt, None).unwrap();
         let named: Vec<usize> = (0..40).filter(|&k| chosen.off[k].2).collect();
         assert_eq!(chosen.kind, kind);
-        // A smooth curve may take one more of its own for one: it knows its ends least.
+        // A smooth curve may call one point at its ends an outlier: it is least certain there.
         let more = usize::from(kind == Kind::Smooth);
         assert!(
             [4, 11, 12, 30].iter().all(|k| named.contains(k)) && named.len() <= 4 + more,
@@ -78,7 +76,6 @@ fn outliers_are_named_and_do_not_draw_the_curve() {
     }
 }
 
-/// Distance of a traced place from the truth across the curve, over its standard deviation, rms over places and seeds.
 fn honesty(at: Along, kind: Kind, seeds: u64) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for seed in 1..=seeds {
@@ -99,7 +96,7 @@ fn a_curve_knows_how_well_it_is_known() {
     for (at, kind, seeds, [least, most]) in [
         (line as Along, Kind::Line, 40, [0.75, 1.25]),
         (circle, Kind::Circle, 40, [0.75, 1.25]),
-        // What a stiffness smooths away its standard deviation knows in part.
+        // The stiffness smooths the curve; its standard deviation contains only part of that.
         (wave, Kind::Smooth, 12, [0.5, 1.6]),
     ] {
         let ratio = honesty(at, kind, seeds);
@@ -113,11 +110,10 @@ fn what_is_no_curve_says_why() {
     assert_eq!(choose(&few, None).unwrap_err(), Nothing::TooFew);
     assert_eq!(choose(&samples(9, 1, |_| [1.0, 2.0]), Some(Kind::Line)).unwrap_err(), Nothing::OnePlace);
     assert_eq!(choose(&samples(3, 1, line), Some(Kind::Smooth)).unwrap_err(), Nothing::Undetermined);
-    // All of one stroke: nothing can be left out.
+    // All points belong to one stroke: no stroke can be left out for a check.
     let mut stroke = samples(20, 1, line);
     stroke.iter_mut().for_each(|s| s.group = 7);
     assert_eq!(choose(&stroke, None).unwrap_err(), Nothing::Undetermined);
-    // A closed curve ends where it began.
     let chosen = choose(&samples(60, 2, oval), None).unwrap();
     let Curve::Smooth(smooth) = &chosen.curve else { panic!("{:?}", chosen.kind) };
     let traced = chosen.curve.traced(&samples(60, 2, oval), 50);
@@ -125,10 +121,10 @@ fn what_is_no_curve_says_why() {
     assert!(smooth.is_closed() && (x - u).hypot(y - v) < 1e-9);
 }
 
-/// Of one place, whatever the ellipses of its points: a point, whose deviations hold, also where points are farther off than they say.
+/// Points of one place give a point, whatever their ellipses; its deviation holds also where points scatter more than they state.
 #[test]
 fn a_single_place_is_a_point() {
-    // Nine points leave it open more often than many do.
+    // With nine points the kind is undecided more often.
     let (mut sum, mut all) = (0.0, 0.0);
     for (n, long, worse, seeds, most) in [
         (9, 1.0, 1.0, 20, 4),
@@ -141,7 +137,6 @@ fn a_single_place_is_a_point() {
         for seed in 1..=seeds {
             let mut noisy = samples(n, seed, |_| [0.0, 0.0]);
             for (k, s) in noisy.iter_mut().enumerate() {
-                // Long in directions that turn from one to the next.
                 let (sin, cos) = (0.7 * k as f64).sin_cos();
                 let [u, v] = [s.at[0] * long, s.at[1]].map(|x| x * worse);
                 s.at = [1.0 + cos * u - sin * v, 2.0 + sin * u + cos * v];

@@ -1,9 +1,8 @@
-//! Counts of run.json: what charts cost, and words of all taps.
+//! Counts in run.json: the taps of charts, and the status words of all taps.
 
 use crate::common::program::Desk;
 use vibrissa::kernel::gpu::SOFTWARE_RANKS;
 
-/// Designs sampled over the ranges of a lab with ten distances each, of the model that a practical whisker has.
 fn practical(samples: u32, contact: &str, rest: &str) -> String {
     let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = {samples} }}");
     format!(
@@ -21,7 +20,7 @@ fn counts(text: &str) -> serde_json::Value {
     Desk::new(text).run(&run).exits(0).json()["counts"].clone()
 }
 
-/// Taps solved for ten charts, and what they hold: what reading a tap costs.
+/// Taps solved for ten charts, and terms per chart, which set the cost of a chart's tap.
 #[test]
 fn charts_cost_few_taps_and_hold_few_terms() {
     for (contact, most) in [("", [22_000, 16_000]), ("contact = { coulomb = 0.3 }", [120_000, 90_000])] {
@@ -32,7 +31,6 @@ fn charts_cost_few_taps_and_hold_few_terms() {
     }
 }
 
-/// The number before each word of a list such as `1 952 ok, 48 strain_limit+ambiguous`.
 pub fn numbers(list: &str) -> u64 {
     let number = |part: &str| part.chars().filter(char::is_ascii_digit).collect::<String>();
     list.split(", ").map(|part| number(part).parse::<u64>().unwrap_or_else(|_| panic!("{list}"))).sum()
@@ -40,7 +38,6 @@ pub fn numbers(list: &str) -> u64 {
 
 #[test]
 fn the_words_of_a_summary_add_up_to_its_taps() {
-    // Near contacts at large angles have a second distance and strain the gauge too much.
     let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = 1500 }}");
     let near = |whisker: &str, theta: &str, rest: &str| {
         format!(
@@ -64,7 +61,6 @@ fn the_words_of_a_summary_add_up_to_its_taps() {
             let (taps, words) = line.split_once(" taps: ").unwrap();
             assert_eq!(numbers(words), numbers(taps), "{way} on {backend}: {line}");
             assert!(words.contains("strain_limit+ambiguous"), "{way} on {backend}: {line}");
-            // run.json counts each word of a tap.
             let run: serde_json::Value = serde_json::from_str(&desk.read("out/run.json")).unwrap();
             let counts = &run["counts"];
             let sum =

@@ -8,7 +8,6 @@ use vibrissa::error::InputError;
 use vibrissa::scene::{Material, Spec};
 use vibrissa::spec;
 
-/// A rubber in tension, measured with some scatter; C10 near 0.5 MPa.
 const RUBBER: &str = "# rubber, third loading\nstrain,stress_MPa\n\
     0,0\n0.1,0.3\n0.2,0.5\n0.4,0.85\n0.6,1.2\n# cut\n0.8,1.5\n1.0,1.95\n";
 
@@ -20,7 +19,6 @@ tap = { a = [30, 40], theta = [2, 4] }
 material = { curve = "rubber.csv" }
 "#;
 
-/// `rubber.csv` and `spec.toml` in a new folder.
 fn desk(curve: &[u8], spec: &str) -> Desk {
     let desk = Desk::new(spec);
     desk.write("rubber.csv", curve);
@@ -36,7 +34,7 @@ fn a_curve_becomes_a_yeoh_law() {
     let spec = read(RUBBER.as_bytes()).unwrap();
     let fit = spec.material_fit.unwrap();
     assert_eq!(spec.study.setup.model.material, Material::Yeoh(fit.coefficients));
-    // Least squares by numpy.
+    // By least squares in numpy.
     for (found, c) in fit.coefficients.into_iter().zip([0.50303049, -0.02479072, 0.01273667]) {
         assert!((found - c).abs() < 1e-7, "{found} for {c}");
     }
@@ -78,7 +76,6 @@ fn semicolons_and_decimal_commas_are_read_as_in_data() {
     }
 }
 
-/// Coefficients of the fit in run.json or in an answer.
 fn coefficients(fit: &Value) -> Vec<f64> {
     fit["coefficients_MPa"].as_array().unwrap().iter().map(|c| c.as_f64().unwrap()).collect()
 }
@@ -106,7 +103,6 @@ fn the_fit_is_reported() {
 
 #[test]
 fn strain_beyond_the_data_is_told() {
-    // Neo-hookean, C10 = 0.5 MPa, up to 1 % strain.
     let rows = (1..=6).map(|i| {
         let l = 1.0 + f64::from(i) / 600.0;
         format!("{},{}\n", l - 1.0, l - 1.0 / (l * l))

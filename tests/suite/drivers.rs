@@ -1,11 +1,11 @@
-//! GPU drivers that crash or hang in their first calls: another process makes these, so that no command ends with them.
+//! GPU drivers that crash or hang in their first calls: these calls run in a child process, so that no command dies with them.
 #![cfg(target_os = "linux")]
 
 use std::process::Command;
 
 use crate::common::program::{Desk, SPEC, large};
 
-/// A Vulkan driver whose call `where` does what `what` says; that of `nothing` is one the loader takes and that has no device.
+/// Builds a Vulkan driver that does `what` in its call `place`; with `nothing` it loads and has no device.
 fn driver(desk: &Desk, place: &str, what: &str) -> String {
     let at = |name: &str| if name == place { what } else { "" };
     let source = format!(

@@ -1,13 +1,13 @@
-//! Sweeps on every backend against the same sweep by the reference: cones with their wrench, whiskers as built, solids with foils, taps as small as they come.
+//! Sweeps on every backend against the reference: cones with their wrench, whiskers as built, solids with foils, very small taps.
 
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, Row, number, sweep};
 
-/// Errors that are allowed of a strain: relative to itself, or to 1e-3 of the largest of the same whisker by the same drive. Of forces, arc and
-/// moment five times as much, of forces relative to the whole force.
+/// Allowed strain error, relative to the strain or to 1e-3 of the largest strain of the same whisker and drive. Five times as much for forces
+/// (relative to the total force), arc and moment.
 const CPUS: [(Place, f64); 2] = [(CPU, 1e-5), (CPU_F64, 2e-8)];
 const ALL: [(Place, f64); 3] = [CPUS[0], CPUS[1], (GPU, 1e-5)];
 
-/// Fails unless sweeps of `text` on `places` have the words and the numbers of the reference, and most taps have numbers.
+/// Fails unless sweeps on `places` have the words and numbers of the reference, and most taps have numbers.
 #[track_caller]
 fn agrees(text: &str, places: &[(Place, f64)]) {
     let known = sweep(text, REFERENCE).tuples;
@@ -84,19 +84,18 @@ fn cones_and_their_wrench() {
                 "[whisker]\nD = [8, 10]\nd = [2, 10]\nL_a = 50\nhub = 6\n[gauge]\nx_ss = 5\nl = 2\n[sensor]\nsignal = {signal:?}\n\
                  [tap]\na = [12, 25, 40]\n{drive}\n[model]\n{model}\n[output]\nwrench = true\n"
             );
-            // A device compiles a kernel for each: it has one signal of each model and drive.
+            // A device compiles a kernel for each combination: it gets one signal of each model and drive.
             agrees(&text, if j == k % 3 { &ALL } else { &CPUS });
         }
     }
 }
 
-/// D 10, d 6 and L_a 50 where it is no profile.
 fn built(whisker: &str, gauge: &str, tap: &str, model: &str) -> String {
     let cone = if whisker.contains("profile") { "" } else { "D = 10\nd = 6\nL_a = 50\n" };
     format!("[whisker]\n{cone}{whisker}\n[gauge]\nx_ss = 5\n{gauge}\n[tap]\n{tap}\n[model]\n{model}\n")
 }
 
-/// In f32 on a GPU, over drives from 1e-4° and 1e-4 mm on, which fall, so that the first taps of a batch are large ones.
+/// In f32 on a GPU, from 1e-4° or 1e-4 mm; drives fall, so that a batch begins with large taps.
 #[test]
 fn whiskers_as_built_at_small_drives_on_a_device() {
     let falling = |from: f64, step: f64| {
@@ -125,7 +124,7 @@ fn whiskers_as_built_at_small_drives_on_a_device() {
     }
 }
 
-/// Contacts from 10 nm beyond the near end of the gauge on; friction along the whisker that takes the strain of bending off.
+/// Contacts from 10 nm beyond the near end of the gauge; friction along the whisker that cancels the bending strain.
 #[test]
 fn short_levers_and_cancelling_terms() {
     let bent = "profile = [[0, 14.0], [8, 9.0], [50, 4.0]]";
@@ -142,7 +141,7 @@ fn short_levers_and_cancelling_terms() {
     }
 }
 
-/// Taps on a foil, where axial strain and bending nearly cancel, and of a millionth of a degree among them.
+/// Taps on a foil, where axial and bending strain nearly cancel; also taps of 1e-6°.
 #[test]
 fn solids_and_foils() {
     let angle = "a = [21, 33, 48]\ntheta = [0.05, 0.5, 5, 12]";
@@ -179,7 +178,6 @@ fn solids_and_foils() {
     }
 }
 
-/// With a second gauge, which knows where the whisker bends to.
 #[test]
 fn poles_that_are_not_upright() {
     let neo = "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";

@@ -1,4 +1,4 @@
-//! `sweep --explain`: sizes of effects that are known, the switches of a model, the face of the command.
+//! `sweep --explain`: effects of known size, the switches of a model, the output.
 
 use std::path::Path;
 
@@ -29,7 +29,6 @@ fn explained(study: &Study, tolerances: &[f64]) -> Explanation {
     explain(study, &choice, tolerances).expect("it runs")
 }
 
-/// That of a key of [model].
 fn term(key: &str) -> Effect {
     Effect::of_key(key).expect("an effect of its own key")
 }
@@ -54,7 +53,7 @@ fn known_effects_have_their_size() {
     // (a + r₀)/a.
     let hub = change(&found, Effect::Hub);
     assert!((hub.largest - 1000.0 / 21.0).abs() < 0.1, "{hub:?}");
-    // So small a tap does not slide yet: friction sticks.
+    // A tap this small sticks instead of sliding.
     let (friction, stick) = (change(&found, Effect::Coulomb), change(&found, Effect::Stick));
     assert!(stick.largest > 0.1 && (friction.largest - stick.largest).abs() < 1e-5, "{friction:?} {stick:?}");
     assert!(found.linear.is_none());
@@ -107,7 +106,7 @@ fn switches_keep_to_the_rules_of_the_model() {
     }
 }
 
-/// What `sweep --explain` with more flags says of a spec; nothing is written.
+/// Runs `sweep --explain` with more flags; it writes nothing.
 fn command(text: &str, flags: &str) -> Ran {
     let desk = Desk::new(text);
     let ran = desk.line(format!("sweep spec.toml {flags}"));
@@ -141,7 +140,7 @@ fn json_has_numbers_and_names() {
     assert_eq!(verdicts[1]["effects"][0], "finite rotation");
 }
 
-/// What only a whisker that has it is told of.
+/// Effects listed only for a whisker that has them.
 const SHAPE: [&str; 4] = ["root", "rest curvature", "bore or core", "profile"];
 
 #[test]
@@ -155,7 +154,7 @@ fn what_a_whisker_is_beyond_a_cone_is_switched_too() {
         let change = found["change"]["largest_percent"].as_f64().unwrap_or_else(|| panic!("{found}"));
         assert!(change.abs() > 0.05 && change.abs() < 60.0, "{found}");
     }
-    // A hollow whisker is solved against tilted poles, too; a root is not.
+    // A hollow whisker is solved against tilted poles; one with a root is not.
     let tilt = |text: &str| {
         let reply = command(text, "--explain --json").json();
         let effects = reply["result"]["effects"].as_array().expect("effects").clone();
@@ -173,11 +172,11 @@ fn the_table_names_every_effect() {
         assert_eq!(told, !SHAPE.contains(&effect.name()), "{}: {text}", effect.name());
     }
     assert!(text.contains("could be left off at 1e-4: nothing") && !text.contains("NaN"), "{text}");
-    // A plan asked for in the spec gives way.
+    // `--explain` overrides `plan = true` of the spec.
     says(&command(&format!("{SPEC}[run]\nplan = true\n"), "--explain").stdout, &["finite rotation"]);
 }
 
-/// An effect that one key switches is described in one place; all that tells of effects follows.
+/// An effect is described once, in `TERMS`: reading, explanation, switching off and verification follow from it.
 #[test]
 fn an_effect_described_once_is_read_explained_left_off_and_verified() {
     let model = spec::keys::section("model");

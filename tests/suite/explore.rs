@@ -1,4 +1,4 @@
-//! The page to play with: what is baked into it, and what it refuses. What it shows is tested in a browser: pages/explore/test.mjs.
+//! The explore page: the chart in it, and refused specs. pages/explore/test.mjs tests it in a browser.
 
 use serde_json::Value;
 
@@ -8,14 +8,12 @@ const REAL: &str = "material = { neo-hookean = 3.2 }\nsurface = true\nshear = tr
 
 const START: &str = "<script type=\"application/json\" id=\"chart\">";
 
-/// A page around its chart.
 fn parts(page: &str) -> (&str, Value, &str) {
     let (before, rest) = page.split_once(START).expect("a chart");
     let (chart, after) = rest.split_once("</script>").expect("its end");
     (before, serde_json::from_str(chart).expect("JSON"), after)
 }
 
-/// What `explore` says of the spec `text`.
 fn baked(text: &str) -> Value {
     let desk = Desk::new(text);
     desk.json("explore spec.toml")
@@ -48,7 +46,7 @@ fn charts_of_many_models_hold_their_tolerance() {
         model(&format!("surface = true\nextension = true\ncontact = {{ coulomb = 0.3 }}\n{lines}"))
     };
     let yeoh = "material = { yeoh = [0.5, -0.08, 0.02] }\n";
-    // Strains that cross zero next to the contact, where a skin that is pulled along bends the whisker, are no hole in a chart.
+    // The surface friction can make the strain cross zero next to the contact: this must not leave a hole in the chart.
     let whole = [
         rubbed(""),
         rubbed("shear = true\nmaterial = { neo-hookean = 3.2 }\n")
@@ -75,7 +73,7 @@ fn charts_of_many_models_hold_their_tolerance() {
         let [taps, outside] = ["taps_checked", "taps_outside"].map(|n| said["counts"][n].as_u64().unwrap());
         assert!(taps > 300 && share * outside < taps, "{said}\n{text}");
     }
-    // Where K → 1 with the drive the spread of K keeps its digits.
+    // The spread of K keeps its digits at small drives, for which K → 1.
     assert!(baked(SPEC)["result"]["deviation_error"].as_f64().unwrap() < 5e-4);
 }
 

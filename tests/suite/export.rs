@@ -1,4 +1,4 @@
-//! What `calibrate --export c` writes, compiled and run, against `locate`.
+//! The output of `calibrate --export c`, compiled and run, against `locate`.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -13,30 +13,29 @@ use vibrissa::measure::zero::{Tared, TaredBy};
 use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
 
-/// Reads lines of drive, signal, zero; writes distance, sigma and status by both precisions.
 const HARNESS: &str = include_str!("../data/harness.c");
-/// A program that declares what `locate.c` defines.
+/// A C++ program that links `locate.c` by its declarations.
 const BESIDE: &str = include_str!("../data/beside.cpp");
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-pedantic", "-Werror"];
 
 const READINGS: usize = 5_000;
-/// Largest difference of a distance, mm.
+/// Largest allowed difference of a distance, mm.
 const APART: f64 = 1e-4;
-/// Largest relative difference of a standard deviation.
+/// Largest allowed relative difference of σ.
 const SIGMA: f64 = 0.01;
-/// Relative changes of a reading that is next to another.
+/// Relative changes that give neighbouring readings.
 const NEXT: [f64; 3] = [1e-5, 1e-6, 1e-7];
 const LARGEST: usize = 200_000;
-/// A reading: drive, signal and zero in the unit of the calibration, each of them a float.
+/// Drive, signal and zero in the unit of the calibration, each representable as a float.
 type Reading = [f64; 3];
 
-/// A signal that the data themselves, or else the estimator, expect of a tap.
+/// The signal by the curve of the data; where that is undefined, by the estimator.
 fn expected([table, own]: [&Locator; 2], a: f64, drive: f64, sign: f64) -> f64 {
     let of_data = table.expected(a, drive, sign);
     if of_data.is_finite() { of_data } else { own.expected(a, drive, sign) }
 }
 
-/// Readings of taps in, at the edges of and beyond the calibration, of both signs; some of no tap at all.
+/// Readings of taps inside, at the edges of and beyond the calibration, of both signs; some are no taps.
 fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
     let mut random = Random(7);
     let table = opened(c, Some(Estimator::Learned));
@@ -72,7 +71,7 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
             _ if k.is_multiple_of(200) => [drive, 0.0, 0.0],
             _ if k % 400 == 101 => [drive, f64::NAN, 0.0],
             _ if k % 400 == 301 => [drive, f64::INFINITY, 0.0],
-            // Counts of 16 bits, whose zero may lie anywhere.
+            // 16-bit counts that wrap, with any zero.
             _ if wraps => {
                 let zero = random.between(0.0, 65536.0).floor();
                 [drive, (signal + zero).round().rem_euclid(65536.0), zero]
@@ -90,7 +89,6 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
 #[derive(Debug, Clone)]
 struct Answer(f64, f64, String);
 
-/// Words of the status of a program.
 fn words(code: u8) -> String {
     let all = ["no_strain", "strain_limit", "no_root", "ambiguous", "outside_calibration", "bad_input"];
     let said = all.iter().enumerate().filter(|(bit, _)| code >> bit & 1 == 1).map(|(_, w)| *w);
@@ -103,7 +101,6 @@ fn sorted(words: &str) -> String {
     all.join("+")
 }
 
-/// What a program says in `folder` that is given `input`.
 #[track_caller]
 fn ran(folder: &Path, program: &str, arguments: &[&str], input: &str) -> String {
     let mut command = Command::new(program);
@@ -132,7 +129,7 @@ fn by_c(folder: &Path, input: &str) -> [Vec<Answer>; 2] {
     })
 }
 
-/// What `locate` says of a reading whose signal is `share` larger.
+/// The answer of `locate` with the signal larger by `share`.
 fn located(locator: &Locator, [drive, signal, zero]: Reading, share: f64) -> Answer {
     let above = locator.unit.strain(signal - zero, locator.rig.setup.gauge.factor) * (1.0 + share);
     let at = locator.locate_above(drive, above, 0.0, 0.0);
@@ -144,14 +141,12 @@ fn located(locator: &Locator, [drive, signal, zero]: Reading, share: f64) -> Ans
 struct Compared {
     distances: usize,
     off: Off,
-    /// Readings next to where the status changes.
     boundary: usize,
-    /// Readings outside, or of a wide σ, that are farther off than is stated: it is measured at other readings.
+    /// Readings outside the range or with a wide σ that exceed the stated error, which is measured on other readings.
     beyond: usize,
 }
 
-/// Compares answers with those of `locate` and with the error that is `stated`. Next to the peak, and where the status changes, a reading may count as
-/// one that is [`NEXT`] off.
+/// Compares answers with `locate` and with the `stated` error. Next to a change of status, the answer of a reading [`NEXT`] to it counts too.
 fn compare(locator: &Locator, all: &[Reading], answers: &[Answer], stated: Off, what: &str) -> Compared {
     assert_eq!(answers.len(), all.len(), "{what}");
     let mut done = Compared::default();
@@ -194,7 +189,6 @@ fn opened(c: &Calibration, asked: Option<Estimator>) -> Locator {
     Locator::new(c, "calibration.toml", asked, &opener(&RunOptions::default())).unwrap()
 }
 
-/// Exports `calibration` as answered by `asked`, runs it, compares.
 fn check(name: &str, calibration: &Calibration, asked: Option<Estimator>) {
     let c = calibration.clone().sealed();
     let locator = opened(&c, asked);
@@ -221,7 +215,6 @@ fn check(name: &str, calibration: &Calibration, asked: Option<Estimator>) {
     }
 }
 
-/// The calibration of a file in `examples/` by the program itself.
 fn example(desk: &Desk, name: &str, arguments: &[&str]) -> Calibration {
     let file = format!("{}/examples/{name}", crate::common::ROOT);
     let data = format!("{file}.csv");
@@ -229,7 +222,7 @@ fn example(desk: &Desk, name: &str, arguments: &[&str]) -> Calibration {
     Calibration::read(&desk.path("cal/calibration.toml"), false).unwrap()
 }
 
-/// A prototype by every estimator, and by one that leaves the side that was not calibrated to another.
+/// A prototype by every estimator, and by one that does not cover the uncalibrated side.
 fn prototype(name: &str) {
     let desk = Desk::new("");
     let whisker = format!("{}/examples/{name}.toml", crate::common::ROOT);
@@ -260,7 +253,7 @@ fn a_calibration_without_whisker_is_exported() {
     }
 }
 
-/// One drive, counts of an unknown factor, a distance on both sides of the peak: `reading` and `microstrain`, `bridge_mV_per_V`.
+/// One drive, counts of an unknown factor, distances on both sides of the peak: `reading`, `microstrain` and `bridge_mV_per_V`.
 #[test]
 fn every_unit_is_taken_as_it_was_recorded() {
     let desk = Desk::new("");
@@ -309,7 +302,6 @@ fn the_file_belongs_to_the_result_and_links_with_cpp() {
     let answers = ["beside", "whole"].map(|name| ran(&folder, folder.join(name).to_str().unwrap(), &[], ""));
     let distance: f64 = answers[0].split(' ').next().unwrap().parse().unwrap();
     assert!(answers[0] == answers[1] && (35.0..45.0).contains(&distance), "{answers:?}");
-    // Run again without it, it is gone with the result it belonged to.
     example(&desk, "prototype-d10", &["--whisker", &whisker]);
     assert!(!desk.names("cal").contains(&FILE.to_owned()), "{:?}", desk.names("cal"));
     let data = format!("{}/examples/prototype-d10.csv", crate::common::ROOT);

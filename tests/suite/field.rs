@@ -1,4 +1,4 @@
-//! Files as labs have them: values that stand for none, headers in comments, thousands, columns exchanged, signals that were not tared.
+//! Files as labs have them: values for missing readings, headers in comments, thousands separators, exchanged columns, signals that are not tared.
 
 use std::sync::LazyLock;
 
@@ -12,7 +12,7 @@ fn spec() -> String {
     prototype(10.0, &["noise_strain = 1e-5\n", GRID])
 }
 
-/// Distance, drive and strain of every row of a small rig that rests every fifth row.
+/// Distance, drive and strain of a small rig; every fifth row is a rest.
 fn rows() -> Vec<[f64; 3]> {
     let settings = Settings { noise: 1e-5, zero_every: Some(4), seed: 3, ..Settings::default() };
     let text = table(&spec(), &settings);
@@ -24,7 +24,7 @@ fn csv(header: &str, rows: &[[f64; 3]]) -> String {
     rows.iter().fold(format!("{header}\n"), |text, [p, q, r]| text + &format!("{p},{q},{r}\n"))
 }
 
-/// A desk with the rig calibrated in `cal`, whose readings stand 0.5 above strain × 150.
+/// The rig calibrated in `cal`; readings are 0.5 + 150 × strain.
 fn desk() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(&spec());
@@ -42,14 +42,13 @@ fn calibrated(desk: &Desk, name: &str, text: &str) -> Ran {
     desk.run(&["calibrate", &file, "--whisker", "spec.toml", "--out", &out])
 }
 
-/// Where a calibration puts a tap by 4° of strain 0.0212, without contact 0.
+/// Distance for a strain of 0.0212 at 4°, with a zero of 0.
 fn answer(desk: &Desk, name: &str) -> f64 {
     let calibration = format!("c_{name}/calibration.toml");
     let ran = desk.pipe(&["locate", &calibration, "--zero", "0"], "4,0.0212\n").exits(0);
     ran.stdout.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse().unwrap()
 }
 
-/// Lines of rows.csv that are suspect.
 fn suspects(desk: &Desk, name: &str) -> Vec<String> {
     let table = desk.table(format!("c_{name}/rows.csv"));
     let suspect = table.rows.iter().filter(|r| r["use"] == "suspect");
@@ -63,7 +62,7 @@ fn values_that_stand_for_none_are_named_and_left_out_of_everything() {
     let right = answer(&desk, "plain");
     let taps: Vec<usize> = (0..rows.len()).filter(|k| rows[*k][1] != 0.0).collect();
     let rest = (0..rows.len()).find(|k| rows[*k][1] == 0.0).unwrap();
-    // What else stands for none is tested where it is found. A value of one number is no other side of the whisker.
+    // Unit tests cover other placeholders. A constant value is not a second side of the whisker.
     for (name, mut places, none, unit) in [
         ("taps", [taps[2], taps[8]], -9999.0, "strain"),
         ("rest", [taps[3], rest], 9.9e37, "strain"),
@@ -88,7 +87,7 @@ fn values_that_stand_for_none_are_named_and_left_out_of_everything() {
 #[test]
 fn a_value_of_one_number_is_no_other_side_of_the_whisker() {
     let (desk, rows) = (Desk::new(&spec()), rows());
-    // 0 in most cells of a distance, whose last row is right.
+    // 0 in most cells of one distance, except its first tap.
     let at = |k: &usize| rows[*k][0] == 30.0 && rows[*k][1] != 0.0;
     let at: Vec<usize> = (0..rows.len()).filter(at).skip(1).collect();
     let mut wrong = rows.clone();
@@ -105,10 +104,10 @@ fn a_comment_that_names_the_columns_is_the_header() {
     calibrated(&plain, "plain", &text).exits(0);
     calibrated(&plain, "savetxt", &format!("# rig 3\n# {text}")).exits(0);
     assert_eq!(answer(&plain, "plain"), answer(&plain, "savetxt"));
-    // A drive under another name is asked for, at the line of the comment.
+    // An unknown drive name is reported at the line of the comment.
     let ran = calibrated(&plain, "other", &text.replace("a_mm,theta_deg", "# a_mm,angle")).exits(2);
     assert!(ran.stderr.contains("other.csv:1") && ran.stderr.contains("theta_deg"), "{}", ran.stderr);
-    // Readings, in the other order than that of a stream without header.
+    // Readings with their columns in the other order than the default of a stream.
     let taps: Vec<[f64; 3]> = rows().into_iter().filter(|r| r[1] > 0.0).collect();
     let lines: String = taps.iter().map(|[_, u, e]| format!("{},{u}\n", 0.5 + 150.0 * e)).collect();
     let distances = |text: &str| -> Vec<String> {
@@ -130,7 +129,6 @@ fn a_comment_that_names_the_columns_is_the_header() {
         desk.write("field.csv", &text);
         desk.run(&[&locate[..], &["field.csv", "--out", "loc", "--force"]].concat()).exits(0);
         assert_eq!(distances(&desk.read("loc/located.csv")), distances(&named), "{comment}");
-        // The taps of one object.
         let of_one =
             taps.iter().filter(|r| r[0] == 30.0).map(|[_, u, e]| format!("{},{u}\n", 0.5 + 150.0 * e));
         desk.write("one.csv", comment.to_owned() + &of_one.collect::<String>());
@@ -138,7 +136,7 @@ fn a_comment_that_names_the_columns_is_the_header() {
         let next = desk.run(&next).exits(0).json();
         assert!((next["result"]["distance_mm"].as_f64().unwrap() - 30.0).abs() < 0.2, "{next}");
     }
-    // Names that do not fit the rows, and such that change on the way.
+    // Names that do not fit the rows, and a comment that renames columns after data.
     for (text, line) in [
         (format!("# reading theta_deg run\n{lines}"), ":1"),
         (format!("theta_deg,reading\n4,2\n# reading,theta_deg\n{lines}"), ":3"),
@@ -150,7 +148,6 @@ fn a_comment_that_names_the_columns_is_the_header() {
         "# a note\n# rig 3, 25 degrees\n# worn tip, angle sweep\n#\n# strain of rig 3\n4,2.6\n# the end\n";
     let remarks = desk.pipe(&locate, remarks).exits(0);
     assert_eq!(remarks.stdout, desk.pipe(&locate, "4,2.6\n").exits(0).stdout);
-    // Poses of a contour.
     let poses: String =
         taps.iter().map(|[_, u, e]| format!("0,0,{},{},{u}\n", 10.0 * u, 0.5 + 150.0 * e)).collect();
     desk.write("poses.csv", format!("# base_x_mm,base_y_mm,heading_deg,reading,theta_deg\n{poses}"));
@@ -175,7 +172,7 @@ fn thousands_are_asked_for_where_they_are_not_certain() {
     let comma = text(&|x| format!("\"{}\"", grouped(x, ",")));
     says(&calibrated(&desk, "comma", &comma).exits(2).stderr, &["thousands", "reading"]);
     assert!(!desk.path("c_comma/calibration.toml").exists());
-    // Three digits of a time are milliseconds; what a spreadsheet made a date of is no number.
+    // A time with three decimals is in ms; a cell that a spreadsheet turned into a date is refused.
     let plain = text(&|x| x.to_string());
     let times = |(k, line): (usize, &str)| match k {
         0 => format!("{line},t_s\n"),
@@ -202,7 +199,6 @@ fn thousands_are_asked_for_where_they_are_not_certain() {
     let clear = text(&|x| (x / 1000.0).to_string())
         .replace("a_mm,theta_deg,reading\n", "a_mm,theta_deg,reading\n25.0,0,0.412\n");
     calibrated(&desk, "volts", &clear).exits(0);
-    // Readings and raw records are read by the same rule.
     desk.write("some.csv", "theta_deg,reading\n2,\"412\"\n4,\"1,367\"\n");
     desk.refuses("locate cal/calibration.toml some.csv", &["some.csv:3", "thousands"]);
     for (rows, clear) in [
@@ -248,20 +244,19 @@ fn rows_that_are_not_what_they_are_named_are_refused_with_what_fits() {
         assert!(first.is_some_and(|first| first.contains(fits)), "{name}: {}", ran.stderr);
         assert!(!desk.path(&format!("c_{name}/calibration.toml")).exists());
     }
-    // Without a whisker the curves of exchanged columns fit, but the wrong way.
     desk.write(
         "turned.csv",
         csv("a_mm,theta_deg,strain", &changed(&|[a, u, e]| [u, if u == 0.0 { 0.0 } else { a }, e])),
     );
     let ran = desk.line("calibrate turned.csv").exits(2);
     assert!(ran.stderr.contains("a_mm and theta_deg exchanged"), "{}", ran.stderr);
-    // No estimator tells a third distance from two: that is no reason to doubt the columns.
+    // Two distances cannot predict a third: the columns are not doubted for that.
     let far = rows.iter().map(|r| r[0]).fold(0.0, f64::max);
     let two: Vec<[f64; 3]> = rows.iter().copied().filter(|r| r[1] == 0.0 || r[0] > far - 4.0).collect();
     desk.write("two.csv", csv("a_mm,theta_deg,strain", &two));
     let ran = desk.line("calibrate two.csv").exits(2);
     assert!(!ran.stderr.contains("they fit"), "{}", ran.stderr);
-    // Taps that miss the whisker are no reason, nor are two slips among a few rows: these are named.
+    // Taps beyond the whisker do not raise the warning, nor do two outliers among a few rows, which are named.
     let beyond =
         [[55.0, 2.0, 1e-5], [55.0, 4.0, -1e-5], [60.0, 2.0, 2e-5], [60.0, 4.0, 1e-5], [60.0, 6.0, 1e-5]];
     calibrated(&desk, "beyond", &csv("a_mm,theta_deg,strain", &[&rows[..], &beyond].concat())).exits(0);
@@ -294,7 +289,7 @@ fn readings_that_are_not_tared_are_told_wherever_that_is_read() {
     }
     let stream = desk.pipe(&["locate", "cal/calibration.toml"], "4,4.69\n").exits(0);
     assert!(stream.stderr.contains("every distance is wrong"), "{}", stream.stderr);
-    // 0 beside a zero of 0.5 is none.
+    // A reading of 0 is not a rest where the zero is 0.5.
     desk.write("zeros.csv", "theta_deg,reading\n0,0.5\n0,0\n4,4.69\n0,0.5\n");
     let distance = |zero: &[&str], file: &str| {
         desk.run(&[&["locate", "cal/calibration.toml", file, "--out", "loc", "--force"], zero].concat())

@@ -1,4 +1,4 @@
-//! The result folder: who may replace what, and that nothing of anybody else is touched.
+//! The result folder: which command may replace which result; files of others stay untouched.
 
 use crate::common::program::{Desk, SPEC, names};
 use crate::common::world::program;
@@ -9,10 +9,8 @@ const FILES: [&str; 4] = ["designs.csv", "distances.csv", "run.json", "tuples.cs
 const RIG: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
                    [tap]\na = { from = 21, to = 48, step = 3 }\n";
 
-/// The sweep of the spec into the folder of most tests.
 const AGAIN: &str = "sweep spec.toml --backend cpu --out out";
 
-/// The spec with other values, and without a distances table.
 fn edited() -> String {
     format!("{}[output]\ndistances = false\n", SPEC.replace("theta = [1, 4]", "theta = [1, 5]"))
 }
@@ -33,7 +31,6 @@ fn the_same_spec_replaces_its_result() {
 fn an_edited_spec_replaces_exactly_what_it_wrote() {
     let desk = Desk::new(SPEC);
     desk.sweep(&["--out", "out"]).exits(0);
-    // Names that this program writes, but not here.
     for name in ["rows.csv", "best.toml", "history.csv"] {
         desk.write(&format!("out/{name}"), "mine");
     }
@@ -85,7 +82,7 @@ fn a_long_result_gives_way_to_the_same_values_only() {
     assert_eq!(desk.names("out"), FILES);
     let ran = desk.sweep(&["--out", "out", "--force"]).exits(0);
     assert!(ran.stderr.contains("removed") && ran.stderr.contains("out/distances.csv"), "{}", ran.stderr);
-    // Other tuples under the same name are other values.
+    // Other tuples in a file of the same name are other values.
     desk.write("listed/spec.toml", "[tuples]\nfile = \"list.csv\"\n");
     let list = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n10,4,50,5,2,33,1\n";
     desk.write("listed/list.csv", list);
@@ -157,7 +154,7 @@ fn a_foreign_folder_is_refused() {
 fn a_run_json_that_lists_nothing_is_in_the_way() {
     let desk = Desk::new(SPEC);
     desk.sweep(&["--out", "out"]).exits(0);
-    // As versions without a list wrote it, and as a file that points out of its folder.
+    // Without a list, as older versions wrote it, and with a file outside its folder.
     let mut run: Value = serde_json::from_str(&desk.read("out/run.json")).unwrap();
     for files in [json!(null), json!([{ "name": "../spec.toml", "blake3": "", "bytes": 0 }])] {
         run["files"] = files;
@@ -170,7 +167,7 @@ fn a_run_json_that_lists_nothing_is_in_the_way() {
         }
         assert_eq!(desk.read("out/run.json"), run.to_string());
     }
-    // Its tables are then those of nobody.
+    // Without run.json, its tables belong to no result.
     std::fs::rename(desk.path("out/run.json"), desk.path("out/before.json")).unwrap();
     desk.refuses(AGAIN.to_owned() + " --force", &["no result in this folder says"]);
     std::fs::create_dir(desk.path("out/before")).unwrap();
@@ -182,7 +179,7 @@ fn a_run_json_that_lists_nothing_is_in_the_way() {
     desk.whole("out");
 }
 
-/// In empty and missing folders, one that a link leads to, the current one, those that a spec names or is named after; and nothing where no folder can be.
+/// Empty, missing and linked folders, the current folder, folders named in or after a spec; refused where no folder can be.
 #[test]
 fn results_go_where_they_are_asked_for() {
     let desk = Desk::new(SPEC);
@@ -262,7 +259,6 @@ fn every_command_lists_what_it_wrote() {
         listed.sort_unstable();
         let there = names(&desk.path(&folder));
         assert_eq!(there, listed);
-        // The same question replaces it.
         desk.run(arguments).exits(0);
         desk.whole(&folder);
     }

@@ -1,4 +1,4 @@
-//! Strains of taps that are framed in lanes are those of taps solved one after the other, to the last bit.
+//! Taps framed in lanes have the strains of taps solved one by one, bit for bit.
 
 use vibrissa::api::{BackendChoice, Contact, Drive, Material, RunOptions, Setup, Side, Taps, Tuple};
 use vibrissa::design::{Design, amount};
@@ -10,7 +10,7 @@ use vibrissa::scene::sampler::Sampler;
 
 const TAPS: u32 = 6000;
 
-/// Whiskers, gauges and taps of a search; every third has numbers of any size and sign among them, or poles that are not upright.
+/// Random taps of a search; every third may have numbers of any size and sign, or a tilted pole.
 #[allow(non_snake_case)]
 fn tap(i: u32) -> Tuple {
     let uniform = |dimension: u32| f64::from(Sampler::Random.coordinate(7, dimension, i)) / 4_294_967_296.0;
@@ -31,8 +31,7 @@ fn tap(i: u32) -> Tuple {
     Tuple { D, d, L_a, x_ss, l, a, drive, tilt, lean, rig: 0 }
 }
 
-/// The same with whiskers, gauges and contacts at the ends of the domain: cylinders, sharp tips, gauges from the clamp on, contacts on the gauge, beside it
-/// and at the tip.
+/// The same at the ends of the domain: cylinders, sharp tips, gauges from the clamp, contacts on and next to the gauge and at the tip.
 #[allow(non_snake_case)]
 fn hard(i: u32) -> Tuple {
     let t = tap(i);
@@ -80,7 +79,6 @@ fn setups() -> Vec<(&'static str, Setup)> {
     turned.into_iter().chain(moved).collect()
 }
 
-/// What is framed one after the other.
 fn others() -> Vec<(&'static str, Setup)> {
     let plain = Setup::default();
     let gauge = vibrissa::scene::Gauge { second: true, ..plain.gauge };
@@ -121,7 +119,6 @@ fn every_number_of_a_framed_tap_is_that_of_a_tap_framed_alone() {
         }
         let whole = framed.whole.iter().filter(|whole| **whole).count();
         assert!(whole > n / 8, "{name}: {whole} of {n}");
-        // Most taps of a search are.
         let inside = |i: usize| {
             let t = tap(3 * i as u32 + 2);
             dimensions(&Tuple { x_ss: 3.0 + 0.3 * t.x_ss, a: 25.0 + 0.4 * t.a, ..t })
@@ -145,7 +142,7 @@ fn strains_have_the_bits_of_outcomes() {
                 ..RunOptions::default()
             };
             let taps = Taps::new(setup.clone(), &options).unwrap();
-            // The reference, which some of these are left to, is slow, with friction most of all.
+            // The reference, which solves some of these, is slow, mostly with friction.
             let n = match name {
                 "plain" | "far side" | "pole" => TAPS / 2,
                 "friction" | "stick" | "stick, practical" | "displaced, stick" => TAPS / 300,

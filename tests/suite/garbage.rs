@@ -1,4 +1,4 @@
-//! Data that make no sense, from any numbers to one wrong row: a calibration or an error, never a panic.
+//! Data that make no sense, from random numbers to one wrong row: a calibration or an error, never a panic.
 
 use crate::common::measuring::{TAPS, prototype, rig};
 use proptest::prelude::*;
@@ -7,10 +7,10 @@ use vibrissa::error::Error;
 use vibrissa::locate::{Locator, locator::opener};
 use vibrissa::measure::Data;
 
-/// The closed form, which costs nothing at any angle.
+/// Closed form: fast at any angle.
 const LINEAR: &str = "[model]\ngeometry = \"linear\"\n";
 
-/// Calibrates, answers a few readings with what comes of it, and writes it down. Every error says something.
+/// Calibrates, locates a few readings and writes the calibration; every error must have a message.
 fn survives(table: &str, more: &[&str]) -> Result<(), TestCaseError> {
     let told = |e: String| match e.is_empty() {
         true => Err(TestCaseError::fail("an error without words")),
@@ -44,7 +44,6 @@ fn table(header: &str, rows: &[Vec<f64>]) -> String {
     format!("{header}\n{}", rows.iter().map(line).collect::<String>())
 }
 
-/// Rows as a rig measures them, roughly.
 fn sound() -> Vec<Vec<f64>> {
     let row = |a: f64, d: f64| vec![a, d, 0.16 * d.to_radians() / (a / 21.0)];
     [21.0, 27.0, 33.0, 39.0, 45.0].iter().flat_map(|a| [1.0, 4.0, 8.0].map(|d| row(*a, d))).collect()
@@ -52,7 +51,7 @@ fn sound() -> Vec<Vec<f64>> {
 
 #[test]
 fn a_decimal_comma_in_one_row_is_survived() {
-    // 21.8 written as 21,80 where the row has room for it: an angle of 80 degrees.
+    // 21.8 written as 21,80 where the row has a free column: an angle of 80°.
     for line in ["21,80,0.03", "21,80,", ",21,80", "21,8,80"] {
         let text = table("a_mm,theta_deg,strain", &sound()) + line + "\n";
         survives(&text, &[LINEAR]).unwrap();
@@ -66,7 +65,7 @@ fn a_decimal_comma_in_one_row_is_survived() {
     }
 }
 
-/// The exact rod has no answer there: said of the row, after bounded work.
+/// The exact rod has no solution there: the row is marked so, after bounded work.
 #[test]
 fn an_angle_that_no_rod_has_is_survived() {
     survives(&(table("a_mm,theta_deg,strain", &sound()) + "21,80,0.03\n"), &[]).unwrap();
@@ -100,7 +99,6 @@ fn extremes_are_survived() {
     }
 }
 
-/// Numbers as a broken rig or a broken table may hold.
 fn any_number() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => 0.0..60.0,

@@ -1,4 +1,4 @@
-//! Derivatives of taps against differences of the reference, extrapolated to a vanishing step: every model, every input, hard and random taps.
+//! Derivatives of taps against extrapolated differences of the reference: every model, every input, hard and random taps.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,14 +12,12 @@ use vibrissa::evaluate::{self, Evaluator, Input, Method, OUTPUTS, Outcome, Task}
 use vibrissa::scene::{Clamp, Property, Setup, Tuple};
 use vibrissa::spec;
 
-/// Largest error of a derivative, relative to the largest of its column.
+/// Largest allowed error of a derivative, relative to the largest of its column.
 const TOLERANCE: f64 = 1e-8;
 
-/// Every name of an input.
 const NAMES: &str = "D d L_a x_ss l a theta delta tilt lean hub pole_radius mu E C10 C01 C20 C30 nu \
     clamp foil.stiffness foil.length foil.width exponent scale bore core.diameter core.modulus curvature curvature_slope root.k_theta root.k_y root.k_x";
 
-/// A tap by the reference.
 fn solve(setup: &Setup, tuple: Tuple) -> (Design, Task, Outcome) {
     let design = Design::new(setup, tuple);
     let task = Task::of(0, &tuple);
@@ -28,7 +26,6 @@ fn solve(setup: &Setup, tuple: Tuple) -> (Design, Task, Outcome) {
     (design, task, outcome)
 }
 
-/// Derivatives of each number of a tap by each of `inputs`.
 fn gradient(
     setup: &Setup,
     design: &Design,
@@ -47,7 +44,6 @@ fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
     [o.strain, o.strain_linear, o.deviation, pressed, rubbed, o.arc, o.strain_2, o.azimuth, o.slide]
 }
 
-/// `setup` and `tuple` with `input` moved by `step`, and a length of its scale.
 fn moved(setup: &Setup, tuple: Tuple, input: Input, step: f64) -> (Setup, Tuple) {
     let (mut setup, mut tuple) = (setup.clone(), tuple);
     match input {
@@ -80,7 +76,7 @@ fn moved(setup: &Setup, tuple: Tuple, input: Input, step: f64) -> (Setup, Tuple)
     (setup, tuple)
 }
 
-/// A step over which taps change by some per cent; less where a profile may have a corner.
+/// A step that changes taps by some per cent; smaller for a profile, which may have corners.
 fn step(setup: &Setup, t: Tuple, input: Input) -> f64 {
     let share = if setup.built.is_some() { 5e-3 } else { 5e-2 };
     share
@@ -98,15 +94,14 @@ fn step(setup: &Setup, t: Tuple, input: Input) -> f64 {
         }
 }
 
-/// Which ends of gauge and foil the contact lies beyond.
+/// For each end of gauge and foil: true if the contact lies beyond it.
 fn beyond(design: &Design, outcome: &Outcome) -> Vec<bool> {
     let Some(shared) = &design.shared else { return Vec::new() };
     let foil = shared.foil.iter().flat_map(|foil| foil.span);
     shared.gauge.into_iter().chain(foil).map(|place| outcome.arc > place).collect()
 }
 
-/// Of one input at one tap: for each output the derivative, the one by differences, and what that is uncertain by; none where a difference crosses a
-/// kink.
+/// For each output: the derivative, the difference quotient and its uncertainty. Empty where the differences cross a kink.
 type Compared = Vec<(usize, [f64; 3])>;
 
 fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
@@ -138,7 +133,7 @@ fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
             last = (next[next.len() - 1] - row[row.len() - 1]).abs();
             row = next;
         }
-        // Errors of the reference are up to 1e-11 of each number, and of K, a radian and a; the finest step is h/8.
+        // The reference is accurate to 1e-11 of each number, and of K, a radian and a; the finest step is h/8.
         let size = [0.0, 0.0, 1.0, 0.0, here.normal_force, tuple.a, here.strain, 1.0, tuple.a][m];
         let noise = 1e-11 * (size.abs() + numbers(&here)[m].abs()) / (h / 8.0);
         (m, [found[m][0], row[0], last + noise])
@@ -147,7 +142,7 @@ fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
     told.collect()
 }
 
-/// Compares derivatives of `these` taps of `setup`; how many there were, how many of them were told to the tolerance, and the worst.
+/// Compares the derivatives of `these` taps; returns how many there are and how many are uncertain by less than the tolerance.
 fn check(name: &str, setup: &Setup, these: &[Tuple]) -> [usize; 2] {
     let inputs: Vec<(&str, Input)> =
         NAMES.split(' ').filter_map(|n| Some((n, Input::new(setup, n).ok()?))).collect();
@@ -184,7 +179,7 @@ fn check(name: &str, setup: &Setup, these: &[Tuple]) -> [usize; 2] {
     [all_of, told]
 }
 
-/// Taps of each model; VIBRISSA_GRADIENT_TAPS asks for more.
+/// Taps of each model; the variable VIBRISSA_GRADIENT_TAPS sets more.
 fn count() -> u32 {
     std::env::var("VIBRISSA_GRADIENT_TAPS").ok().and_then(|n| n.parse().ok()).unwrap_or(1)
 }
@@ -195,13 +190,13 @@ fn derivatives_are_those_of_the_reference() {
     let wanted = std::env::var("VIBRISSA_GRADIENT_MODEL").ok();
     for one in configuration::all().iter().filter(|c| wanted.as_ref().is_none_or(|w| w == c.name)) {
         let setup = one.setup.clone();
-        // The first begins at its clamp, where no solid has a gauge.
+        // The first tap's gauge begins at the clamp, which a solid does not allow.
         let mut these = hard::random(setup.drive, setup.hub > 0.0, 1 + count(), 3).split_off(1);
         if count() > 1 {
             these.extend(hard::hard(&setup));
         }
         if setup.gauge.foil.is_some() {
-            // Foils are long: few random whiskers carry one.
+            // Few random whiskers are long enough for a foil.
             let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
             these.push(Tuple { a: 33.0, drive: 4.0, ..whisker });
         }
@@ -225,12 +220,11 @@ fn derivatives_of_built_whiskers_are_those_of_the_reference() {
     }
 }
 
-/// The setup of a model of `verify`.
 fn named(name: &str) -> Setup {
     configuration::all().iter().find(|c| c.name == name).expect("a model").setup.clone()
 }
 
-/// Taps are told by a kernel: 5e-11 from the equilibrium of the reference.
+/// The tap is off the reference's equilibrium by 5e-11, as a kernel's is.
 #[test]
 fn k_does_not_depend_on_the_length_of_a_gauge_that_the_contact_barely_reaches() {
     for name in ["timoshenko", "shear", "neo-alone"] {
@@ -250,7 +244,7 @@ fn k_does_not_depend_on_the_length_of_a_gauge_that_the_contact_barely_reaches() 
     }
 }
 
-/// Kernels tell taps to some 1e-10. K by the drive is what two numbers leave that are larger by the square of the drive.
+/// Kernels solve to some 1e-10. dK/d(drive) is a difference of two numbers that are larger by 1/drive².
 #[test]
 fn derivatives_of_taps_that_are_nearly_told_are_those_of_told_ones() {
     for name in ["hooke", "surface", "neo", "yeoh", "coulomb", "root", "solid"] {
@@ -286,7 +280,7 @@ fn derivatives_of_taps_that_are_nearly_told_are_those_of_told_ones() {
     }
 }
 
-/// A passive pole that has moved next to the clamp is nearer to it than any straight whisker is where it touches: tilted ones have no tap there.
+/// A passive pole moved next to the clamp is nearer than any straight whisker allows: tilted poles have no tap there.
 #[test]
 fn derivatives_next_to_the_clamp_are_told_of_an_upright_pole() {
     for name in ["neo-passive", "pole-far-passive"] {
@@ -303,7 +297,7 @@ fn derivatives_next_to_the_clamp_are_told_of_an_upright_pole() {
                 let off = (with[m][i] - alone[m][i]).abs();
                 assert!(off <= 1e-10 * alone[m][i].abs(), "{name}, output {m}: {with:?}, {alone:?}");
             }
-            // By what turns the pole they are even.
+            // The outputs are even in tilt and lean.
             assert_eq!(with[m][2..], [0.0; 2], "{name}, output {m}");
         }
     }

@@ -1,6 +1,5 @@
-//! Every tap that a chart may answer, at the hard ends of the domain, against the same tap solved in f64, which reads no chart: whiskers from
-//! d/D = 0.25 to 1.2, θ to 20°, gauges from the clamp to next to the contact, of every kind of model. (Finer tips have charts at small distances
-//! only; the rest of them is solved.)
+//! Every tap that a chart may answer, at the hard ends of the domain, against f64, which uses no chart: d/D = 0.25 to 1.2, θ to 20°, gauges from the
+//! clamp to next to the contact, every kind of model. (Finer tips have charts at small distances only; their other taps are solved.)
 
 use crate::common::specs;
 use crate::common::sweeping::CPU_F64;
@@ -9,10 +8,8 @@ use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Task};
 use vibrissa::scene::{Direction, Tuple};
 
-/// Whiskers, each at ten distances.
 const SAMPLES: usize = 4_000;
 
-/// Whiskers of 10 mm with these tips and gauges that begin at these places, mm.
 fn spec([tips, places]: [[f64; 2]; 2], rig: &str, side: &str, drive: &str, model: &str) -> String {
     let axis = |[lo, hi]: [f64; 2]| format!("{{ min = {lo}, max = {hi}, samples = {SAMPLES} }}");
     let drive = drive.replace("SAMPLES", &SAMPLES.to_string());
@@ -24,8 +21,7 @@ fn spec([tips, places]: [[f64; 2]; 2], rig: &str, side: &str, drive: &str, model
     )
 }
 
-/// Strains read from charts within the tolerance of those solved in f64, relative to themselves and to 1e-3 of the largest, and the same words but next to
-/// a limit. Most of the taps are read.
+/// Strains from charts agree with f64 within 1e-5 of max(|ε|, 1e-3 of the largest); status words agree except next to a limit. Most taps are read.
 #[track_caller]
 fn holds(text: &str) {
     let study = specs::parse(text).unwrap().study;
@@ -70,12 +66,12 @@ fn holds(text: &str) {
     }
     assert!(f64::from(read) > 0.8 * taps, "{read} of {taps} taps are read");
     assert!(f64::from(solved) > 0.5 * taps, "{solved} taps compared");
-    // A chart is of its direction, and says nothing of another.
+    // A chart has one direction: it must not answer another.
     if !directions.contains(&Direction::UPRIGHT) {
         let upright: Vec<Task> = tasks.iter().map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
         assert!(reader.read(setup, &designs, &upright).iter().all(Option::is_none));
     }
-    // Next to a limit single precision may say it or not.
+    // Next to a limit, single precision may give the other word.
     assert!(words as f64 <= 2.0 + taps / 20_000.0, "{words} words differ");
 }
 
@@ -103,7 +99,6 @@ fn whiskers_at_the_ends_of_the_domain() {
     }
 }
 
-/// Poles of two directions, read by one gauge and by two.
 #[test]
 fn tilted_poles() {
     let pole = "[model]\nsurface = true\npole_radius = 3";

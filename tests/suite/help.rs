@@ -58,7 +58,6 @@ fn completions_and_manual_know_every_command() {
     }
 }
 
-/// Commands that the program's help lists.
 pub fn commands(desk: &Desk) -> Vec<String> {
     let help = desk.ok("--help").stdout;
     let listed =
@@ -67,7 +66,7 @@ pub fn commands(desk: &Desk) -> Vec<String> {
     named.filter(|name| !name.is_empty()).map(str::to_owned).collect()
 }
 
-/// What stands in the examples and is there when somebody types them: the calibration of the example before, readings, a record, poses, parts.
+/// Files that the examples of the help need: the calibration of the previous example, readings, a record, poses, parts.
 fn prepared() -> Desk {
     let desk = Desk::new("");
     let root = Path::new(crate::common::ROOT);
@@ -102,7 +101,6 @@ fn every_example_of_the_help_runs() {
     for command in commands(&desk) {
         let help = desk.ok(format!("{command} --help")).stdout;
         let Some((_, example)) = help.split_once("Example: ") else { continue };
-        // Long lines of the help are broken.
         let example =
             example.split("\n\n").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
         let mut shell = std::process::Command::new("sh");

@@ -1,4 +1,4 @@
-//! The job scripts, run by bash as Slurm runs them, with stand-ins for its commands. `tests/slurm` runs them on a real one.
+//! The job scripts, run by bash as Slurm runs them, with stand-ins for Slurm's commands. `tests/slurm` uses a real Slurm.
 #![cfg(target_os = "linux")]
 
 use std::os::unix::fs::PermissionsExt;
@@ -9,11 +9,10 @@ use libc::{SIGKILL, SIGTERM, SIGUSR1};
 use crate::common::program::{Desk, SPEC};
 use crate::common::world::{Running, hearing, program, send, until, words};
 
-/// Note how they were called.
+/// Stand-ins that record their calls.
 const SCONTROL: &str = "#!/bin/sh\necho \"$*\" >>\"$CALLS\"\n";
 const SBATCH: &str = "#!/bin/sh\nprintf '%s: %s\\n' \"$PWD\" \"$*\" >>\"$CALLS\"\necho 17\n";
 
-/// A shell where Slurm's commands are the stand-ins, in a folder of its own, as that of a job is.
 fn bash(desk: &Desk) -> Command {
     for (command, text) in [("bin/scontrol", SCONTROL), ("bin/sbatch", SBATCH)] {
         desk.write(command, text);
@@ -27,7 +26,6 @@ fn bash(desk: &Desk) -> Command {
     command
 }
 
-/// `name` in the folder `at` of `desk`, as a task of an array.
 fn job(desk: &Desk, at: &str, name: &str, task: u32) -> Command {
     let mut command = bash(desk);
     command.arg(desk.path(at).join(name));
@@ -60,7 +58,7 @@ fn a_merge_that_is_not_sent_is_told_with_the_parts_that_were() {
     }
 }
 
-/// Names as users, and those who wish them ill, have them. None is taken for a mark or for a command.
+/// Odd and malicious path names: none is expanded or run.
 #[test]
 fn job_scripts_name_odd_paths_as_they_are() {
     let text = format!("{SPEC}[run]\nbackend = \"cpu\"\n");
@@ -98,7 +96,7 @@ fn job_scripts_name_odd_paths_as_they_are() {
         let (sent, from) = (calls(&desk), desk.path(&scripts).canonicalize().unwrap());
         assert!(sent.contains(&format!("{}: --parsable part.sbatch\n", from.display())), "{sent}");
         assert!(sent.contains("--dependency=afterok:17 merge.sbatch"), "{sent}");
-        // What is told to be typed is one word of a shell.
+        // The command to type is printed quoted for a shell.
         let told = words(&ran.stdout);
         let typed = &told[told.find("then: ").expect("what to do") + 6..];
         succeeds(&bash(&desk).current_dir(&there).args(["-c", typed]).output().unwrap());
@@ -107,7 +105,7 @@ fn job_scripts_name_odd_paths_as_they_are() {
     }
 }
 
-/// A sweep that does not end by itself, whose part keeps what it has soon.
+/// A sweep that does not end by itself; its parts keep their state at once.
 fn long() -> Desk {
     let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 40_000_000_000 }");
     let desk = Desk::new(&format!(
@@ -121,12 +119,11 @@ fn long() -> Desk {
     desk
 }
 
-/// A part of it under way, that was sent again so often.
+/// Starts part 1, with this count of earlier restarts, and waits until it has kept its state.
 fn under_way(desk: &Desk, restarts: &str) -> Running {
     let _ = std::fs::remove_file(desk.path("calls"));
     let mut command = job(desk, "jobs", "part.sbatch", 1);
     let kept = desk.path("results/spec/shard-1-of-2/.vibrissa-unfinished/.state");
-    // What an earlier run kept says nothing of this one.
     let state = || std::fs::read(&kept).ok();
     let before = state();
     let script = Running::new(command.env("SLURM_RESTART_COUNT", restarts));
@@ -134,7 +131,6 @@ fn under_way(desk: &Desk, restarts: &str) -> Running {
     script
 }
 
-/// The process of the sweep that `script` runs.
 fn sweep_of(script: &Running) -> Option<i32> {
     let id = script.id();
     let children = std::fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
@@ -146,7 +142,7 @@ fn kill(process: i32, signal: i32) {
     assert_eq!(unsafe { libc::kill(process, signal) }, 0);
 }
 
-/// `scancel` sends SIGTERM to the script and to the sweep, in this order or in the other.
+/// `scancel` sends SIGTERM to script and sweep, in either order.
 #[test]
 fn scancel_ends_a_part_for_good() {
     let desk = long();
@@ -159,7 +155,7 @@ fn scancel_ends_a_part_for_good() {
             match *whom {
                 "script" => send(&script, SIGTERM),
                 "sweep" => kill(sweep, SIGTERM),
-                // The script still waits a moment for a signal of its own.
+                // After the sweep's end, the script still waits a moment for its own signal.
                 _ => until(|| sweep_of(&script) != Some(sweep), "the sweep goes on"),
             }
         }
@@ -173,7 +169,7 @@ fn scancel_ends_a_part_for_good() {
 #[test]
 fn a_part_whose_time_is_over_or_that_dies_is_sent_again() {
     let desk = long();
-    // Not for ever.
+    // At most 20 times.
     for (restarts, signal, again) in
         [("0", SIGUSR1, 1), ("19", SIGKILL, 1), ("20", SIGKILL, 0), ("20", SIGUSR1, 0)]
     {
@@ -186,7 +182,6 @@ fn a_part_whose_time_is_over_or_that_dies_is_sent_again() {
         assert_ne!(left.status.code(), Some(0), "{}", words(&left.stderr));
         assert_eq!(calls(&desk).matches("requeue 17_1").count(), again, "{signal}: {}", calls(&desk));
     }
-    // Nor where the spec is at fault.
     let _ = std::fs::remove_file(desk.path("calls"));
     desk.write("spec.toml", "nonsense");
     let left = job(&desk, "jobs", "part.sbatch", 1).output().unwrap();

@@ -1,4 +1,4 @@
-//! Sweeps that stop and go on: from every place where they can, with the bytes of an undisturbed run; and what lies about in their folder.
+//! Sweeps that stop and continue, from every place where they can: the bytes of an undisturbed run. And other files in their folder.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -16,7 +16,7 @@ use vibrissa::sweep::{self, Report, Target};
 
 const WORK: &str = ".vibrissa-unfinished";
 
-/// Asks the run to stop when it says for the first time that whole designs, of so many taps, are done.
+/// Stops the run when a positive multiple of `block` taps is done.
 struct Stops<'a> {
     stop: &'a AtomicBool,
     notes: AtomicU64,
@@ -63,12 +63,12 @@ fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
     names.map(|name| (name.clone(), std::fs::read(folder.join(name)).unwrap())).collect()
 }
 
-/// Stops at every place where the sweep can, and goes on; how often.
+/// Stops and continues the sweep at every place where it can; returns the number of stops.
 pub fn stopped_everywhere(text: &str, list: &str, place: Place) -> u32 {
     stopped_after(text, list, place, 1)
 }
 
-/// The same where so many taps must be done before it can.
+/// The same, but stops only after whole blocks of `block` taps.
 fn stopped_after(text: &str, list: &str, place: Place, block: u64) -> u32 {
     let folder = tempfile::tempdir().unwrap();
     let (whole, out) = (folder.path().join("whole"), folder.path().join("out"));
@@ -93,7 +93,7 @@ fn stopped_after(text: &str, list: &str, place: Place, block: u64) -> u32 {
     stops
 }
 
-/// Closed forms, so that several chunks are quick: 2 designs a chunk.
+/// Closed forms, so that several chunks are quick; 2 designs a chunk.
 fn linear(output: &str) -> String {
     format!(
         "[whisker]\nD = [8, 10]\nd = {{ from = 4, to = 7, steps = 9 }}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
@@ -102,7 +102,6 @@ fn linear(output: &str) -> String {
     )
 }
 
-/// Each of these goes on after so many stops at least.
 fn go_on_everywhere(cases: &[(String, &str, Place, u32)]) {
     for (text, list, place, least) in cases {
         let stops = stopped_everywhere(text, list, *place);
@@ -113,8 +112,7 @@ fn go_on_everywhere(cases: &[(String, &str, Place, u32)]) {
 const RANKED: &str = "top = 40\nby = \"noise_rms_mm\"";
 const PARQUET: &str = "format = \"parquet\"";
 
-/// Grids; strokes of two directions and two gauges behind two hubs; row groups that were closed before the stop: what their footer says of numbers and of counts;
-/// one design larger than a chunk each.
+/// Grids; strokes with two directions, gauges and hubs; Parquet row groups closed before the stop; designs larger than a chunk.
 #[test]
 fn grids_go_on_from_every_chunk() {
     let strokes = |output: &str| {
@@ -143,7 +141,7 @@ fn grids_go_on_from_every_chunk() {
     assert!(stopped_after(&large, "", CPU_F64, 380 * 380) >= 3);
 }
 
-/// Rankings from charts, one set for each of two hubs; taps that take long, of which fewer are a chunk; the reference, which has the fewest.
+/// Rankings from charts, one set for each of two hubs; slow taps, with smaller chunks; the reference, with the smallest.
 #[test]
 fn taps_that_are_solved_go_on() {
     let built = |output: &str| {
@@ -166,7 +164,6 @@ fn taps_that_are_solved_go_on() {
     ]);
 }
 
-/// Designs that alternate, and designs one after the other.
 #[test]
 fn tuple_files_go_on() {
     let listed = |output: &str| {
@@ -191,7 +188,6 @@ fn tuple_files_go_on() {
     ]);
 }
 
-/// A tuple file of 97 designs that alternate.
 pub fn alternating(rows: usize) -> String {
     let row = |i: usize| {
         let design = i * 7919 % 97;
@@ -201,7 +197,6 @@ pub fn alternating(rows: usize) -> String {
     format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{}", (0..rows).map(row).collect::<String>())
 }
 
-/// A desk with a sweep that was stopped in `out`: its spec takes some seconds.
 fn stopped() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(&linear("tuples = false"));
@@ -214,7 +209,7 @@ fn stopped() -> Desk {
     MADE.desk()
 }
 
-/// Runs the sweep with files of at most some kilobytes, as on a full disk; exit code and words.
+/// Runs the sweep with a small limit on file sizes, as on a full disk; returns exit code and stderr.
 fn run_limited(desk: &Desk, more: &[&str]) -> (i32, String) {
     let program = assert_cmd::cargo::cargo_bin("vibrissa");
     let line = "trap '' XFSZ; ulimit -f 300; exec \"$0\" sweep spec.toml --backend cpu --precision f64 --out out --keep-every 0 \"$@\"";
@@ -235,10 +230,9 @@ fn a_full_disk_loses_nothing_that_was_complete() {
     let desk = stopped();
     desk.ok("sweep spec.toml --backend cpu --precision f64 --out whole");
     desk.write("out/notes.txt", "mine");
-    // Still full: what is kept stays.
     let (code, words) = run_limited(&desk, &[]);
     assert!(code == 1 && words.contains("designs.csv") && words.contains("are kept in out"), "{words}");
-    // A run that is killed while it keeps its state leaves a torn one beside the last that is whole.
+    // A run killed while it writes its state leaves a torn file next to the last whole one.
     desk.write(&format!("out/{WORK}/.state-next"), "torn");
     let ran = go_on(&desk, &[]).exits(0);
     assert!(ran.stderr.contains("going on: "), "{}", ran.stderr);
@@ -250,10 +244,9 @@ fn a_full_disk_loses_nothing_that_was_complete() {
     assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "notes.txt", "run.json"]);
 }
 
-/// The state as if it had taken longer.
+/// Marks the state as 4000 s of work.
 fn as_if_long(desk: &Desk) {
     let path = desk.path("out").join(WORK).join(".state");
-    // Behind the hash of the rest.
     let bytes = &std::fs::read(&path).unwrap()[64..];
     let (head, rest) = bytes.split_at(bytes.iter().position(|b| *b == b'\n').unwrap());
     let mut head: serde_json::Value = serde_json::from_slice(head).unwrap();
@@ -279,11 +272,10 @@ fn long_work_of_other_values_gives_way_to_force_alone() {
         let ran = desk.run(&line).exits(2);
         says(&ran.stderr, &["an unfinished run of 4000 s", "--force"]);
     }
-    // Other commands.
     desk.write("rig.toml", SPEC.replace("d = [4, 7]", "d = 4"));
     let ran = desk.line("simulate rig.toml --out out").exits(2);
     says(&ran.stderr, &["an unfinished run of 4000 s", "of another command"]);
-    // A changed comment is no change, nor are other threads.
+    // Changed comments or threads are no change.
     desk.write("spec.toml", format!("# A comment\n{spec}"));
     assert!(go_on(&desk, &["--threads", "1"]).exits(0).stderr.contains("going on"));
     let desk = stopped();
@@ -291,7 +283,6 @@ fn long_work_of_other_values_gives_way_to_force_alone() {
     desk.write("spec.toml", &other);
     let ran = go_on(&desk, &["--force"]).exits(0);
     assert!(!ran.stderr.contains("going on"), "{}", ran.stderr);
-    // Short work is no loss.
     let desk = stopped();
     desk.write("spec.toml", &other);
     assert!(!go_on(&desk, &[]).exits(0).stderr.contains("going on"));
@@ -357,7 +348,7 @@ fn what_is_no_work_is_left_alone() {
     assert!(std::process::Command::new("mkfifo").arg(&work).status().unwrap().success());
     refused();
     std::fs::remove_file(&work).unwrap();
-    // Links and pipes in it are not followed; a state that is one is no state.
+    // Links and pipes in it are not followed; a state that is a pipe counts as absent.
     std::fs::create_dir(&work).unwrap();
     assert!(std::process::Command::new("mkfifo").arg(work.join(".state")).status().unwrap().success());
     symlink("../../mine", work.join("designs.csv")).unwrap();
@@ -366,7 +357,7 @@ fn what_is_no_work_is_left_alone() {
     assert!(ran.stderr.contains("cannot be gone on with"), "{}", ran.stderr);
     assert_eq!((desk.read("mine/notes.txt").as_str(), desk.read("spec.toml").as_str()), ("mine", SPEC));
     assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "run.json", "tuples.csv"]);
-    // A table of the work that became a link is not written through.
+    // A table that was replaced by a link is not written through.
     let desk = stopped();
     let table = desk.path("out").join(WORK).join("designs.csv");
     std::fs::rename(&table, desk.path("mine.csv")).unwrap();

@@ -1,4 +1,4 @@
-//! Readings as a lab has them: offsets, jitter, other columns and decimal marks, raw counts, whiskers that nobody described.
+//! Readings as a lab has them: offsets, jitter, other columns and decimal marks, raw counts, whiskers without a description.
 
 use std::sync::LazyLock;
 
@@ -22,7 +22,7 @@ fn noisy(seed: u64) -> Settings {
     Settings { repeats: 3, noise: NOISE, zero_every: Some(20), seed, ..Settings::default() }
 }
 
-/// The rows of a table, each with its signal moved by `f` of (row, a, drive, strain).
+/// The table with each signal changed by `f` of (row, a, drive, strain).
 fn moved(table: &str, mut f: impl FnMut(usize, f64, f64, f64) -> f64) -> String {
     rewritten(table, "a_mm,theta_deg,strain", |k, row| [row.a, row.drive, f(k, row.a, row.drive, row.value)])
 }
@@ -31,7 +31,6 @@ fn spec() -> String {
     prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL])
 }
 
-/// A calibrated rig whose readings have an offset, on a desk.
 fn desk() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(&spec());
@@ -42,7 +41,7 @@ fn desk() -> Desk {
     MADE.desk()
 }
 
-/// Root mean square of distance − a over the rows of a located file that have a distance.
+/// rms of distance − a over the rows that have a distance.
 fn off(table: &Table) -> f64 {
     let error = |r: &Row| Some(number(r, "distance_mm")? - number(r, "a_mm")?);
     let errors: Vec<f64> = table.rows.iter().filter_map(error).collect();
@@ -99,7 +98,7 @@ fn an_offset_that_nobody_read_is_found_where_the_data_tell_it() {
             assert!(score.rms < 1.3 * score.limit, "{offset}: {score:?}");
         }
     }
-    // One drive at two distances tells nothing, and says so, of readings too.
+    // One drive at two distances is not enough: said by the calibration and for readings.
     let bare = prototype(10.0, &["noise_strain = 1e-5\n", "[tap]\na = [30, 40]\ntheta = 4\n", REAL]);
     let desk = Desk::new(&bare);
     desk.write("d.csv", table(&bare, &settings));
@@ -120,7 +119,6 @@ fn a_stream_holds_the_last_zero() {
     for (p, t) in [(0, 1), (1, 3)] {
         assert!((plain[p].unwrap() - tared[t].unwrap()).abs() < 1e-6, "{plain:?} {tared:?}");
     }
-    // Semicolons and decimal commas; the zero in the unit of the stream.
     let comma = at("theta_deg;microstrain\n4;20180,0\n", "--zero 180").numbers("distance_mm");
     assert!((comma[0].unwrap() - plain[0].unwrap()).abs() < 1e-6, "{comma:?}");
 }
@@ -140,8 +138,7 @@ fn columns_may_have_any_name_and_a_drive_is_not_guessed() {
     assert!(row["distance_mm"].parse::<f64>().is_ok() && located.rows[1]["note"] == "x,y");
 }
 
-/// A rig that reaches its drives and distances with jitter, its counts raw and upside down above a large offset, its drive counted from
-/// a zero of its own: contact begins at −6.
+/// Drives and distances with jitter; raw counts, inverted, above a large offset; the drive has its own zero: contact begins at −6 mm.
 fn raw(counts: impl Fn(f64) -> f64) -> String {
     let spec = "[whisker]\nD = 3\nd = 1\nL_a = 180\n[gauge]\nx_ss = 5\nl = 2\n[tap]\ndrive = \"displacement\"\n\
                 a = [117, 121.5, 126, 130.5, 135, 139.5, 144]\ndelta = [8, 10, 12, 14, 16]\n";
@@ -206,7 +203,6 @@ fn one_drive_that_nobody_recorded_is_calibrated_without_a_whisker() {
     let desk = Desk::new("");
     desk.write("d.csv", blind(&table(&spec, &settings)));
     desk.ok("calibrate d.csv --out cal");
-    // Readings whose drive is there are answered too.
     let ask = |input: &str| desk.stream("locate cal/calibration.toml", input).numbers("distance_mm");
     let (plain, driven) = (ask("reading\n9400\n"), "delta_mm,reading\n0,500\n2,9900\n2.01,9900\n5,9900\n");
     let ran = desk.pipe(&["locate", "cal/calibration.toml"], driven).exits(0);
@@ -242,7 +238,6 @@ fn a_signal_by_another_name_is_guessed_and_any_end_of_line_read() {
     let rows =
         |end: &str| read(&["a_mm,theta_deg,strain", "30,2,1e-3", "40,2,5e-4", ""].join(end)).unwrap().rows;
     assert_eq!(rows("\n").len(), 2);
-    // Whatever ends a comment or the last line.
     assert_eq!(read("# lab 3\na_mm,theta_deg,strain\r30,2,1e-3\r40,2,5e-4\n").unwrap().rows.len(), 2);
     for end in ["\r\n", "\r"] {
         let same = rows(end).iter().zip(rows("\n")).all(|(p, q)| (p.line, p.value) == (q.line, q.value));
@@ -250,7 +245,7 @@ fn a_signal_by_another_name_is_guessed_and_any_end_of_line_read() {
     }
 }
 
-/// What labs do to a table: an offset, a drift, drives that jitter, microstrain, semicolons, decimal commas, two wrong labels.
+/// Typical faults: an offset, a drift, jittering drives, microstrain, semicolons, decimal commas, two wrong labels.
 fn spoilt(table: &str, wrong: &[usize]) -> String {
     let comma = |x: f64| x.to_string().replace('.', ",");
     let mut out = String::from("nr;dist;ang;ch1;remark\n");
@@ -265,7 +260,7 @@ fn spoilt(table: &str, wrong: &[usize]) -> String {
     out
 }
 
-/// Taps whose drive is up to half a hundredth of a degree off what is wanted, each recorded as it was.
+/// Drives up to 0.005° off their target, recorded as reached.
 fn jittering(seed: u64, a: &str) -> String {
     let mut out = String::from("a_mm,theta_deg,strain\n");
     for (k, jitter) in [-0.005, 0.0, 0.005].into_iter().enumerate() {

@@ -1,5 +1,4 @@
-//! Sensors whose readings lag behind the whisker: found where rows have their times, taken out in `calibrate` and `locate`, and not seen
-//! where there is none.
+//! Sensors whose readings lag behind the whisker: found where rows have times, corrected in `calibrate` and `locate`, not found without a lag.
 
 use std::fmt::Write as _;
 
@@ -9,13 +8,12 @@ use crate::common::random::Random;
 use crate::common::sweeping::{number, rms};
 use vibrissa::simulate::Settings;
 
-/// What a rod of this spec gives at (a, θ), without noise.
 fn clean() -> Vec<(f64, f64, f64)> {
     let measured = table(&prototype(4.0, &[TAPS, REAL]), &Settings::default());
     data(&measured).rows.iter().map(|r| (r.a, r.drive, r.value)).collect()
 }
 
-/// Taps in random order, some seconds apart, with rest now and then, read by a sensor of which `gain` comes with `tau` seconds; a_mm, θ, t, strain.
+/// Taps in random order, some seconds apart, with rests; `gain` of the signal arrives with time constant `tau` s. Rows: a_mm, θ, t, strain.
 fn record(taps: &[(f64, f64, f64)], [gain, tau]: [f64; 2], random: &mut Random) -> Vec<[f64; 4]> {
     let mut order = taps.to_vec();
     (1..order.len()).rev().for_each(|k| order.swap(k, random.below(k + 1)));
@@ -52,7 +50,6 @@ fn desk() -> Desk {
     Desk::new(&prototype(4.0, &[TAPS, REAL]))
 }
 
-/// The calibration of `rows`, and the error on distances left out, mm.
 fn calibrated(desk: &Desk, name: &str, rows: &[[f64; 4]], timed: bool) -> (toml::Table, f64) {
     desk.write("d.csv", text(rows, timed, true));
     desk.ok(format!("calibrate d.csv --whisker spec.toml --out {name} --force"));
@@ -76,7 +73,7 @@ fn a_lag_is_found_and_taken_out_of_readings_that_have_times() {
         let [gain, sigma, tau, of_tau] = ["gain", "sigma_gain", "tau_s", "sigma_tau_s"].map(of);
         println!("{lag:?}: {gain:.4} ± {sigma:.4}, {tau:.2} ± {of_tau:.2} s; {blind:.3} → {error:.3} mm");
         assert!((gain / lag[0] - 1.0).abs() < 0.15 && (tau / lag[1] - 1.0).abs() < 0.35, "{gain} {tau}");
-        // The errors of both are of some tenths of a per cent, and hold.
+        // Errors of some 0.1 % remain in both; σ covers them.
         assert!(sigma < 1e-3 && (gain - lag[0]).abs() < 8.0 * sigma, "{gain} ± {sigma}");
         assert!(of_tau < 0.01 * tau && (tau - lag[1]).abs() < 8.0 * of_tau, "{tau} ± {of_tau}");
         assert!(!without.contains_key("lag") && error < 0.6 * blind, "{error} {blind}");
@@ -119,7 +116,7 @@ fn a_stream_settles_as_a_file_does() {
     let filed = desk.table("loc/located.csv");
     let streamed = desk.pipe(&["locate", "timed/calibration.toml"], &readings).exits(0).stdout;
     assert_eq!(streamed.lines().count(), filed.rows.len() + 1);
-    // Their zeros differ: of a file they are joined by lines, of a stream the last one holds.
+    // Zeros differ: a file interpolates them over its lines, a stream uses the last one.
     let mut answered = 0;
     for (line, row) in streamed.lines().skip(1).zip(&filed.rows) {
         let field = line.split(',').nth(2).expect("drive, signal, distance");
@@ -129,12 +126,10 @@ fn a_stream_settles_as_a_file_does() {
         }
     }
     assert!(answered > 30, "{streamed}");
-    // Readings whose time is missing, or runs backwards, are told.
     let empty: String = readings.lines().map(|l| l.rsplit_once(',').unwrap().0.to_owned() + ",\n").collect();
     let empty = empty.replacen("strain,\n", "strain,t_s\n", 1);
     let ran = desk.pipe(&["locate", "timed/calibration.toml"], &empty).exits(0);
     assert!(ran.stderr.contains("line 2: this time is missing"), "{}", ran.stderr);
-    // A calibration cannot be told another lag.
     let broken = desk.read("timed/calibration.toml").replace("tau_s = ", "tau_s = -");
     desk.write("broken.toml", broken);
     desk.refuses("locate broken.toml r.csv --out no --force", &["lag", "tau_s > 0"]);

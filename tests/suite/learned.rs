@@ -1,4 +1,4 @@
-//! The statistical model against rigs that were simulated, each with its own fault, and against what users do to their files.
+//! The statistical model against simulated rigs, each with its own fault, and against typical edits of files.
 
 use std::fmt::Write as _;
 
@@ -16,17 +16,15 @@ const TAPS: &str = "[tap]\na = { from = 20, to = 50, step = 3 }\ntheta = [1, 2, 
 const ONE_ANGLE: &str = "[tap]\na = { from = 20, to = 50, step = 3 }\ntheta = [4]\n";
 const THREE: &str = "[tap]\na = [23.4, 33.1, 47.2]\ntheta = [1, 2, 4, 6]\n";
 
-/// A tap: run, distance as labelled, drive, strain.
+/// Run, labelled distance, drive, strain.
 type Tap = (usize, f64, f64, f64);
 
-/// Taps without noise of a rig with these sections.
 fn clean(d: f64, more: &[&str]) -> Vec<Tap> {
     let spec = prototype(d, more).replace("L_a = 50", "L_a = 60");
     let measured = table(&spec, &Settings::default());
     data(&measured).rows.iter().map(|r| (0, r.a, r.drive, r.value)).collect()
 }
 
-/// A rig: its rows, and the spec its user believes in.
 struct Simulated {
     name: &'static str,
     rows: Vec<Tap>,
@@ -38,7 +36,6 @@ impl Simulated {
         Self { name, rows, spec: spec.map(|s| s.replace("L_a = 50", "L_a = 60")) }
     }
 
-    /// The file; a column `run` where there are several.
     fn text(&self) -> String {
         let runs = self.rows.iter().any(|r| r.0 > 0);
         let mut text = format!("a_mm,theta_deg,strain{}\n", if runs { ",run" } else { "" });
@@ -60,7 +57,7 @@ impl Simulated {
     }
 }
 
-/// `rows` so often, each time in another order, with noise of a share of the signal, and above that.
+/// `rows` repeated in random order, with noise proportional to the signal and constant noise.
 fn measured(rows: &[Tap], repeats: usize, noise: [f64; 2], random: &mut Random) -> Vec<Tap> {
     let mut all = Vec::new();
     for _ in 0..repeats {
@@ -74,7 +71,7 @@ fn measured(rows: &[Tap], repeats: usize, noise: [f64; 2], random: &mut Random) 
     all
 }
 
-/// Twelve rigs, each with what a user does not know of it.
+/// Twelve rigs, each with a fault that its user does not know.
 fn rigs(seed: u64) -> Vec<Simulated> {
     let mut random = Random(seed);
     let random = &mut random;
@@ -143,7 +140,7 @@ fn rigs(seed: u64) -> Vec<Simulated> {
     all
 }
 
-/// Root mean square error of a cubic of a in ln s for each drive, on positions left out.
+/// Baseline: held-out rms error of a cubic of a in ln s for each drive, mm.
 fn cubic(rows: &[Tap]) -> f64 {
     let mut all: Vec<f64> = rows.iter().map(|r| r.1).collect();
     all.sort_by(f64::total_cmp);
@@ -186,7 +183,7 @@ fn sigma_and_error_on_positions_left_out_of_twelve_rigs() {
             "{:<16} {:.3} mm, {ratio:.2}; {:.2} {:.3} of {}",
             rig.name, all.rms_mm, all.within_1, all.beyond_3, all.n
         );
-        // Wanted: 1.15 everywhere. With one angle the offset of the angle is not known, and 1.18 was reached.
+        // Target 1.15. With one angle its offset cannot be determined: 1.18 was reached.
         let bound = if rig.name == "one angle" { 1.25 } else { 1.15 };
         assert!(ratio < bound, "{}: {ratio}", rig.name);
         ratios.push(ratio);
@@ -211,7 +208,7 @@ fn a_reading_of_another_run_is_known_less_well() {
     assert_eq!(said["sides"][0]["learned"]["runs"], 4);
     assert!(of["n"] == 176 && of["interval"][1].as_f64() > of["within_1"].as_f64(), "{of}");
     assert!(of["beyond_3"].as_f64().unwrap() <= 0.06, "{of}");
-    // The rows of one run, whose zero and gain are its own, as readings.
+    // Each run has its own zero and gain.
     desk.write("r.csv", "theta_deg,strain\n4,0.02\n");
     let sigma = |more: &str| {
         desk.ok(format!("locate cal/calibration.toml r.csv --out loc --force {more}"));

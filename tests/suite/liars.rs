@@ -1,5 +1,4 @@
-//! Devices that fail or lie: `VIBRISSA_LIE` makes an adapter do on purpose what a broken one does. Each is found, the CPU takes over, and the rows that it answered are
-//! listed.
+//! Devices that fail or give wrong answers (`VIBRISSA_LIE`). Each is detected, the CPU takes over, and run.json lists the rows that it answered.
 
 use std::fmt::Write;
 
@@ -8,23 +7,19 @@ use vibrissa::kernel::gpu::SOFTWARE_RANKS;
 
 use crate::common::program::Desk;
 
-/// Taps of every kind on two rungs, not so many that a chart pays: designs interleave.
+/// Tuple files whose designs interleave, on two rungs, too few for a chart.
 const ROWS: usize = 3000;
 
 const LISTED: &str = "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\nsurface = true\n";
 
-/// A cone whose base wrench is asked.
 const WRENCH: &str = "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\nextension = true\n[output]\nwrench = true\n";
 
-/// Ranked from the chart of the rod, on the device.
 const RANKED: &str = "[whisker]\nD = [8, 10]\nd = { from = 4, to = 9, steps = 10_000 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
                       [tap]\na = [15, 28, 41, 48]\ntheta = { from = 1, to = 12, steps = 9 }\n[output]\ntop = 30\nby = \"total_rms_mm\"\n";
 
-/// A whisker as built, all of whose numbers are answers.
 const BUILT: &str = "[whisker]\nD = 10\nd = [5, 6]\nL_a = 50\nbore = 4\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33, 45]\ntheta = [0.001, 1, 4]\n\
                      [model]\nsurface = true\n[output]\nwrench = true\n";
 
-/// A sweep of `text` on `backend`, whose adapter lies so: its tables and run.json.
 fn swept(text: &str, backend: &str, lie: &str) -> (Vec<String>, Value) {
     let desk = Desk::new(text);
     let mut list = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n".to_owned();
@@ -43,7 +38,6 @@ fn swept(text: &str, backend: &str, lie: &str) -> (Vec<String>, Value) {
     (tables.into(), desk.whole("out"))
 }
 
-/// Words of the first warning.
 fn warned(run: &Value) -> &str {
     run["warnings"][0].as_str().unwrap_or_else(|| panic!("{run}"))
 }
@@ -60,7 +54,7 @@ fn an_honest_device_is_compared_and_left_alone() {
     }
 }
 
-/// From the first batch on: every tap is handed over to the CPU, whose tables they are. A call is to compile, or to wait for a dispatch.
+/// Fails from the first batch: the CPU solves every tap. A "call" is a compilation, or the wait for a dispatch.
 #[test]
 fn what_fails_is_handed_over() {
     let late = "did not end within 0 s";
@@ -86,13 +80,13 @@ fn what_fails_is_handed_over() {
             assert_eq!(run["warnings"].as_array().map(Vec::len), Some(1), "{run}");
         }
     }
-    // What the device has answered before stays.
+    // Earlier answers of the device are kept.
     let run = swept(LISTED, "gpu", "lose 3").1;
     let taps = run["backend"]["device"]["handed_over_taps"].as_u64().unwrap();
     assert!(taps > 0 && taps < ROWS as u64 && !run["handed_over"].is_null(), "{run}");
 }
 
-/// Strain, forces, wrench or arc alone is wrong: nothing of the device is given out.
+/// One wrong number in strain, forces, wrench or arc: no answer of the device is used.
 #[test]
 fn an_answer_that_is_wrong_in_one_number_is_not_given_out() {
     let plain = "return Solution(state.force, state.along, state.arc, strain,";
@@ -116,14 +110,14 @@ fn an_answer_that_is_wrong_in_one_number_is_not_given_out() {
     }
 }
 
-/// A device that ranks wrongly, or fails while it ranks: the CPU ranks. Kept rows are solved tap by tap in any case.
+/// A device that ranks wrongly or fails while ranking: the CPU ranks. Kept rows are always solved tap by tap.
 #[test]
 fn a_ranking_that_goes_wrong_is_left_to_the_cpu() {
     let wanted = swept(RANKED, "cpu", "").0;
     for lie in [
         "hang 0",
         "hang 2",
-        // After its comparison, in the midst of the ranking.
+        // After the comparison, during the ranking.
         "lose 60",
         "row.rank < job.bound => row.rank < 1.5 * job.bound",
         "taps[told] += clean - begin => taps[told] += 2u * (clean - begin)",

@@ -1,5 +1,4 @@
-//! The closed forms of the linear theory against integrals of moment over stiffness, their limits and their inverse
-//! (model §2).
+//! Closed forms of linear theory against integrals of moment over stiffness; their limits and inverse (model §2).
 
 use std::f64::consts::PI;
 
@@ -11,12 +10,10 @@ use vibrissa::physics::linear::{StrainCurve, deflection, shear_length2};
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::Drive;
 
-/// Young's modulus, MPa: any.
+/// Young's modulus, MPa; cancels.
 const E: f64 = 3.2;
-/// Parts of an interval over which moment over stiffness is integrated.
 const PANELS: u32 = 300;
 
-/// A whisker with its gauge, a drive and a contact distance.
 #[derive(Debug, Clone, Copy)]
 struct Case {
     taper: Taper,
@@ -34,12 +31,11 @@ impl Case {
         StrainCurve::new(self.taper, self.gauge, self.hub, self.drive, shear)
     }
 
-    /// Bending stiffness E I at `x`, N mm².
     fn stiffness(&self, x: f64) -> f64 {
         E * PI / 4.0 * self.taper.radius(x).powi(4)
     }
 
-    /// Deflection under 1 N at `a`, by integration: bending, and shear where the case has it.
+    /// Deflection under 1 N at `a`, by integration: bending, and shear if the case has it; mm.
     fn give(&self) -> f64 {
         let a = self.a;
         let bending = integral(|s| (a - s).powi(2) / self.stiffness(s), 0.0, a, PANELS);
@@ -50,12 +46,11 @@ impl Case {
         bending + shear
     }
 
-    /// Way of the contact per unit of drive, mm: y(a) = (a + r₀) θ, or δ itself.
+    /// Displacement of the contact per unit of drive, mm: (a + r₀) θ, or δ itself.
     fn way(&self) -> f64 {
         if self.drive == Drive::Angle { self.a + self.hub } else { 1.0 }
     }
 
-    /// Mean of M R/(E I) over the gauge per unit of drive, by integration.
     fn strain(&self) -> f64 {
         let force = self.way() / self.give();
         let [x1, x2] = self.gauge;
@@ -65,8 +60,7 @@ impl Case {
     }
 }
 
-/// Whiskers from needles to clubs, contacts from the gauge's near end to the tip; half of them with each of hub, shear
-/// and displacement, and a third with the contact on the gauge.
+/// Very thin to widening whiskers, contacts from the gauge's near end to the tip; half with hub, shear and displacement each, a third on the gauge.
 fn cases() -> impl Strategy<Value = Case> {
     let whisker = (4.0..20.0f64, 0.02..1.3f64, 20.0..120.0f64, 0.01..0.5f64, 0.2..6.0f64);
     let tap =
@@ -81,7 +75,6 @@ fn cases() -> impl Strategy<Value = Case> {
     })
 }
 
-/// D = 10, L_a = 50, gauge from 5 mm with l = 2, d and a free.
 fn plain(d: f64, a: f64) -> Case {
     let taper = Taper::new(10.0, d, 50.0);
     let gauge = taper.gauge(5.0, 2.0);
@@ -124,13 +117,13 @@ proptest! {
         let Some(roots) = roots else { return Err(TestCaseError::fail("no root")) };
         let found: Vec<f64> = std::iter::once(roots.far).chain(roots.near).collect();
         for &root in &found {
-            // Towards the virtual apex the reading vanishes, and the last digit of the root tells.
+            // Towards the virtual apex the reading vanishes: the root is limited by its last digit.
             let digit = 4.0 * f64::EPSILON * (inverse.curve().slope(root) * root / reading).abs();
             let miss = (inverse.curve().value(root) / reading - 1.0).abs();
             prop_assert!(miss < 1e-11 + digit, "{root} is no root: off by {miss:.1e}");
         }
         prop_assert!(roots.near.is_none_or(|near| near <= roots.far));
-        // At the peak itself a root is only as sharp as the square root of the arithmetic.
+        // At the peak, a root is accurate only to the square root of the precision.
         let sharpness = (inverse.curve().slope(case.a) * case.a / reading).abs();
         let tolerance = 1e-11 / sharpness.max(1e-6);
         let held = found.iter().any(|root| (root / case.a - 1.0).abs() < tolerance);

@@ -1,4 +1,4 @@
-//! The commands: bad input, streams, files.
+//! `locate`: bad input, streams, files.
 
 use std::sync::LazyLock;
 
@@ -10,7 +10,6 @@ use vibrissa::simulate::Settings;
 
 const HEADER: &str = "theta_deg,strain,distance_mm,sigma_mm,status";
 
-/// A desk with a whisker, its data and its calibration.
 fn calibrated() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]));
@@ -37,7 +36,7 @@ fn a_header_in_another_encoding_is_refused() {
 #[test]
 fn the_words_of_located_readings_add_up() {
     let desk = calibrated();
-    // The second one is too strong, and too far out.
+    // The second reading is above the strain limit and out of range: two words.
     desk.write("r.csv", "theta_deg,strain\n4,0.02\n4,0.2\n40,0.2\n4,1e-9\n");
     let ran = desk.ok("locate cal/calibration.toml r.csv --out out");
     let line = ran.stdout.lines().find(|line| line.starts_with("4 readings located")).unwrap();

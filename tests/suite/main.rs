@@ -1,5 +1,4 @@
-//! Everything that is tested from outside, in one program: each file says what it holds. `cargo test folders::` runs one of them. They begin in the order of their names, so that those that take
-//! longest have early ones.
+//! All tests from outside, in one program. Tests start in the order of their names: files that take long have early names.
 
 mod agreement;
 mod all_backends;

@@ -1,4 +1,4 @@
-//! Calibrations that would mislead: rounding in labels, readings in steps, a whisker that is another one, columns that are swapped.
+//! Calibrations that could mislead: rounded labels, quantised readings, the wrong whisker, exchanged columns.
 
 use crate::common::measuring::undescribed;
 use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rewritten, rig, table};
@@ -21,7 +21,6 @@ fn spec(d: f64, model: &str) -> String {
     prototype(d, &["noise_strain = 1e-5\n", RANGE, model])
 }
 
-/// The rows of a table as `f` makes them, as text of this signal.
 fn rows(table: &str, signal: &str, f: impl FnMut(usize, &Row) -> [f64; 3]) -> String {
     rewritten(table, &format!("a_mm,theta_deg,{signal}"), f)
 }
@@ -34,7 +33,7 @@ fn told(found: &Calibrated, what: &str) -> bool {
     found.warnings.iter().any(|w| w.contains(what))
 }
 
-/// Far taps that are weaker than the noise: a range of 1 to 10, and 3 repeats.
+/// Far taps weaker than the noise: distances over a range of 1 to 10, 3 repeats.
 #[test]
 fn rows_whose_noise_turns_their_sign_are_used() {
     let mut dice = Random(7);
@@ -50,7 +49,6 @@ fn rows_whose_noise_turns_their_sign_are_used() {
                 (10.0 * 10f64.powf(f64::from(k / 12) / 7.0), [1.0, 2.0, 4.0, 6.0][k as usize / 3 % 4]);
             text += &format!("{a},{u},{}\n", signal(a, u) + noise * dice.normal());
         }
-        // One slip of the sign, where no noise does it.
         let slipped = text.replacen("\n10,6,", "\n10,6,-", 1);
         for (text, others) in [(&text, 0), (&slipped, 1)] {
             let found = without_whisker(text);
@@ -66,7 +64,6 @@ fn rows_whose_noise_turns_their_sign_are_used() {
 
 #[test]
 fn rounding_makes_no_positions_of_repeats() {
-    // Three visits to each of eight positions, a few micrometres apart.
     let visits: Vec<String> =
         (0..24).map(|k| format!("{}", 61.0 + f64::from(k / 3) * 3.25 + 0.003 * f64::from(k % 3))).collect();
     let whisker = format!(
@@ -98,7 +95,7 @@ fn rounding_makes_no_positions_of_repeats() {
         let text = rows(&plain, "strain", |k, r| [rough(k, r.a), rough(k + 7, r.drive), r.value]);
         assert_eq!(judged(&text), clean, "way {way}");
     }
-    // Readings whose drive is rounded are among the calibrated ones, and rest where it is 0.
+    // Rounded drives count as calibrated, and as rest near 0.
     let located = locator(&calibrated(&plain, &whisker, &[]), None);
     assert!(located.locate(6.0 * (1.0 + 6e-8), 0.01).status != Status::OUTSIDE_CALIBRATION);
     assert!(located.rests(5.6e-17) && !located.rests(1e-3));
@@ -109,7 +106,7 @@ fn readings_in_steps_are_no_end_stop() {
     let whisker = spec(7.0, REAL);
     let [measured, asked] = [&whisker, &fresh(&whisker, [22.0, 47.0], 25)].map(|s| table(s, &noisy()));
     let largest = data(&measured).rows.iter().map(|r| r.value).fold(0.0, f64::max);
-    // Converters of 12, 10, 8 and 6 bits, in full or in part of their range, above an offset, upside down.
+    // Converters of 12 to 6 bits, using their full range or part of it, with offset, inverted.
     for (full, step, offset) in [
         (4000.0, 1.0, 0.0),
         (4000.0, 4.0, 17.0),
@@ -158,7 +155,7 @@ fn an_end_stop_is_found_at_both_ends_and_told() {
             assert!(located.locate(8.0, sign * 0.97 * end).distance.is_finite());
         }
     }
-    // One end alone; what lies beyond the value shows that it is none.
+    // An end stop at one end only; a reading beyond the value excludes it.
     let [one_end, beyond] = [0.0, 0.2].map(|more| {
         let mut first = true;
         rows(&one, "strain", |_, r| {
@@ -188,7 +185,7 @@ fn a_whisker_that_is_another_one_is_told() {
         (with("x_ss = 5", "x_ss = 8"), 1.0, 0.0),
         (with("L_a = 50", "L_a = 70"), 1.0, 20.0),
         (with("L_a = 50", "L_a = 52"), 1.0, 2.0),
-        // The gauge factor, which moves no distance.
+        // A wrong gauge factor: distances do not change.
         (spec(4.0, REAL), 2.21 / 2.0, 0.0),
     ];
     for (spec, factor, off) in wrong {
@@ -196,7 +193,7 @@ fn a_whisker_that_is_another_one_is_told() {
         let said: Vec<_> = found.warnings.iter().filter(|w| w.contains(question)).collect();
         assert!(said.len() == 1 && said[0].contains("D, d, L_a"), "{spec} {:?}", found.warnings);
     }
-    // A reading has a factor of its own.
+    // A `reading` has an arbitrary factor.
     let counts = rows(&measured, "reading", |_, r| [r.a, r.drive, 4.7e4 * r.value]);
     assert!(!told(&calibrated(&counts, &spec(4.0, REAL), &[]), question));
 }
@@ -217,7 +214,6 @@ fn rows_that_only_the_model_misses_are_used() {
             found.taps.iter().filter_map(|t| Some((t.line, t.reason.clone()?))).collect()
         };
         assert_eq!(suspects(&measured), [], "friction {mu}, {repeats} repeats");
-        // A single row that is wrong is still found.
         let wrong =
             rows(&measured, "strain", |k, r| [r.a, r.drive, if k == 40 { 1.05 * r.value } else { r.value }]);
         let lines: Vec<usize> = suspects(&wrong).into_iter().map(|s| s.0).collect();
@@ -227,7 +223,7 @@ fn rows_that_only_the_model_misses_are_used() {
 
 #[test]
 fn no_estimator_that_answers_nothing_is_the_default() {
-    // Without zero readings the exact model is asked for fewer taps that no rod has.
+    // Without zero readings the swapped drives contain more taps that no rod can have.
     let swap = |a: &str, theta: &str, zero_every| {
         let spec =
             prototype(4.0, &["noise_strain = 1e-5\n", &format!("[tap]\na = {a}\ntheta = {theta}\n"), REAL]);
@@ -243,11 +239,10 @@ fn no_estimator_that_answers_nothing_is_the_default() {
         let why = calibrate(&data(&swapped), &rig(&spec), &Options::default()).unwrap_err().to_string();
         assert!(why.contains("a_mm and theta_deg swapped") && why.contains("curve answers nothing"), "{why}");
     }
-    // More of them would be a calibration, if a strange one.
+    // With more drives, a strange calibration would be possible.
     let (swapped, spec) = swap("[21, 30, 39, 48]", "[1, 2, 4, 6, 7, 8, 9]", Some(20));
     let why = calibrate(&data(&swapped), &rig(&spec), &Options::default()).unwrap_err().to_string();
     assert!(why.contains("grows with the distance") && why.contains("a_mm and theta_deg exchanged"), "{why}");
-    // Two distances of a known whisker are enough.
     let two = prototype(4.0, &["noise_strain = 1e-5\n[tap]\na = [30, 40]\ntheta = [2, 4, 8]\n", REAL]);
     let found = calibrated(&table(&two, &noisy()), &two, &[]);
     assert!(found.winner == Estimator::Learned);

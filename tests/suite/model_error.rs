@@ -1,4 +1,4 @@
-//! `--model-error`: what is left off, against the tables of the full model.
+//! `--model-error`: results with effects left off against those of the full model.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,7 +18,6 @@ use vibrissa::scene::Setup;
 use vibrissa::spec;
 use vibrissa::sweep::{self as sweeps, Target};
 
-/// All effects of soft rubber, small taps.
 fn soft(theta: &str, more: &str) -> String {
     format!(
         "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
@@ -27,7 +26,7 @@ fn soft(theta: &str, more: &str) -> String {
     )
 }
 
-/// Sweeps `spec.toml` in f64 into `out`: its tuples, and what is said of the model.
+/// Sweeps in f64; returns tuples.csv and `model_error` of run.json.
 fn swept(desk: &Desk, flags: &str, out: &str) -> (Table, Value) {
     desk.ok(format!("sweep spec.toml --backend cpu --precision f64 {flags} --out {out}"));
     (desk.table(format!("{out}/tuples.csv")), desk.whole(out)["model_error"].clone())
@@ -38,12 +37,12 @@ fn names(told: &Value, list: &str) -> Vec<String> {
     effects.iter().map(|e| e["effect"].as_str().expect("a name").to_owned()).collect()
 }
 
-/// 1e-3 θ f_max of a row of tuples.csv.
+/// 1e-3 θ f_max for a row of tuples.csv.
 fn least(setup: &Setup, row: &Row) -> f64 {
     Taps::of(setup, &[tap(row)]).least(0)
 }
 
-/// Largest change of strain from one tuples.csv to another of the same taps, whose words must be the same.
+/// Largest relative change of strain between two tuples.csv of the same taps; status words must agree.
 #[track_caller]
 fn apart(text: &str, full: &Table, fewer: &Table) -> f64 {
     let setup = spec::parse("spec.toml", text, Path::new("")).expect("a spec").study.setup;
@@ -86,7 +85,7 @@ fn the_joint_change_of_what_is_left_off_is_what_run_json_says() {
             None => assert_eq!(full.text, fewer.text),
         }
     }
-    // Effects that are small alone and large together: rubber and surface change strain the same way, extension the other way.
+    // Two effects small alone and large together: rubber and surface change the strain in the same direction, extension opposes them.
     let effect = |told: &Value, list: &str, name: &str| {
         let all = told[list].as_array().expect("parts");
         all.iter().find(|p| p["effect"] == name).unwrap_or_else(|| panic!("{name}: {told}")).clone()
@@ -100,7 +99,7 @@ fn the_joint_change_of_what_is_left_off_is_what_run_json_says() {
     assert!(error("alone") <= bound && error("together") > bound, "{surface}");
 }
 
-/// A range of interest that begins between the second root of the full model and that of the one without its effect of rubber.
+/// The range of interest begins between the second roots of the full model and of the model without rubber.
 #[test]
 fn an_effect_stays_where_a_word_of_the_estimate_would_change() {
     let text = |material: &str, from: f64| {
@@ -129,7 +128,6 @@ fn an_effect_stays_where_a_word_of_the_estimate_would_change() {
     assert!(why.contains("a status would change") && why.contains("ambiguous"), "{edge}");
 }
 
-/// Many designs, all rows written, the limit of the gauge in the middle of their strains.
 #[test]
 fn in_a_large_table_every_status_is_that_of_the_full_model() {
     let text = "[whisker]\nD = { min = 8, max = 12, samples = 2500 }\nd = { min = 4, max = 9, samples = 2500 }\nL_a = 50\n\
@@ -149,7 +147,7 @@ fn in_a_large_table_every_status_is_that_of_the_full_model() {
     assert!(told["own_taps"]["taps"].as_u64().expect("taps") >= 1000, "{told}");
 }
 
-/// A ranked sweep from charts: its kept rows, solved again with the full model as a tuple file.
+/// The kept rows of a ranked sweep, solved again with the full model from a tuple file.
 #[test]
 fn kept_rows_are_within_the_bound_of_the_full_model() {
     let text = format!(
@@ -174,7 +172,7 @@ fn kept_rows_are_within_the_bound_of_the_full_model() {
     assert!(change <= 1e-2 && (change - error).abs() <= 2e-5, "{change} {error}");
 }
 
-/// A list in which one row that no spread sees needs shear more than all others; it has the least strain.
+/// One row that the sampled spread misses needs shear more than all others, and has the least strain.
 #[test]
 fn a_kept_row_that_does_not_keep_the_bound_brings_the_full_model_back() {
     let mut list = String::from("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n");
@@ -204,7 +202,6 @@ fn a_kept_row_that_does_not_keep_the_bound_brings_the_full_model_back() {
     assert_eq!(desk.read("out/designs.csv"), desk.read("full/designs.csv"));
 }
 
-/// Asks to stop as soon as some taps are done.
 struct Stops<'a>(&'a AtomicBool, bool);
 
 impl Progress for Stops<'_> {
@@ -213,7 +210,7 @@ impl Progress for Stops<'_> {
     }
 }
 
-/// A sweep of `text` with effects left off, and what it says of them; stopped as soon as can be, if asked.
+/// A sweep with effects left off, stopped at once if `stopping`; returns its `model_error`.
 fn needed(text: &str, out: &Path, stopping: bool) -> Result<Value, Error> {
     let mut spec = spec::parse("spec.toml", text, Path::new("")).expect("a spec");
     let choice = CPU_F64.choice();
@@ -230,8 +227,7 @@ fn needed(text: &str, out: &Path, stopping: bool) -> Result<Value, Error> {
     Ok(report.model_error.expect("what is left off"))
 }
 
-/// Several chunks, each with taps near the limit of the gauge: they go on, and no tap of the full model is lost or told twice. Where
-/// rows are kept nothing is, for they may ask for another model.
+/// Several chunks with taps near the strain limit: after each stop no tap of the full model is lost or counted twice. Kept rows are not continued.
 #[test]
 fn a_stopped_sweep_goes_on_with_what_is_left_off() {
     let text = "[whisker]\nD = { from = 8, to = 12, steps = 300 }\nd = { from = 4, to = 9, steps = 30 }\nL_a = 50\n\
@@ -342,7 +338,7 @@ fn the_best_tap_is_found_with_what_is_needed() {
     for (p, q) in x.values("strain_max").into_iter().zip(y.values("strain_max")) {
         assert!((p - q).abs() <= 1e-2 * p, "{p} {q}");
     }
-    // A limit within the bound of the strain at the optimum: the drive at which it binds is that of the full model.
+    // The strain limit lies within the bound of the optimum: the drive at which it binds is that of the full model.
     desk.write("spec.toml", text.replace("l = 2\n", "l = 2\nstrain_limit = 0.004\n"));
     let (full, fewer) = (tap("", "full"), tap("--model-error 1e-2", "fewer"));
     assert_eq!(full["result"]["limited_by"], fewer["result"]["limited_by"]);

@@ -1,4 +1,4 @@
-//! Ranks in their order, and the time that a run has left.
+//! Order of ranks, and the remaining time of a run.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,6 @@ fn numbers_are_ordered_as_values_are() {
     assert!(values.windows(2).all(|w| w[0].total_cmp(&w[1]).is_lt() && ordered(w[0]) < ordered(w[1])));
 }
 
-/// 900 000 taps were done before, 1 000 of 100 000 since, in a second; 868 901 of 33 million in 0.02 ms.
 #[test]
 fn the_time_left_after_a_resume_is_told_by_the_taps_of_this_run() {
     let mut shown = Shown::Lines { start: Instant::now(), last: Instant::now(), before: 0 };

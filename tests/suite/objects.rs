@@ -1,4 +1,4 @@
-//! Several taps of one object: one distance, whose σ counts once what the taps share.
+//! Several taps of one object give one distance; σ counts the error that the taps share once.
 
 use std::sync::LazyLock;
 
@@ -8,7 +8,7 @@ use crate::common::sweeping::{Row, Table, value as of};
 
 const FRESH: &str = "[tap]\na = { from = 22, to = 46.8, step = 0.4 }\ntheta = [2, 3.5, 5, 7, 9]\n";
 
-/// A calibration whose curve is known hardly better than a reading, fresh taps of 63 objects in taps.csv, and what locate says of them.
+/// A calibration whose curve is hardly more accurate than a reading; fresh taps of 63 objects in taps.csv, located in out.
 pub fn desk() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let spec = |taps: &str| prototype(4.0, &["noise_strain = 1e-4\n", taps, REAL]);
@@ -24,7 +24,6 @@ pub fn desk() -> Desk {
     MADE.desk()
 }
 
-/// The fresh taps, each with the number of its object.
 fn objects(desk: &Desk) -> String {
     let text = desk.read("new/measurements.csv");
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
@@ -50,7 +49,7 @@ fn intervals_hold_taps_and_objects() {
             inside += f64::from(u8::from(lo < of(row, "a_mm") && of(row, "a_mm") < hi));
             n += 1.0;
         }
-        // 99 % of a binomial, of as many as are independent.
+        // 99 % interval of a binomial, for the number of independent taps.
         let spread = 2.58 * (0.05 * 0.95 * f64::from(of_what) / n).sqrt();
         assert!((inside / n - 0.95).abs() < spread.max(0.03), "{what}{}", inside / n);
     }
@@ -73,7 +72,7 @@ fn taps_of_an_object_add_up() {
     for rows in table.rows.chunk_by(|a, b| a["object"] == b["object"]) {
         let counted: Vec<&str> = rows.iter().map(|row| row["taps"].as_str()).collect();
         assert_eq!(counted, ["1", "2", "3", "4", "5"]);
-        // The first tap says what it says alone; each more makes it surer, but not as if nothing were shared.
+        // The first tap's answer is its own; each further tap reduces σ, but by less than independence would.
         for (alone, all) in [("distance_mm", "object_distance_mm"), ("sigma_mm", "object_sigma_mm")] {
             assert_eq!(rows[0][alone], rows[0][all]);
         }
@@ -88,13 +87,13 @@ fn taps_of_an_object_add_up() {
         objects += 1;
     }
     assert_eq!(objects, 63);
-    // 99 % of a binomial of 63, and of the errors of one calibration, which all objects share.
+    // 99 % interval of a binomial of 63, and of the calibration error, which all objects share.
     assert!((33..=60).contains(&within) && beyond <= 3, "{within} within one sigma, {beyond} beyond three");
     let ratio = (squares / sigmas).sqrt();
     assert!((0.65..1.4).contains(&ratio), "{ratio}");
 }
 
-/// `text` with the field `column` of each line as `change` of its place and value says.
+/// `text` with the field `column` of each line mapped by `change`.
 fn changed(text: &str, column: &str, change: impl Fn(usize, f64) -> f64) -> String {
     let at = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
     let line = |(k, line): (usize, &str)| {
@@ -110,13 +109,11 @@ fn changed(text: &str, column: &str, change: impl Fn(usize, f64) -> f64) -> Stri
 #[test]
 fn a_tap_that_contradicts_the_others_is_named() {
     let desk = desk();
-    // The third tap of the fourth object.
     let wrong = 1 + 3 * 5 + 2;
     let spoilt = changed(&desk.read("taps.csv"), "strain", |k, y| if k == wrong { 1.2 * y } else { y });
     desk.write("wrong.csv", spoilt);
     desk.ok("locate cal/calibration.toml wrong.csv --out wrong");
     for (k, row) in desk.table("wrong/located.csv").rows.iter().enumerate() {
-        // Of two taps that disagree nobody can say which is wrong.
         let expected = (wrong..=wrong + 2).contains(&(k + 1));
         assert_eq!(row["object_status"].contains("inconsistent"), expected, "row {k}: {row:?}");
         if expected && k + 1 > wrong {
@@ -137,7 +134,6 @@ fn a_stream_of_one_object_says_so_far() {
     assert_eq!((answers.columns.join(",").as_str(), answers.rows.len()), (names, 5));
     let sigmas = answers.numbers("object_sigma_mm");
     assert!(sigmas[4] < sigmas[0], "{sigmas:?}");
-    // What is no tap tells nothing.
     let more = format!("{}nonsense\n0,0\n{}", taps[0], taps[1]);
     let answers = desk.stream("locate cal/calibration.toml --same", &more);
     assert_eq!(answers.column("taps"), ["1", "", "", "2"]);
@@ -154,7 +150,6 @@ fn what_tells_each_tap_alone_says_so() {
     assert!(ran.stderr.contains("column object is not looked at"), "{}", ran.stderr);
 }
 
-/// What `next` says, with its table in n.
 fn next(desk: &Desk, more: &[&str]) -> serde_json::Value {
     let own = ["next", "cal/calibration.toml", "--json", "--force", "--out", "n"];
     desk.run(&[&own[..], more].concat()).exits(0).json()["result"].clone()
@@ -175,7 +170,7 @@ fn the_next_tap_is_the_one_that_tells_most() {
     assert!(sigma(&told, "least_sigma_mm") < least && least < sigma(&told, "sigma_mm"), "{told}");
     let told = next(&desk, &["taps.csv", "--only", "at 30", "--within", "1,4"]);
     assert!((1.0..=4.0).contains(&told["theta_deg"].as_f64().unwrap()), "{told}");
-    // What is expected after the tap is what the tap then brings.
+    // The σ expected for the next tap is the σ found after it.
     let lines: Vec<String> = desk.read("taps.csv").lines().map(str::to_owned).collect();
     let own: Vec<&String> = lines.iter().filter(|line| line.ends_with("at 38")).collect();
     let mut expected: Vec<f64> = Vec::new();
@@ -217,12 +212,12 @@ fn the_base_may_move() {
     }
     let sigmas: Vec<f64> = rows.iter().map(|row| of(row, "object_sigma_mm")).collect();
     assert!(sigmas[3] < 0.6 * sigmas[1], "{sigmas:?}");
-    // The first of all that were nearer tells the distance from where it is told.
+    // An object's distance is measured from the first base position, also if all taps are from nearer ones.
     desk.write("near.csv", header.clone() + &of_tap(28.0, 5.0, "p,8"));
     desk.ok("locate cal/calibration.toml near.csv --out near");
     let row = desk.table("near/located.csv").rows.remove(0);
     assert!((of(&row, "object_distance_mm") - of(&row, "distance_mm") - 8.0).abs() < 1e-9, "{row:?}");
-    // One place is wrong by 3 mm; another one is no number.
+    // One position is wrong by 3 mm, another is not a number.
     let wrong = text.replace("p,10", "p,13").replace("p,8", "p,8 mm");
     desk.write("wrong.csv", &wrong);
     let ran = desk.ok("locate cal/calibration.toml wrong.csv --out wrong");
@@ -238,11 +233,10 @@ fn the_base_may_move() {
         }
     }
 
-    // The tap after two from where distances are told from.
     let text = taps[..2].iter().fold(header, |text, (a, theta, end)| text + &of_tap(*a, *theta, end));
     desk.write("two.csv", text);
     let next = |more: &[&str]| next(&desk, &[&["two.csv"], more].concat());
-    // A motor that turns little: nearer is better by as much as the signal grows.
+    // A motor with a small angle: going nearer helps as the signal grows.
     let (stays, moves) = (next(&["--within", "1,4"]), next(&["--within", "1,4", "--shift", "-4,20"]));
     let number = |told: &serde_json::Value, key: &str| told[key].as_f64().unwrap_or(f64::NAN);
     assert_eq!(number(&stays, "shift_mm"), 0.0);
@@ -250,7 +244,7 @@ fn the_base_may_move() {
     let brings =
         |told: &serde_json::Value| precision(told, "expected_sigma_mm") - precision(told, "sigma_mm");
     assert!(brings(&moves) > 1.7 * brings(&stays) && number(&moves, "shift_mm") > 8.0, "{stays} {moves}");
-    // Only to where the object is within the calibrated distances for certain: 21 to 48 mm.
+    // Positions only where the object is certainly within the calibrated 21 to 48 mm.
     let table = desk.table("n/next.csv");
     let shifts: Vec<f64> = table.rows.iter().map(|row| of(row, "shift_mm")).collect();
     assert!(shifts[0] == -4.0 && !table.statuses().contains(&"outside_calibration"), "{}", table.text);
@@ -261,7 +255,6 @@ fn the_base_may_move() {
     let beyond = next(&["--shift", "30,40"]);
     let answer = beyond["answer"].as_str().unwrap();
     assert!(beyond["theta_deg"].is_null() && answer.contains("From nowhere"), "{beyond}");
-    // Before the first tap it stays.
     let first = ["next", "cal/calibration.toml", "--shift", "-5,5", "--json", "--out", "f"];
     let ran = desk.run(&first).exits(0);
     assert!(ran.stderr.contains("--shift is not looked at before the first tap"), "{}", ran.stderr);
@@ -277,7 +270,6 @@ fn an_array_tells_objects_too() {
     let header = format!("whisker,{}\n", all.lines().next().unwrap());
     let mut files = [header.clone(), header.clone(), header.clone()];
     for (k, line) in all.lines().skip(1).enumerate() {
-        // Both whiskers tap every object, by turns.
         for name in if k % 3 == 0 { ["right", "left"] } else { ["left", "right"] } {
             let row = format!("{name},{line}\n");
             files[usize::from(name == "right")] += &row;
@@ -313,7 +305,7 @@ fn an_array_tells_objects_too() {
     assert!(run("--object object --estimator paper").exits(2).stderr.contains("learned"));
 }
 
-/// Taps of poles that tilt, by two gauges: distance and tilt of an object are those of all its taps, and a wrong one is named.
+/// Tilted poles, two gauges: distance and tilt of an object come from all its taps, and a wrong tap is named.
 #[test]
 fn two_gauges_tell_an_object_together() {
     const RIG: &str =

@@ -1,4 +1,4 @@
-//! `vibrissa optimise`: its files, its answer, what stops it.
+//! `vibrissa optimise`: files, answer, stop conditions.
 
 use crate::common;
 
@@ -12,17 +12,16 @@ use vibrissa::optimise::{self, Step, Watch};
 use vibrissa::scene::search::Quantity;
 use vibrissa::scene::{Column, RunOptions};
 
-/// Two variables, a noisy gauge, a strain limit that binds.
 const SPEC: &str = "[whisker]\nD = 10\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n\
                     [tap]\na = { from = 21, to = 48, step = 3 }\n\
                     [optimise]\nobjective = \"distance\"\nvariables = { d = [2, 10], theta = [0.5, 10] }\nlimits = { strain = 0.02 }\n";
 
-/// Steps as text, in which a missing figure equals a missing figure.
+/// Steps as text, so that two missing figures compare equal.
 fn told(history: &[Step]) -> String {
     format!("{history:?}")
 }
 
-/// Of a cone by its angle and by a displacement, and of a whisker with a core on a root that gives way.
+/// A cone by angle and by displacement, and a whisker with a core on an elastic root.
 #[test]
 fn best_toml_runs_in_sweep_and_gives_the_same_figures() {
     let moved = SPEC
@@ -49,9 +48,8 @@ fn best_toml_runs_in_sweep_and_gives_the_same_figures() {
         let best = &json["result"]["best"];
         for column in columns.split(' ') {
             let found = best[column].as_f64().unwrap_or_else(|| panic!("{column}: {best}"));
-            // Tables name no column that is the same in all designs.
             let swept = row.get(column).map_or(found, |x| x.parse().unwrap());
-            // The reader of JSON may round the last digit otherwise.
+            // The JSON reader may round the last digit differently.
             let close = (swept - found).abs() <= f64::EPSILON * found.abs();
             assert!(close || text == built && column == "total_rms_mm", "{column}: {swept:e} {found:e}");
         }
@@ -88,7 +86,6 @@ fn the_same_seed_finds_the_same_on_every_backend_again() {
     }
 }
 
-/// Without noise the smallest angle is best, with it an angle inside.
 #[test]
 fn noise_moves_the_best_angle_from_its_bound_inside() {
     let quiet = SPEC.replace("20e-6", "0");
@@ -100,7 +97,7 @@ fn noise_moves_the_best_angle_from_its_bound_inside() {
     assert!(noisy.binding.is_empty(), "{:?}", noisy.binding);
 }
 
-/// Ends the search after so many evaluations, as Ctrl-C does.
+/// Stops the search after this many evaluations, as Ctrl-C does.
 struct Interrupt<'a>(&'a AtomicBool, u64);
 
 impl Watch for Interrupt<'_> {
@@ -136,12 +133,10 @@ fn budgets_are_kept() {
         let report = search(&format!("{spec}budget = {{ evaluations = {evaluations} }}\n"), CPU);
         assert_eq!((report.evaluations, report.ended), (evaluations, Ended::Evaluations));
     }
-    // No machine ends this search sooner.
     let slow = format!("{SPEC}budget = {{ seconds = 0.01 }}\nrobust = {{ D = 0.05, samples = 256 }}\n");
     assert_eq!(search(&slow, CPU).ended, Ended::Seconds);
 }
 
-/// The best of a list of angles is that of the searches with each of them.
 #[test]
 fn a_list_of_angles_gives_the_best_of_them() {
     let listed = |theta: &str| {
@@ -168,7 +163,7 @@ fn tolerances_ask_for_more_margin() {
     let mean = robust("measure = \"mean\"");
     let worst = robust("measure = \"cvar90\"");
     let nominal = robust("calibrated = \"nominal\"");
-    // A limit kept by nine of ten whiskers is kept with a margin by the nominal one.
+    // A limit that nine of ten whiskers keep leaves the nominal one a margin.
     assert!(mean.best.row.figures().strain_max.unwrap() < 0.0199);
     assert!(
         base.value < mean.value && mean.value < worst.value && worst.value < nominal.value,
@@ -203,7 +198,7 @@ fn sensitivities_agree_with_differences_of_sweeps() {
     }
 }
 
-/// The reference, which is more accurate than the kernel that searched, finds the limits kept.
+/// The limits also hold by the reference, which is more accurate than the kernel that searched.
 #[test]
 fn an_optimum_at_a_limit_keeps_it_also_by_the_reference() {
     for (d, seed) in

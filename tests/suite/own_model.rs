@@ -1,4 +1,4 @@
-//! Distances told by the model itself (`[estimate] theory = "exact"`), against scans of the reference and against rigs.
+//! Distances by the model itself (`[estimate] theory = "exact"`), against scans of the reference and against rigs.
 
 use crate::common::measuring::{REAL, calibrated, fresh, locator, prototype, score, table};
 use crate::common::program::{Desk, says};
@@ -20,14 +20,13 @@ const LINEAR: &str = "[model]\ngeometry = \"linear\"\nshear = true\n";
 const EXACT: &str = "[estimate]\ntheory = \"exact\"\n";
 const FRICTION: &str = "[model]\nextension = true\nsurface = true\ncontact = { coulomb = 0.3 }\nmaterial = { neo-hookean = 3.2 }\n";
 
-/// A spec with a gauge from `x_ss` on and more lines of `[gauge]`.
 fn spec(d: f64, gauge: &str, tap: &str, more: &str) -> String {
     format!(
         "[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nl = 2\nnoise_strain = {NOISE:e}\n{gauge}\n[tap]\n{tap}\n{more}{EXACT}"
     )
 }
 
-/// Every tap of the spec is told as a scan tells it, on every one of `places`; the largest relative difference of σ on each.
+/// Every tap must have the distance and word of a scan, on each of `places`; returns the largest relative difference of σ on each.
 fn told_as_scanned(text: &str, places: [Place; 3]) -> [f64; 3] {
     let setup = specs::parse(text).expect("a spec").study.setup;
     let mut scans: Vec<(f64, Scan)> = Vec::new();
@@ -64,17 +63,16 @@ fn sweeps_tell_taps_as_a_scan_does() {
         ("far side", spec(7.0, "x_ss = 5\nside = \"far\"", &format!("{far}\ntheta = [4]"), REAL)),
         ("displaced", spec(4.0, "x_ss = 5", &format!("drive = \"displacement\"\n{far}\ndelta = [1, 5]"), "")),
         ("friction", spec(7.0, "x_ss = 5", &format!("{far}\ntheta = [2, 8]"), FRICTION)),
-        // It sticks from 46.6 mm on.
         ("stick and slide", spec(4.0, "x_ss = 5", &format!("{far}\ntheta = [12]"), FRICTION)),
         ("one distance", spec(4.0, "x_ss = 5", "a = 30\ntheta = [4]", "")),
         ("narrow", spec(4.0, "x_ss = 5", "a = [30, 30.5, 31]\ntheta = [4]", "")),
-        // A cylinder's peak is at twice the gauge: 20 has no other distance on the whisker, 25 has.
+        // A cylinder's peak is at twice the gauge position: the reading of 20 mm has no second distance on the whisker, that of 25 mm has.
         ("before the peak", spec(10.0, "x_ss = 15", "a = [20, 25, 40, 48]\ntheta = [1, 5]", "")),
         ("next to the gauge", spec(10.0, "x_ss = 15", "a = [16, 18, 48]\ntheta = [1]", "")),
         ("linear", spec(4.0, "x_ss = 5", &format!("{far}\ntheta = [4]"), LINEAR)),
     ];
     for (name, text) in &cases {
-        // A device compiles its kernel for each model: it has one.
+        // A device compiles a kernel for each model: it gets one.
         let (last, most) = if *name == "real" { (GPU, 1e-3) } else { (REFERENCE, 1e-5) };
         let worst = told_as_scanned(text, [CPU_F64, CPU, last]);
         println!("{name}: {worst:?}");
@@ -98,7 +96,7 @@ fn what_is_no_distance_stays_as_it_is() {
     assert!(number(&one[0], "total_rms_mm").unwrap() > 0.0);
 }
 
-/// A chart knows the paper's estimate only; `--plan` does not promise it.
+/// Charts contain the paper's estimate only: no ranking from charts, also in `--plan`.
 #[test]
 fn no_chart_ranks_what_the_model_tells() {
     let text = |theory: &str| {
@@ -124,7 +122,6 @@ fn no_chart_ranks_what_the_model_tells() {
     assert_eq!((best.len(), number(&best[0], "total_rms_mm")), (3, Some(least)));
 }
 
-/// Noise of a row by the reference.
 fn scanned_noise(text: &str, drive: f64, distances: &[f64]) -> f64 {
     let spec = specs::parse(text).expect("a spec");
     let whisker = Tuple { drive, ..spec.study.space.whisker().expect("one whisker") };
@@ -147,11 +144,9 @@ fn the_best_angle_is_that_of_a_scan() {
     let strain = found["optimum"]["strain_max"].as_f64().unwrap();
     assert!(strain <= 0.05 && strain > 0.05 * (1.0 - 1e-8), "{strain}");
 
-    // What the other gives is what it finds when it is asked for.
     let other = &found["other"];
     desk.write("spec.toml", text.replace("\"exact\"", "\"euler-bernoulli\""));
     let paper = tap("");
-    // Its grid is coarser, but the optimum is polished.
     let alike = |a: &serde_json::Value, b: &serde_json::Value| {
         let number = |key: &str| a[key].as_f64().zip(b[key].as_f64());
         ["theta_deg", "total_rms_mm", "K_mean", "K_sd", "noise_rms_mm", "strain_max"]
@@ -193,7 +188,7 @@ fn searches_find_what_a_scan_finds() {
     }
 }
 
-/// The nominal whisker's model reads what the built one shows; a whisker that is calibrated itself has no bias.
+/// The nominal model inverts the strains of the built whisker; a whisker calibrated itself has no bias.
 #[test]
 fn tolerances_are_read_with_the_nominal_model() {
     let robust = |calibrated: &str| {
@@ -224,7 +219,7 @@ fn tolerances_are_read_with_the_nominal_model() {
     assert!((report.value / total - 1.0).abs() < 1e-4, "{} against {total}", report.value);
 }
 
-/// The limit `unambiguous` is that of the model's own peak, which lies elsewhere than that of f.
+/// `unambiguous` refers to the peak of the model's strain, which differs from that of f.
 #[test]
 fn distances_are_unambiguous_beyond_the_models_own_peak() {
     let text = SEARCH.replace("strain = 0.03", "unambiguous = true").replace("x_ss = 5", "x_ss = 12");

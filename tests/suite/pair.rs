@@ -1,4 +1,4 @@
-//! Two gauges 90° apart: what is calibrated of the second, and what distance, tilt and place of a tap are worth.
+//! Two gauges 90° apart: calibration of the second, and the accuracy of distance, tilt and position.
 
 use std::sync::Arc;
 
@@ -15,10 +15,8 @@ use vibrissa::simulate::Settings;
 
 const NOISE: f64 = 1e-5;
 const SECOND: &str = "second = true\nnoise_strain = 1e-5\n";
-/// Poles of known tilt.
 const RIG: &str =
     "[tap]\na = { from = 18, to = 48, step = 3 }\ntilt = [-20, 0, 20]\ntheta = [2, 4, 6, 8, 10]\n";
-/// A thousand taps of their own.
 const FRESH: &str = "[tap]\na = { from = 21, to = 45, steps = 50 }\n\
                      tilt = { min = -30, max = 30, samples = 20, sampler = \"random\", seed = 9 }\ntheta = 6\n";
 
@@ -26,7 +24,6 @@ fn noisy(seed: u64, repeats: u64) -> Settings {
     Settings { noise: NOISE, seed, repeats, ..Settings::default() }
 }
 
-/// A calibration of two gauges by poles of known tilt.
 fn calibration(model: &str) -> Arc<Calibrated> {
     let text = prototype(4.0, &[SECOND, RIG, model]);
     once(&table(&text, &noisy(1, 3)), &text)
@@ -82,7 +79,7 @@ fn a_thousand_taps_are_as_good_as_their_noise_allows() {
         assert!((distance(&two) / expected - 1.0).abs() < 0.05, "{name}: {} {expected}", distance(&two));
         assert!((0.95..1.05).contains(&scaled), "{name}: {scaled}");
         assert!((0.6..0.76).contains(&covered) && (0.6..0.76).contains(&tilts_covered), "{name}: {covered}");
-        // Linear theory is biased where rotation is finite, and one gauge takes a tilt for a distance.
+        // Linear theory is biased at finite rotation; one gauge alone mistakes a tilt for a distance.
         assert!(tilt(&paper) > 4.0 * tilt(&two) && alone > 20.0 * distance(&two), "{name}");
     }
 }
@@ -97,7 +94,7 @@ fn factor_and_misalignment_are_found_back() {
         let row = |line: &str| {
             let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
             let [first, second] = places.map(|p| fields[p].parse::<f64>().unwrap());
-            // Hooke's whisker without extension: the centreline keeps its length.
+            // Hooke's whisker without extension: no centreline strain.
             fields[places[1]] = (factor * (second * angle.cos() - first * angle.sin())).to_string();
             fields.join(",") + "\n"
         };
@@ -113,19 +110,19 @@ fn factor_and_misalignment_are_found_back() {
     assert!((second.misalignment_deg - 2.0).abs() < 4.0 * second.sigma_misalignment_deg, "{second:?}");
     assert!(second.sigma_factor < 1e-3 && second.sigma_misalignment_deg < 0.02, "{second:?}");
     assert!((0.9..1.2).contains(&(second.noise / NOISE)), "{second:?}");
-    // Tilted rows calibrate nothing else.
+    // Tilted rows affect only the second gauge's calibration.
     let upright = |l: &&str| l.starts_with('a') || l.split(',').nth(1) == Some("0");
     let upright: String = made.lines().filter(upright).map(|l| format!("{l}\n")).collect();
     let lone = calibrated(&upright, &text, &[]);
     assert_eq!(lone.calibration.noise, found.calibration.noise);
     assert_eq!(lone.calibration.sides[0], found.calibration.sides[0]);
-    // Upright rows tell the misalignment, with the factor of the first gauge.
+    // Upright rows determine the misalignment, with the factor of the first gauge.
     let second = lone.calibration.second.as_ref().unwrap();
     assert_eq!(second.fitted, ["misalignment"]);
     assert!((second.misalignment_deg - 2.0 * factor).abs() < 0.02, "{second:?}");
     let told = |w: &String| w.contains("its factor is taken to be that of");
     assert!(lone.warnings.iter().any(told), "{:?}", lone.warnings);
-    // Both are in what readings are answered by.
+    // Readings are answered with factor and misalignment.
     let readings = |a: f64, tilt: f64| {
         let tap = format!("[tap]\na = {a}\ntilt = {tilt}\ntheta = 6\n");
         data(&changed(&table(&prototype(4.0, &[SECOND, &tap]), &Settings::default())))
@@ -184,7 +181,7 @@ fn the_commands_take_two_signals() {
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!((lines[0], lines.len()), (header, 7));
     assert!(lines[1].ends_with("no_strain") && lines[2].ends_with(",ok"), "{out}");
-    // No field of a line of another shape is told as another.
+    // A line of another shape leaves its fields empty.
     assert!(lines[3].starts_with(",,,") && lines[3].ends_with("bad_input"), "{out}");
     assert!(lines[4].starts_with("6,,") && lines[4].ends_with("bad_input"), "{out}");
     assert!(lines[5].ends_with("no_strain") && lines[6].ends_with("outside_calibration"), "{out}");
@@ -215,7 +212,7 @@ fn readings_of_two_signals_are_answered_together() {
         assert_eq!(found, alone(line));
         assert!(found.ends_with(&format!(",{word}")), "{found}");
     }
-    // What is added to both signals is taken away.
+    // `--zero` is subtracted from both signals.
     let numbers =
         |line: &str| -> Vec<f64> { line.split(',').skip(3).take(11).map(|x| x.parse().unwrap()).collect() };
     let shifted = locate(&["--zero", "-0.001,0.002"], "6,0.019,0.006\n").exits(0).stdout;
@@ -228,7 +225,6 @@ fn readings_of_two_signals_are_answered_together() {
     assert!(locate(&["--zero", "1,2,3"], "").exits(2).stderr.contains("X,Y"));
     let export = "calibrate sim/measurements.csv --whisker spec.toml --export c --out cal2";
     desk.refuses(export, &["--export", "[second]"]);
-    // One gauge knows one zero.
     let text = prototype(4.0, &["noise_strain = 1e-5\n"]);
     desk.write("one.toml", text);
     desk.ok("calibrate sim/measurements.csv --whisker one.toml --out one");

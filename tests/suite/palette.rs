@@ -1,10 +1,9 @@
-//! Colours of figures and pages: far enough apart for every reader, on white and on the dark ground of a page.
+//! Colours of figures and pages: distinct for every kind of sight, on white and on a page's dark ground.
 
 use vibrissa::figure::{COLOURS, DARK, MAP_DARK};
 
 type Linear = [f64; 3];
 
-/// A colour as in CSS, in linear light.
 fn linear(text: &str) -> Linear {
     std::array::from_fn(|i| {
         let part = u8::from_str_radix(&text[2 * i + 1..2 * i + 3], 16).expect("hexadecimal digits");
@@ -39,7 +38,7 @@ fn lab(rgb: Linear) -> Linear {
     [116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])]
 }
 
-/// Least distance in CIELAB of two of `colours` to each kind of sight.
+/// Smallest CIELAB distance between two of `colours`, for each kind of sight.
 fn least(colours: &[&str; 8]) -> [f64; 4] {
     SIGHT.map(|sight| {
         let seen = colours.map(|c| lab(times(&sight, linear(c))));
@@ -52,7 +51,7 @@ fn least(colours: &[&str; 8]) -> [f64; 4] {
 
 #[test]
 fn no_two_colours_look_the_same_to_any_reader() {
-    // As far as they are since they were chosen by CIEDE2000, in plain distances of CIELAB.
+    // The colours were chosen by CIEDE2000; these are their plain CIELAB distances.
     for (colours, told) in [(COLOURS, [26.4, 17.9, 9.7, 16.1]), (DARK, [42.6, 21.7, 18.8, 18.9])] {
         let found = least(&colours);
         assert!(found.iter().zip(told).all(|(x, told)| (x - told).abs() < 0.1), "{found:?}, told {told:?}");

@@ -1,11 +1,11 @@
-//! Figures as they lie on paper: words off the curves, bands, panels to scale.
+//! Figures on paper: labels off the curves, bands, panels to scale.
 
 use vibrissa::figure::drawing::{Drawing, Item, Step};
 use vibrissa::figure::font::{Font, length};
 use vibrissa::figure::sheet::lay;
 use vibrissa::figure::{Along, Axis, Cells, Figure, Mark, Marker, Panel, Path, Style};
 
-/// Places on the lines of data that are drawn, four to the point of paper.
+/// Points on the data lines, four per typographic point.
 fn on_lines(d: &Drawing) -> Vec<[f64; 2]> {
     let mut all = Vec::new();
     for item in &d.items {
@@ -68,7 +68,7 @@ fn words_lie_on_no_curve() {
             }
         }
     }
-    // Of 40 × 3 × 6 words nearly all have room.
+    // Nearly all of the 40 × 3 × 6 labels have room.
     assert!(written > 600, "{written}");
 }
 
@@ -89,7 +89,7 @@ fn a_map_of_three_values_has_three_colours() {
         });
         fills.collect::<std::collections::HashSet<_>>()
     };
-    // Of the map and of the scale beside it; values that differ in their last digit are one.
+    // Colours of the map and of its scale; values that differ in the last digit share one.
     for third in [3.0, 3000.0] {
         let z = vec![1.0, 2.0, third, 2.0, 2.0 * (1.0 + f64::EPSILON), f64::NAN, 1.0];
         assert_eq!(colours(z).len(), 3);

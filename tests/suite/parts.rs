@@ -1,5 +1,4 @@
-//! Parts of a sweep and their merge: the tables of the whole, byte for byte, whatever is asked and into however many parts it is cut; and
-//! what is no whole set of parts is refused.
+//! Parts of a sweep and their merge: the tables of the whole, byte for byte, for every output and number of parts; incomplete sets are refused.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -15,7 +14,6 @@ use vibrissa::sink::shard::Shard;
 use vibrissa::spec;
 use vibrissa::sweep::{self, Target};
 
-/// Sweeps `text` into `out`, as a whole or as a part.
 fn sweep_part(text: &str, list: &str, place: Place, shard: Option<Shard>, out: &Path) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("list.csv"), list).unwrap();
@@ -27,7 +25,6 @@ fn sweep_part(text: &str, list: &str, place: Place, shard: Option<Shard>, out: &
     sweep::run(&spec, &plan, &choice, &target, &mut Silent).unwrap_or_else(|e| panic!("{e}\n{text}"));
 }
 
-/// Bytes of the tables in `folder`.
 pub fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut all: Vec<(String, Vec<u8>)> = std::fs::read_dir(folder)
         .unwrap()
@@ -39,7 +36,7 @@ pub fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// What of the counts does not depend on how a sweep was cut, and the sweeps of a tap.
+/// Counts that do not depend on the parts, and the mean sweeps of a tap.
 fn counted(folder: &Path) -> (Vec<Value>, f64) {
     let run: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
@@ -48,19 +45,17 @@ fn counted(folder: &Path) -> (Vec<Value>, f64) {
     (keys.iter().map(|key| counts[*key].clone()).collect(), counts["sweeps_mean"].as_f64().unwrap())
 }
 
-/// The whole, and the same of so many parts.
 pub fn joined(text: &str, list: &str, place: Place, parts: u32) {
     joined_each(text, list, place, &[parts]);
 }
 
-/// The same of every number of parts in `all`.
 pub fn joined_each(text: &str, list: &str, place: Place, all: &[u32]) {
     let whole = tempfile::tempdir().unwrap();
     sweep_part(text, list, place, None, &whole.path().join("out"));
     all.iter().for_each(|parts| joins(text, list, place, *parts, &whole.path().join("out")));
 }
 
-/// That `parts` of a sweep, joined, are the `whole`.
+/// Fails unless `parts` parts, joined, give the bytes of `whole`.
 fn joins(text: &str, list: &str, place: Place, parts: u32, whole: &Path) {
     let cut = tempfile::tempdir().unwrap();
     for index in 1..=parts {
@@ -76,7 +71,7 @@ fn joins(text: &str, list: &str, place: Place, parts: u32, whole: &Path) {
     }
     let ((one, sweeps), (other, joined)) = (counted(whole), counted(cut.path()));
     assert_eq!(one, other, "{text}");
-    // Taps beside slow ones are swept as often as these; ranked parts have charts of their own.
+    // The number of sweeps depends on neighbouring taps; ranked parts make their own charts.
     let similar = (joined - sweeps).abs() <= 0.2 * sweeps || text.contains("top = ");
     assert!(similar && joined >= 0.0, "{sweeps} and {joined} sweeps:\n{text}");
 }
@@ -90,7 +85,6 @@ fn grid(designs: usize, output: &str) -> String {
     format!("{whisker}{GAUGE}{TAP}[output]\n{output}\n")
 }
 
-/// A tuple file whose designs and drives interleave.
 fn list(rows: usize) -> String {
     let row = |i: usize| {
         let design = i * 7 % 5;
@@ -103,8 +97,7 @@ fn listed(output: &str) -> String {
     format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[output]\n{output}\n")
 }
 
-/// Every table, ranking and format; ranked from charts (f32), from solved taps (f64), by the reference; more parts than designs; rigs by an axis, in all
-/// routes, and by a column of a tuple file.
+/// Every table, ranking and format; ranked from charts (f32), from solved taps (f64), by the reference; more parts than designs; axes of rigs.
 #[test]
 fn parts_give_the_bytes_of_the_whole() {
     let ranked = "top = 9\nby = \"total_rms_mm\"";
@@ -141,7 +134,6 @@ fn parts_give_the_bytes_of_the_whole() {
     }
 }
 
-/// A tuple file with one column more.
 fn with_column(list: &str, name: &str, value: impl Fn(usize) -> usize) -> String {
     let row = |(i, line): (usize, &str)| match i {
         0 => format!("{line},{name}\n"),
@@ -150,7 +142,7 @@ fn with_column(list: &str, name: &str, value: impl Fn(usize) -> usize) -> String
     list.lines().enumerate().map(row).collect()
 }
 
-/// Strokes of several directions, given by axes, zipped with a whisker or with the drive, and listed.
+/// Directions given by axes, zipped with a whisker or with the drive, and listed.
 #[test]
 fn parts_of_tilted_taps_give_the_bytes_of_the_whole() {
     let second = |text: &str| text.replace("noise_strain", "second = true\nnoise_strain");
@@ -172,7 +164,6 @@ fn parts_of_tilted_taps_give_the_bytes_of_the_whole() {
     }
 }
 
-/// Rows of a tuple file, more than go together, and designs that are larger than a chunk.
 #[test]
 fn large_parts_give_the_bytes_of_the_whole() {
     let file = crate::kept::alternating(100_000);
@@ -207,7 +198,6 @@ fn the_program_makes_parts_and_joins_them() {
     desk.sweep(&["--out", "whole"]).exits(0);
     let ran = desk.sweep(&["--out", "out", "--shard", "2/3"]).exits(0);
     assert!(ran.stdout.contains("out/shard-2-of-3/tuples.csv"), "{}", ran.stdout);
-    // What is missing is named.
     let ran = desk.line("merge out").exits(2);
     assert!(ran.stderr.contains("2 of 3 parts are missing: 1, 3"), "{}", ran.stderr);
     for task in ["3", "1"] {
@@ -231,7 +221,7 @@ fn the_program_makes_parts_and_joins_them() {
     let run = desk.whole("out");
     assert_eq!(run["parts"].as_array().map(Vec::len), Some(3));
     assert!(run["shard"].is_null() && run["parts"][1]["part"] == "2/3", "{run}");
-    // It is the result of the spec: the same command replaces it, and a merge replaces it again.
+    // The same sweep may replace a merged result, and a merge may replace it again.
     desk.sweep(&["--out", "out"]).exits(0);
     desk.ok("merge out/shard-1-of-3 out/shard-2-of-3 out/shard-3-of-3");
     desk.ok("merge out --out elsewhere --quiet");
@@ -267,7 +257,7 @@ fn searches_with_seeds_of_their_own_are_joined() {
     assert_eq!(parts.iter().map(|p| p["seed"].as_u64().unwrap()).collect::<Vec<_>>(), [5, 6, 7]);
     let values: Vec<f64> = parts.iter().map(|p| p["value"].as_f64().unwrap()).collect();
     assert_eq!(run["result"]["value"], values.iter().copied().fold(f64::INFINITY, f64::min));
-    // A front of which no point beats another, with the best of every part in it.
+    // The front has no dominated point and contains the best of every part.
     let front = crate::common::sweeping::Table::read(&desk.path("out/pareto.csv"));
     let figures: Vec<(f64, f64)> = std::iter::zip(front.numbers("K_sd"), front.numbers("total_rms_mm"))
         .map(|(a, b)| (a.unwrap(), b.unwrap()))
@@ -295,7 +285,7 @@ fn what_does_not_belong_together_is_refused() {
         assert!(!desk.path("joined").exists());
     };
     let again = || desk.sweep(&["--out", "out", "--shard", "2/2", "--force"]).exits(0);
-    // Edited, torn, of other values, of another precision, of another program's folder, twice, of another count.
+    // Edited, torn, other values, other precision, another program's folder, a part twice, another count.
     let table = desk.read("out/shard-2-of-2/designs.csv");
     desk.write("out/shard-2-of-2/designs.csv", table.replacen("10,7,", "10,8,", 1));
     refused("designs.csv is not what was written");
@@ -303,7 +293,7 @@ fn what_does_not_belong_together_is_refused() {
     std::fs::remove_file(desk.path("out/shard-2-of-2/designs.csv")).unwrap();
     refused("designs.csv is missing");
     again();
-    // The tables name the text of the spec, so that of one comment more cannot be those of the whole.
+    // A part made from another text of the spec is refused, even if the values are the same.
     desk.write("spec.toml", format!("# once more\n{SPEC}"));
     again();
     refused("of another text of the spec, though its values are the same");
@@ -342,7 +332,7 @@ fn what_does_not_belong_together_is_refused() {
     refused("this part is unfinished (2/2)");
 }
 
-/// What a model error leaves off is a function of the whole spec, so parts leave off the same; where `top` keeps rows no part knows those.
+/// The effects left off depend on the whole spec, so parts leave off the same; with `top`, no part knows the kept rows.
 #[test]
 fn parts_with_effects_left_off_give_the_bytes_of_the_whole() {
     let text = SPEC.replace("d = [4, 7]", "d = [4, 5, 6, 7]") + "[model]\nshear = true\nextension = true\n";
@@ -374,7 +364,7 @@ fn parts_with_effects_left_off_give_the_bytes_of_the_whole() {
     assert!(!desk.path("ranked").exists());
 }
 
-/// What a part counts is what the whole counts: a run.json that was changed in any place is refused, also where the value could be one.
+/// A run.json changed in any field is refused, also where the value is plausible.
 #[test]
 fn a_part_whose_record_was_changed_is_refused() {
     let desk = Desk::new(SPEC);
@@ -416,7 +406,6 @@ fn a_part_whose_record_was_changed_is_refused() {
         assert!(told("message").contains("out/shard-2-of-2/run.json is not what"), "{at}: {error}");
         assert!(told("allowed").contains("--force") && !desk.path("joined").exists(), "{at}: {error}");
     }
-    // As programs before wrote it.
     let mut run = honest.clone();
     run.as_object_mut().unwrap().remove("blake3");
     desk.write("out/shard-2-of-2/run.json", format!("{run:#}\n"));

@@ -1,4 +1,4 @@
-//! What a reader of a report sees first, and whether its figures can be read.
+//! The first things a reader of a report sees, and whether figures are legible.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
@@ -12,7 +12,6 @@ use crate::report::{PROTOTYPES, calibrated, data, figure, marks, number, searche
 const RIG: &str = "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
     [tap]\na = { from = 21, to = 48, step = 3 }\ntheta = { from = 0.5, to = 10, steps = 8 }\n";
 
-/// Folders of results of every command that is drawn, and some of their figures.
 fn results() -> (Desk, Vec<(String, &'static str)>) {
     let desk = Desk::new(PROTOTYPES);
     desk.sweep(&["--out", "swept"]).exits(0);
@@ -49,7 +48,6 @@ fn results() -> (Desk, Vec<(String, &'static str)>) {
     (desk, all)
 }
 
-/// Numbers of `answer`, as they are written.
 fn told(answer: &str) -> Vec<f64> {
     let words = answer.split(|c: char| c.is_whitespace() || "();:,°".contains(c));
     words.filter_map(|w| w.trim_end_matches('.').replace('−', "-").parse().ok()).collect()
@@ -80,7 +78,7 @@ fn every_report_begins_with_its_answer_and_has_its_figures() {
         let answer = page["answer"].as_str().unwrap().to_owned();
         assert_eq!(ran.stdout.lines().next(), Some(answer.as_str()));
         assert_eq!(desk.whole(&out)["answer"], page["answer"]);
-        // One sentence with a number in it and no word that only a program knows.
+        // One sentence that contains a number and no identifiers.
         let body = answer.strip_suffix('.').unwrap_or_else(|| panic!("no sentence: {answer}"));
         assert!(!body.contains(". ") && !body.chars().next().is_some_and(char::is_lowercase), "{answer}");
         assert!(!told(&answer).is_empty() && !body.contains("NaN") && !body.contains('–'), "{answer}");
@@ -90,7 +88,7 @@ fn every_report_begins_with_its_answer_and_has_its_figures() {
     }
     calibrated(&desk);
     searched(&desk);
-    // Outliers lie beyond the axis of the residuals, on paper too.
+    // Outliers beyond the axis are counted on paper too.
     let page = data(&desk, "calibrated/report/report.html");
     let beyond = figure(&page, "residuals")["panels"][0]["beyond"].as_str().unwrap().to_owned();
     let words = beyond.split(',').next().unwrap();
@@ -129,7 +127,7 @@ fn every_report_begins_with_its_answer_and_has_its_figures() {
     assert!(answers["pareto"].contains("front") && answers["design"].contains("x_ss = 3 mm"), "{answers:?}");
 }
 
-/// Names of a panel's lines and points differ in marker, so that grey paper tells them apart; and each name has one.
+/// Lines and points of a panel differ in marker, for greyscale print; each name has one marker.
 fn looked_at(page: &Value, folder: &str) {
     for f in page["figures"].as_array().unwrap() {
         for panel in f["panels"].as_array().unwrap() {

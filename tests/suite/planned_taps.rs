@@ -1,4 +1,4 @@
-//! `plan`: taps of a calibration that reach an error with fewer taps than an even grid, and what cannot be planned.
+//! `plan`: calibration taps that reach an error with fewer taps than an even grid; and impossible plans.
 
 use std::fmt::Write as _;
 
@@ -12,14 +12,13 @@ const WHISKER: &str = "[whisker]\nD = 10\nd = 4\nL_a = 60\n[gauge]\nx_ss = 5\nl 
 const TAP: &str = "[tap]\na = { from = 20, to = 50, steps = 11 }\ntheta = [2, 4, 6]\n";
 const MODEL: &str =
     "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\n";
-/// What the user does not know of the rig.
+/// The plan's model lacks this friction of the rig.
 const FRICTION: &str = "contact = { coulomb = 0.3 }\n";
 
 fn spec(model: &str) -> String {
     [WHISKER, TAP, model].concat()
 }
 
-/// Strain of the whisker with friction at each (a, θ), by a table of one tap for each distance and angle.
 fn truth(taps: &[(f64, f64)]) -> Vec<f64> {
     let list = |f: fn(&(f64, f64)) -> f64| {
         let mut all: Vec<f64> = taps.iter().map(f).collect();
@@ -35,8 +34,7 @@ fn truth(taps: &[(f64, f64)]) -> Vec<f64> {
     taps.iter().map(|t| of(t).expect("it was solved")).collect()
 }
 
-/// What a rig records of (run, a, θ), 0 without contact: an offset of the angle, a drift, noise; runs with a gain and a zero of their own, positions
-/// that are set to 0.05 mm.
+/// Readings of a rig at (run, a, θ), θ = 0 without contact: an angle offset, a drift, noise, gain and zero of each run, positions set to 0.05 mm.
 fn record(rows: &[(usize, f64, f64)], random: &mut Random) -> Vec<f64> {
     let mut places: Vec<(f64, f64)> = Vec::new();
     let mut at = Vec::new();
@@ -60,7 +58,7 @@ fn record(rows: &[(usize, f64, f64)], random: &mut Random) -> Vec<f64> {
     rows.iter().enumerate().map(&mut row).collect()
 }
 
-/// Root mean square error of fresh taps in other runs, mm, after a calibration by `rows`.
+/// rms error of fresh taps in other runs, mm, after a calibration with `rows`.
 fn error(desk: &Desk, rows: &[(usize, f64, f64)], seed: u64) -> f64 {
     let mut random = Random(seed);
     let mut text = String::from("run,a_mm,theta_deg,strain\n");
@@ -107,7 +105,7 @@ fn planned_taps_reach_their_error_with_fewer_than_an_even_grid() {
     assert_eq!(result["taps"], taps);
     assert!(told.starts_with(&format!("{taps} taps at ")), "{told}");
     assert!(result["sigma_mm"].as_f64().unwrap() <= 0.15);
-    // The best of many even grids, which choose among the drives too.
+    // `even_taps` is the best of many even grids, with their drives chosen too.
     assert!(result["even_taps"].as_u64().unwrap() as usize * 4 >= 5 * taps, "{result}");
     let reached = rms((0..8).map(|seed| error(&desk, &rows, 40 + seed)));
     println!("{taps} planned taps {reached:.3} mm; {result}");
@@ -123,14 +121,14 @@ fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
     let of = result["not_told_apart"].as_array().unwrap().iter().find(|a| a["name"] == "a_offset").unwrap();
     let [before, after] = [&of["standard_error"], &of["tap"]["standard_error"]].map(|x| x.as_f64().unwrap());
     assert!(after < 0.5 * before && of["correlation"].as_f64().unwrap().abs() > 0.95, "{of}");
-    // A root so stiff that its turning is not seen.
+    // A root too stiff for the taps to determine.
     desk.write("stiff.toml", spec(MODEL).replace("L_a = 60", "L_a = 60\nroot = { k_theta = 2e5 }"));
     let told = desk.ok("plan stiff.toml --error 0.3 --out stiff").stdout;
     assert!(told.contains("do not determine k_theta"), "{told}");
     for name in ["plan.csv", "plan_errors.csv", "plan.svg", "run.json"] {
         assert!(desk.path("plan").join(name).exists());
     }
-    // Both ends are tapped: what lies beyond has no answer.
+    // The plan taps both ends of each range, since estimates do not extrapolate.
     for (what, key, [least, largest]) in
         [("positions", "a_mm", [20.0, 50.0]), ("drives", "theta_deg", [2.0, 6.0])]
     {
@@ -138,7 +136,6 @@ fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
         let all = result[what].as_array().unwrap();
         assert!(all.first().map(of) == Some(least) && all.last().map(of) == Some(largest), "{what}: {all:?}");
     }
-    // Few positions; the rig as a calibration knows it.
     desk.ok("plan spec.toml --error 0.2 --positions 4 --out four");
     assert!(desk.whole("four")["result"]["positions"].as_array().unwrap().len() <= 4);
     let settings = Settings { repeats: 2, noise: 20e-6, ..Settings::default() };
@@ -147,12 +144,10 @@ fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
     desk.ok("calibrate d.csv --whisker spec.toml --out cal");
     desk.ok("plan spec.toml --error 0.3 --like cal/calibration.toml --out like");
     let rig = desk.whole("like")["result"]["rig"].clone();
-    // One run tells nothing of others.
     assert!((5e-6..8e-5).contains(&rig["noise"].as_f64().unwrap()) && rig["gain"] == 0.003, "{rig}");
     let sensor = "[sensor]\nsignal = \"moment\"\nnoise = 0.1\n";
     desk.write("moment.toml", spec(MODEL).replace("noise_strain = 20e-6", "") + sensor);
     desk.refuses("plan moment.toml --error 1 --like cal/calibration.toml --out no", &["another signal"]);
-    // A limit that forbids the near ones.
     desk.write("limit.toml", spec(MODEL).replace("noise_strain", "strain_limit = 0.02\nnoise_strain"));
     let told = desk.ok("plan limit.toml --error 0.4 --out limit").stdout;
     assert!(told.contains("are left out") && told.contains("the plan is for"), "{told}");

@@ -1,4 +1,4 @@
-//! `vibrissa taps`: rests, plateaus and peaks of a raw record; of one that does not rest taps that are right, or a word that it is not certain where it rests.
+//! `vibrissa taps`: rests, plateaus and peaks of a raw record. Without rests: correct taps, or a refusal.
 
 use std::f64::consts::TAU;
 
@@ -6,15 +6,15 @@ use crate::common::program::Desk;
 use crate::common::random::Random;
 use crate::common::sweeping::{Table, value};
 
-/// A tap: its drive, its signal at the end of the plateau, and how long it stands, s (0: a peak).
+/// Drive, signal at the end of the plateau, and duration in s (0: a peak).
 type Tap = (f64, f64, f64);
 
-/// A record of `taps` above a level that drifts, with noise, at so many samples a second: each rises in `ramp` s, creeps by a share, and rests 1 s.
+/// A record of `taps` with level, drift and noise; `shape`: sample rate (Hz), ramp (s), share of creep. A rest of 1 s precedes each tap.
 fn record(taps: &[Tap], [level, drift, noise]: [f64; 3], shape: [f64; 3], with_drive: bool) -> String {
     above(taps, &|t| level + drift * t, noise, shape, with_drive)
 }
 
-/// The same above `base` of the time, s.
+/// The same on the baseline `base` of the time, s.
 fn above(
     taps: &[Tap],
     base: &dyn Fn(f64) -> f64,
@@ -46,7 +46,7 @@ fn above(
     text
 }
 
-/// Samples a second, seconds of a ramp, and share of creep of most records.
+/// Sample rate (Hz), ramp (s) and share of creep of most records.
 const PLAIN: [f64; 3] = [100.0, 0.2, 0.03];
 
 const TAPS: [Tap; 6] = [
@@ -58,7 +58,6 @@ const TAPS: [Tap; 6] = [
     (4.0, -90.0, 1.0),
 ];
 
-/// Signals of the rows of readings.csv that are no rests, above their rests.
 fn above_rest(table: &Table) -> Vec<f64> {
     let taps = table.rows.iter().filter(|row| row["kind"] != "rest");
     taps.map(|row| value(row, "signal") - value(row, "rest")).collect()
@@ -83,7 +82,6 @@ fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
             assert!((of("reading") - drift - signal).abs() < 0.012 * signal.abs() + 0.5, "{row:?} {signal}");
         }
     }
-    // What it wrote is calibrated: rests are zero readings.
     let ran = desk.line("calibrate t/taps.csv --out cal");
     assert!(!ran.stderr.contains("a_mm"), "{}", ran.stderr);
     let readings = desk.table("t/readings.csv");
@@ -103,7 +101,6 @@ fn peaks_and_steps_are_read_too() {
     for (found, (_, signal, _)) in found.iter().zip(TAPS) {
         assert!((found - signal).abs() < 0.05 * signal.abs() + 0.5, "{found} {signal}");
     }
-    // A staircase: several drives in one contact.
     let mut dice = Random(5);
     let mut text = "t_s,theta_deg,strain\n".to_owned();
     for k in 0..900 {
@@ -167,7 +164,7 @@ fn the_rate_of_a_record_and_its_drift_change_no_reading() {
 
 #[test]
 fn spikes_long_holds_and_negative_drives_are_read() {
-    // Single samples that spring out of the record, and holds that are longer than all rests.
+    // Single-sample spikes, and holds longer than all rests.
     let long: Vec<Tap> = TAPS.iter().map(|(drive, signal, _)| (-drive, *signal, 4.0)).collect();
     let text = record(&long, [10.0, 0.0, 0.3], PLAIN, true);
     let spiked = text.lines().enumerate().map(|(k, line)| match (k % 97 == 50, line.rsplit_once(',')) {
@@ -218,7 +215,6 @@ fn noise_drift_and_hum_hide_no_tap() {
             }
         }
     }
-    // Samples that were lost are no fault.
     let taps = taps();
     let text = record(&taps, [5.0, 0.0, 1e-3], PLAIN, false);
     let lost = |(k, line): (usize, &str)| match line.rsplit_once(',') {
@@ -231,7 +227,7 @@ fn noise_drift_and_hum_hide_no_tap() {
     assert_eq!(desk.table("t/taps.csv").rows.len(), taps.len());
 }
 
-/// A record of 90 samples a second of `signal` (of the time, s), with noise of so much that no two samples are equal.
+/// 90 samples a second of `signal` (of the time, s); the noise makes all samples different.
 fn unrested(seconds: f64, noise: f64, signal: impl Fn(f64) -> f64) -> String {
     let mut random = Random(7);
     let mut sample = |k: i32| {
@@ -241,7 +237,7 @@ fn unrested(seconds: f64, noise: f64, signal: impl Fn(f64) -> f64) -> String {
     format!("t_s,reading\n{}", (0..(90.0 * seconds) as i32).map(&mut sample).collect::<String>())
 }
 
-/// From `low` to `high` and back, `period` s, with ramps that take the share `ramp` of it.
+/// A trapezoidal wave between `low` and `high`; each ramp takes the share `ramp` of the period.
 fn wave(t: f64, period: f64, ramp: f64, [low, high]: [f64; 2]) -> f64 {
     let phase = (t / period).fract();
     let half = 0.5 - ramp;
@@ -286,7 +282,7 @@ fn records_without_rests_between_their_taps_are_refused() {
 #[test]
 fn taps_with_rests_are_read_whatever_their_pattern() {
     let desk = Desk::new("");
-    // To both sides in turn; all to one level; ramps that last as long as the rest; swings where the whisker comes free.
+    // Alternating sides; one level; ramps as long as the rest; oscillation after release.
     let to = |k: usize, levels: &[f64]| levels[k % levels.len()];
     type Tap<'a> = (&'a str, [f64; 3], &'a [f64], f64);
     let cases: [Tap<'_>; 4] = [

@@ -1,4 +1,4 @@
-//! Rows read from charts, column by column against the same reduced from taps solved in f64.
+//! Rows read from charts against rows reduced from taps solved in f64, column by column.
 
 use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, Row, number, sweep};
@@ -9,7 +9,7 @@ use vibrissa::statistics::Figures;
 
 const SAMPLES: usize = 4_000;
 
-/// Designs of a lab with drives of their own, unless `drive` lists them.
+/// Designs of a lab, each with its own drive unless `drive` lists drives.
 fn spec(whisker: &str, gauge: &str, tap: &str, rest: &str) -> String {
     let text = format!(
         "[whisker]\nD = {{ min = 8, max = 12, samples = N }}\n{whisker}\n[gauge]\nx_ss = {{ min = 3, max = 15, samples = N }}\nl = {{ min = 1, max = 4, samples = N }}\nnoise_strain = 2e-5\n{gauge}\n[tap]\na = {{ from = 21, to = 48, steps = 10 }}\n{tap}\n{rest}\n[output]\ntuples = false\ndistances = false\n"
@@ -17,7 +17,7 @@ fn spec(whisker: &str, gauge: &str, tap: &str, rest: &str) -> String {
     text.replace('N', &SAMPLES.to_string())
 }
 
-/// The same words in all rows but some at a threshold, every column to its tolerance, so many of the rows `read` from charts.
+/// Status words agree, except in two rows at a threshold; every column is within its tolerance; the share of rows read from charts is in `read`.
 #[track_caller]
 fn agrees(text: &str, read: std::ops::Range<f64>) {
     let study = specs::parse(text).unwrap().study;
@@ -33,7 +33,7 @@ fn agrees(text: &str, read: std::ops::Range<f64>) {
     assert!(read.contains(&share), "{share} of the rows are read");
     let pairs = || {
         let rows = got.iter().zip(&want).zip(&tuples);
-        // A search counts a contact that slips off, a table does not.
+        // A search counts contacts that slip off, a table does not.
         let on = |want: &Row| !want["status"].contains("slipped_off");
         rows.filter_map(move |((got, want), t)| {
             Some((got.as_ref().filter(|_| on(want))?.row.figures(), want, t))
@@ -96,7 +96,6 @@ fn rows_of_whiskers_on_their_own_angles() {
     for (whisker, gauge, model, read) in [
         (TIPS, "", "", 0.9..1.0001),
         (TIPS, "", PRACTICAL, 0.9..1.0001),
-        // Some whiskers are too short.
         (mixed, "", "", 0.5..0.8),
         (&rig, "side = \"far\"", pole, 0.9..1.0001),
         (TIPS, "", timoshenko, 0.9..1.0001),
@@ -115,7 +114,6 @@ fn rows_of_drives_that_are_shared_and_of_displaced_objects() {
     agrees(&spec(widening, "", moved, "[model]\nextension = true"), 0.0..1.0001);
 }
 
-/// Tables of a sweep that is not ranked, in single precision.
 #[test]
 fn a_table_of_every_design_is_read_to_the_tolerance() {
     let text = spec(TIPS, "", OWN, PRACTICAL);

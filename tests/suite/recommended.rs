@@ -1,11 +1,11 @@
-//! What a sweep recommends: one row within the strain limit, in its own words and in those of its report, merged or not.
+//! The row that a sweep recommends: within the strain limit, in the same words in its report, also after a merge.
 
 use serde_json::Value;
 
 use crate::common::program::{Desk, Ran, SPEC};
 use crate::common::sweeping::{Row, number};
 
-/// The design study of the documentation, its distances told by the model itself.
+/// The design study of the documentation, with distances by the model itself.
 const EXACT: &str = "[whisker]\nD = 10.0\nd = [2, 4, 6, 8, 10]\nL_a = 80.0\n[gauge]\nx_ss = [5, 10]\nl = 2.0\nnoise_strain = 15e-6\n\
                      [tap]\na = { from = 25, to = 70, steps = 10 }\ntheta = { from = 1, to = 10, step = 1 }\n\
                      [model]\nshear = true\nextension = true\nsurface = true\nmaterial = { neo-hookean = 3.2 }\n\
@@ -19,7 +19,7 @@ fn first_line(ran: &Ran) -> String {
     ran.stdout.lines().next().unwrap_or_default().to_owned()
 }
 
-/// What the sweep of `text` into `out` says, what its report says, and the rows that it lists.
+/// First lines of the sweep of `text` and of its report, and the rows that it lists.
 fn told(desk: &Desk, text: &str) -> (String, String, Vec<Value>) {
     desk.write("spec.toml", text);
     let sweep = first_line(&desk.sweep(&["--out", "out"]).exits(0));
@@ -28,7 +28,7 @@ fn told(desk: &Desk, text: &str) -> (String, String, Vec<Value>) {
     (sweep, report, json["result"]["best"].as_array().expect("rows").clone())
 }
 
-/// The row with the least total of those within the strain limit, by hand: d, x_ss and θ.
+/// d, x_ss and θ of the row with the smallest total within the strain limit, searched in the table.
 fn least(desk: &Desk) -> [f64; 3] {
     let rows = desk.table("out/designs.csv").rows;
     let total = |row: &&Row| number(row, "total_rms_mm").expect("a total");
@@ -53,7 +53,6 @@ fn sweep_and_report_recommend_the_best_row_within_the_strain_limit() {
         assert_eq!(named, by_hand);
         assert!(sweep.contains(&format!("x_ss = {} mm, tapped by θ = {}°", named[1], named[2])), "{sweep}");
         recommended.push(named);
-        // Rows beyond the limit follow the others, and each row is another whisker.
         let beyond: Vec<bool> =
             best.iter().map(|row| row["status"].as_str().expect("words").contains("strain_limit")).collect();
         assert!(beyond.is_sorted(), "{beyond:?}");
@@ -72,14 +71,14 @@ fn where_no_row_keeps_the_limit_both_say_so() {
     let (sweep, report, _) = told(&desk, &with_limit(1e-5));
     assert_eq!(sweep, report);
     assert!(sweep.contains("that is beyond its strain limit, and so is every other row"), "{sweep}");
-    // Rows that `top` does not keep are not known.
+    // The sweep cannot know rows that `top` drops.
     let (sweep, report, best) =
         told(&desk, &(EXACT.to_owned() + "[output]\ntop = 8\nby = \"total_rms_mm\"\n"));
     assert_eq!(sweep, report);
     assert!(sweep.contains("so are all 8 rows that `top` keeps"), "{sweep}");
     let totals: Vec<f64> = best.iter().map(|row| row["total_rms_mm"].as_f64().expect("a total")).collect();
     assert!(totals.is_sorted() && totals.len() == 8, "{totals:?}");
-    // Each design keeps its best row, be it beyond the limit: another row of it may be the best within.
+    // Each design keeps its best row, even beyond the limit: another row of it may be the best within.
     let per_design =
         format!("{}[output]\ntop = 8\nper = \"design\"\nby = \"total_rms_mm\"\n", with_limit(0.05));
     let (sweep, report, _) = told(&desk, &per_design);

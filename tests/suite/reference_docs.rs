@@ -1,4 +1,4 @@
-//! The reference says what the code does: keys, defaults, allowed values, columns, words; and what prints it.
+//! The reference agrees with the code: keys, defaults, allowed values, columns, status words; and its output.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -14,7 +14,6 @@ use vibrissa::sink::heading::{HEADINGS, heading};
 use vibrissa::spec::keys::{Key, Section, inline, section, sections};
 use vibrissa::status::Status;
 
-/// Every key, and its section.
 fn all() -> Vec<(&'static Section, &'static Key)> {
     let all = std::iter::once(section("")).chain(sections()).chain(inline());
     all.flat_map(|s| s.keys.iter().map(move |k| (s, k))).collect()
@@ -24,12 +23,11 @@ fn dotted(section: &Section, key: &Key) -> String {
     format!("{}.{}", section.name, key.name)
 }
 
-/// A value written as TOML.
 fn value(text: &str) -> Value {
     format!("x = {text}").parse::<toml::Table>().unwrap_or_else(|e| panic!("{text}: {e}"))["x"].clone()
 }
 
-/// Its example names a file that is not there.
+/// The example of this key names a file that does not exist.
 const FILE_KEY: &str = "tuples.file";
 
 #[test]
@@ -58,7 +56,7 @@ fn every_key_says_what_it_is_and_what_is_allowed() {
     }
 }
 
-/// Of the other inline tables the reader takes its names from the list that the reference is made of.
+/// These tables have their own list of keys; the reader checks other inline tables with the list of the reference.
 #[test]
 fn tables_with_a_list_of_their_own_have_the_same_keys() {
     let unknown = Key { name: "no_such_key", ..Key::default() };
@@ -86,7 +84,7 @@ fn keys_that_are_required_are_those_that_are_missed() {
                 assert!(error.message.contains("missing"), "{name}: {error}");
                 required += 1;
             } else {
-                // A displacement without its drive is no tap angle.
+                // Without `tap.drive`, the spec's displacement is refused.
                 assert!(read.is_ok() || name == "tap.drive", "{name}: {}", read.unwrap_err());
                 free += 1;
             }
@@ -95,7 +93,6 @@ fn keys_that_are_required_are_those_that_are_missed() {
     assert!(required >= 9 && free >= 40, "{required} {free}");
 }
 
-/// What a spec asks.
 fn asked(section: &Section, text: &str) -> String {
     let read = keys::parsed(section, text);
     let (study, search) = read.unwrap_or_else(|e| panic!("{e} in\n{text}"));
@@ -110,7 +107,7 @@ fn a_default_that_is_written_out_changes_nothing() {
         let Ok(parsed) = format!("x = {}", default.trim_matches('`')).parse::<toml::Table>() else {
             continue;
         };
-        // It matters whether these are written; options are no part of what is asked; a drive has another key.
+        // Writing these defaults has an effect; [run] is not part of the study; `tap.drive` would need another key.
         if ["gauge.noise_strain", "output.by", "output.tuples", "tap.drive", "tap.tilt", "tap.lean"]
             .contains(&&*name)
             || name.starts_with("run.")
@@ -125,7 +122,7 @@ fn a_default_that_is_written_out_changes_nothing() {
     assert!(judged >= 35, "{judged}");
 }
 
-/// That the reference has the columns of a table, in their order.
+/// Fails unless the reference has the columns of a table, in their order.
 #[track_caller]
 fn described(command: &str, file: &str, header: &[&str]) {
     let table = HEADINGS.iter().find(|t| t.command == command && t.file == file);
@@ -145,7 +142,7 @@ fn described(command: &str, file: &str, header: &[&str]) {
     assert!(table.columns.iter().all(|c| !c.meaning.is_empty()), "a column of {file} has no meaning");
 }
 
-/// That the reference has every table in `folder`, and its columns.
+/// Fails unless the reference describes every table in `folder`.
 #[track_caller]
 fn described_all(desk: &Desk, command: &str, folder: &str) {
     let files: Vec<String> = desk.names(folder).into_iter().filter(|n| n.ends_with(".csv")).collect();
@@ -156,7 +153,6 @@ fn described_all(desk: &Desk, command: &str, folder: &str) {
     }
 }
 
-/// That what the program with `line` writes into `out` is described.
 #[track_caller]
 fn made(desk: &Desk, line: &str, out: &str) {
     desk.ok(format!("{line} --out {out} --force"));
@@ -215,7 +211,7 @@ fn every_column_of_verify_and_bench_is_described() {
     described("bench", "work_precision.csv", &heading("work_precision").names_as(&[]));
 }
 
-/// Words in quotes behind `=>` or in a pair, in the body of the function `name` of a source file.
+/// Quoted words behind `=>` or in a pair, in the body of the function `name`.
 fn words_of(source: &str, name: &str) -> BTreeSet<String> {
     let body = source.split(&format!("fn {name}(")).nth(1).unwrap_or_else(|| panic!("no fn {name}"));
     let body = body.split("\n    }\n").next().unwrap_or_default();
@@ -273,7 +269,6 @@ fn the_readme_is_a_first_page() {
         let text = std::fs::read_to_string(&page).expect("a page");
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let file = link.split('#').next().unwrap_or_default();
-            // Pictures of the gallery, the reference and the published page are made with the site.
             let is_made = file.starts_with("made/") || ["reference.md", "explore.html"].contains(&file);
             if !link.contains("://") && !file.is_empty() && file.is_ascii() && !is_made {
                 let target = page.parent().expect("a folder").join(file);

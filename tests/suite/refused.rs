@@ -1,4 +1,4 @@
-//! Specs that are refused, each with file, line, key and the reason: the table tests/data/refused.txt.
+//! Specs that are refused, with file, line, key and reason: the table tests/data/refused.txt.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -14,7 +14,7 @@ use vibrissa::plan::Plan;
 use vibrissa::scene::{Contact, Material, RunOptions};
 use vibrissa::spec;
 
-/// What is said of a spec, or of the search in it, that is refused, by the time its run would begin.
+/// The error of a spec or search, up to the start of its run.
 fn refusal(text: &str, folder: &Path) -> Result<(), InputError> {
     let never = AtomicBool::new(false);
     let run = || -> Result<(), Error> {
@@ -37,7 +37,6 @@ fn refusal(text: &str, folder: &Path) -> Result<(), InputError> {
     }
 }
 
-/// A spec with one change, and the line of it.
 pub fn changed(text: &str, change: &str) -> (String, usize) {
     let lines = |text: &str| text.replace(" / ", "\n");
     if let Some((old, new)) = change.split_once("=>") {
@@ -122,7 +121,7 @@ fn a_spec_without_anything_and_a_limit_that_cannot_be_met() {
     let error = parse("").unwrap_err();
     assert_eq!((error.line, error.key.as_deref()), (None, Some("whisker.D")));
     assert!(error.message.contains("[whisker] with D is missing"));
-    // What is said of the least strain is true: so much is enough, a little less is not.
+    // The least strain in the message is exact: this limit is accepted, 1 % less is refused.
     let folder = tempfile::tempdir().expect("a folder");
     let with = |limit: f64| {
         let text = format!(

@@ -1,4 +1,4 @@
-//! `vibrissa report`: what is drawn is what the tables say; every command's result; folders that are no result.
+//! `vibrissa report`: figures show the numbers of the tables; every command's result; folders without a result are refused.
 
 use std::sync::LazyLock;
 
@@ -15,7 +15,7 @@ pub fn data(desk: &Desk, page: &str) -> Value {
     serde_json::from_str(inside).expect("JSON")
 }
 
-/// Whether two lists of points are the same, but for the last digit that reading JSON may cost.
+/// Fails unless two lists of points agree, except for the last digit, which reading JSON may change.
 #[track_caller]
 pub fn same(drawn: &[(f64, f64)], told: &[(f64, f64)], what: &str) {
     let equal = |a: f64, b: f64| (a.is_nan() && b.is_nan()) || (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
@@ -29,7 +29,6 @@ pub fn figure<'a>(data: &'a Value, name: &str) -> &'a Value {
     all.iter().find(|f| f["name"] == name).unwrap_or_else(|| panic!("no figure {name} among {names:?}"))
 }
 
-/// Points of a mark; null is NaN.
 pub fn points(mark: &Value) -> Vec<(f64, f64)> {
     let column = |k: &str| {
         mark[k].as_array().unwrap().iter().map(|x| x.as_f64().unwrap_or(f64::NAN)).collect::<Vec<_>>()
@@ -45,7 +44,6 @@ pub fn number(row: &Row, name: &str) -> f64 {
     row[name].parse().unwrap_or(f64::NAN)
 }
 
-/// Prototypes with noise: three whiskers, ten distances, six angles.
 pub const PROTOTYPES: &str = "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
     [tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 1, 2, 4, 7, 10]\n";
 
@@ -70,14 +68,14 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
             .map(|r| (number(r, x), number(r, y)))
             .collect()
     };
-    // Fig. 7.
+    // The paper's Fig. 7.
     let sd = figure(&data, "sd");
     for mark in marks(&sd["panels"][0]) {
         let d = [4.0, 7.0, 10.0].into_iter().find(|d| mark["name"] == format!("d = {d} mm")).unwrap();
         same(&points(mark), &of(&designs, d, &|_| true, "theta_deg", "K_sd"), "sd");
     }
     assert_eq!(sd["panels"][0]["y"]["log"], true);
-    // Figs. 5, 6 and 8, a panel for each whisker.
+    // The paper's Figs. 5, 6 and 8, a panel for each whisker.
     for (i, d) in [4.0, 7.0, 10.0].into_iter().enumerate() {
         let title = format!("d = {d} mm");
         let mut seen = 0;
@@ -87,7 +85,7 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
             let panel = &figure(&data, name)["panels"][i];
             assert_eq!(panel["title"], title);
             let all: Vec<&Value> = marks(panel).collect();
-            // Linear theory lies under the exact points of the same tap.
+            // The line of linear theory is drawn below the exact points of the same taps.
             for pair in all.chunks(2) {
                 let name = pair[1]["name"].as_str().unwrap();
                 let at = name.split("= ").nth(1).unwrap().trim_end_matches(" mm").trim_end_matches('°');
@@ -158,7 +156,7 @@ fn figures_have_the_formats_and_sizes_that_were_asked_for() {
         }
     }
     let bytes = |name: &str| std::fs::read(desk.path("out/report").join(name)).unwrap();
-    // One column of 88 mm, two with their gap of 181 mm, at 300 to the inch.
+    // One column of 88 mm, and 181 mm for two with their gap, at 300 dpi.
     assert_eq!(size(&bytes("sd.png"))[0], 1040);
     assert_eq!(size(&bytes("K.png"))[0], 2138);
     let pdf = bytes("sd.pdf");
@@ -216,7 +214,6 @@ fn a_page_asks_for_nothing_from_elsewhere() {
     assert_eq!(data["spec"], PROTOTYPES);
 }
 
-/// Points of a calibration are its rows.
 pub fn calibrated(desk: &Desk) {
     let data = data(desk, "calibrated/report/report.html");
     let table = desk.table("calibrated/rows.csv").rows;
@@ -232,7 +229,7 @@ pub fn calibrated(desk: &Desk) {
     }
 }
 
-/// The front is pareto.csv, and the chosen design the best of run.json.
+/// The front is pareto.csv; the chosen design is the best of run.json.
 pub fn searched(desk: &Desk) {
     let data = data(desk, "searched/report/report.html");
     let front = &figure(&data, "front")["panels"][0];
@@ -242,7 +239,6 @@ pub fn searched(desk: &Desk) {
     told.sort_by(|p, q| p.0.total_cmp(&q.0));
     let line = points(marks(front).find(|m| m["kind"] == "line").unwrap());
     same(&line, &told, "front");
-    // Its starts make the total small.
     let convergence = &figure(&data, "convergence")["panels"][0];
     assert_eq!(convergence["y"]["label"], "total error, rms");
     let history = desk.table("searched/history.csv").rows;
@@ -272,7 +268,6 @@ fn what_is_no_result_is_refused_and_said() {
     refused("report empty", &["empty"]);
     desk.write("torn/run.json", &desk.read("out/run.json")[..200]);
     refused("report torn", &["torn/run.json:", "not the run.json"]);
-    // A table that is gone, one that was edited, one that ends in the middle of a row.
     let whole = desk.read("out/designs.csv");
     std::fs::remove_file(desk.path("out/designs.csv")).unwrap();
     refused("report out", &["designs.csv", "not there"]);
@@ -282,7 +277,6 @@ fn what_is_no_result_is_refused_and_said() {
     refused("report out --force", &["designs.csv:", "damaged"]);
     desk.write("out/designs.csv", whole.replacen("4,50", "four,50", 1));
     refused("report out --force", &["not a number", "four"]);
-    // With --force an edited one is drawn, and the page says so.
     desk.write("out/designs.csv", whole.replacen("ok", "ok+edited", 1));
     desk.ok("report out --force --figures svg");
     let notes = data(&desk, "out/report/report.html")["notes"].to_string();
@@ -312,7 +306,7 @@ fn a_sweep_without_values_is_still_a_page() {
     desk.sweep(&["--out", "out"]).exits(0);
     desk.ok("report out");
     let data = data(&desk, "out/report/report.html");
-    // No tap has a strain, and none a distance: there is no spread and no error to draw.
+    // No tap has a strain or a distance: no spread and no error can be drawn.
     let names: Vec<_> =
         data["figures"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap()).collect();
     assert!(!names.contains(&"sd") && !names.contains(&"distance"), "{names:?}");

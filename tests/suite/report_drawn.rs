@@ -72,7 +72,7 @@ fn whiskers_are_named_by_all_that_varies() {
     }
 }
 
-/// Readings of a rod at distances a few hundredths about round ones, at drives likewise.
+/// Readings whose distances and drives scatter by some hundredths around round values.
 fn jittered() -> String {
     let mut text = "a_mm,delta_mm,reading\n".to_owned();
     for (i, a) in [110.0, 120.0, 130.0, 140.0, 150.0].into_iter().enumerate() {

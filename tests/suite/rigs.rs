@@ -1,5 +1,4 @@
-//! Axes of properties of whisker, rig and object: their rows are those of the sweeps of their values, bit for bit, in grids, tuple files, parts,
-//! rankings and searches; and what is refused.
+//! Axes of properties of whisker, rig and object: rows equal those of sweeps with each value, bit for bit; also in searches.
 
 use crate::common::searching::search;
 use crate::common::sweeping::{CPU, CPU_F64, Place, REFERENCE, Row, Swept, Table, number};
@@ -8,14 +7,13 @@ use crate::common::sweeping::{ranked, sweep, sweep_with};
 const TAP: &str = "[tap]\na = [20, 33]\ntheta = [2, 5]\n";
 const GAUGE: &str = "[gauge]\nx_ss = 5\nl = 2\n";
 
-/// A spec with these lines in [whisker], [gauge] and [model].
 fn spec(whisker: &str, gauge: &str, model: &str) -> String {
     format!("[whisker]\n{whisker}\n{GAUGE}{gauge}\n{TAP}[model]\n{model}\n")
 }
 
 const CONE: &str = "D = [10, 9]\nd = 4\nL_a = 50\n";
 
-/// Column, spec with `@` in place of the values, and the values.
+/// Column; spec with `@` for the value; two values.
 fn cases() -> Vec<(&'static str, String, [&'static str; 2])> {
     let cone = |key: &str, model: &str| spec(&format!("{CONE}{key}"), "noise_strain = 20e-6", model);
     let read = |gauge: &str| spec(CONE, gauge, "");
@@ -58,7 +56,7 @@ fn without(row: &Row, column: &str) -> Row {
 
 const CURVED: &str = "x_a_mm";
 
-/// Fails unless the rows of `all` with each of `values` in `column` are the rows of `each`.
+/// Fails unless the rows of `all` with `column` = value are the rows of the sweep with that value.
 #[track_caller]
 fn same_rows(what: &str, column: &str, all: &Table, each: &[(f64, &Table)]) {
     let place = all.columns.iter().position(|name| name == column);
@@ -70,7 +68,7 @@ fn same_rows(what: &str, column: &str, all: &Table, each: &[(f64, &Table)]) {
             .iter()
             .filter(|row| number(row, column) == Some(*value))
             .map(|row| without(row, column))
-            // A straight whisker by itself has no column for its abscissae.
+            // The sweep of a straight whisker has no column for the abscissa.
             .map(|row| if one.columns.iter().any(|c| c == CURVED) { row } else { without(&row, CURVED) })
             .collect();
         assert!(!own.is_empty() && own == one.rows, "{what}, {column} = {value}");
@@ -80,7 +78,7 @@ fn same_rows(what: &str, column: &str, all: &Table, each: &[(f64, &Table)]) {
     assert_eq!(count, all.rows.len(), "{what}");
 }
 
-/// The sweep of `text` with both of `values` in place of `@`, whose rows must be those of the sweeps with each.
+/// Sweeps `text` with both `values` as an axis in place of `@`, and with each: the rows must agree.
 #[track_caller]
 fn equals_each(what: &str, column: &str, text: &str, values: [&str; 2], place: Place) {
     let all = sweep(&text.replace('@', &format!("[{}]", values.join(", "))), place);
@@ -120,7 +118,7 @@ fn own_models_and_second_gauges_know_their_rig() {
     equals_each("two gauges", "hub_mm", &text, ["0", "4"], CPU);
 }
 
-/// Two axes, of two kinds, beside D and l.
+/// Two axes of different kinds, besides D and l.
 pub const TWO: &str = "[whisker]\nD = [10, 9]\nd = 4\nL_a = 50\nbore = [1, 3]\nhub = { from = 0, to = 4, steps = 2 }\n\
                    [gauge]\nx_ss = 5\nl = [1, 2]\nnoise_strain = 1e-5\n[tap]\na = [20, 33]\ntheta = [2, 5]\n";
 
@@ -148,7 +146,7 @@ fn rows_are_nested_after_l_and_before_a() {
     assert!(all.distances.text.starts_with(&format!("{head}a_mm,n,")), "{:.90}", all.distances.text);
 }
 
-/// Axes of four kinds with one point set.
+/// Sampled axes of four kinds that share one point set.
 pub const SAMPLED: &str = "[whisker]\nD = { min = 8, max = 12, samples = 16 }\nd = 4\nL_a = 50\nexponent = { min = 0.5, max = 3, samples = 16 }\n\
                    root = { k_theta = [500, 900] }\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n[tap]\na = [20, 33]\n\
                    theta = { min = 1, max = 4, samples = 16 }\n[model]\nnu = { min = 0.3, max = 0.5, samples = 16 }\nshear = true\n";
@@ -160,7 +158,7 @@ fn samples_run_together() {
     let of = |column: &str| -> Vec<f64> {
         all.designs.rows.iter().step_by(2).map(|row| number(row, column).unwrap()).collect()
     };
-    // Dimensions of Sobol's points in the order of the columns: D, exponent, nu, theta.
+    // Sobol dimensions follow the order of the columns: D, exponent, nu, theta.
     use vibrissa::scene::sampler::Sampler;
     for (dimension, column, [min, max]) in [
         (0, "D_mm", [8.0, 12.0]),
@@ -209,7 +207,7 @@ fn each_rig_has_the_charts_of_its_own_sweep() {
     assert!(all.report.counts.chart.is_some() && all.report.counts.interpolated > 0);
 }
 
-/// K_sd of a row over three distances, of the whisker with this exponent and root.
+/// K_sd over three distances, minimised over exponent and root.
 const SEARCHED: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n[tap]\na = [20, 30, 40]\ntheta = 4\n";
 
 #[test]

@@ -1,4 +1,4 @@
-//! The reference rod against published numbers, its limits and its symmetries (model §5).
+//! The reference rod against published numbers; limits and symmetries (model §5).
 
 use crate::common::{all_effects, configuration, model, tap};
 use glam::DVec2;
@@ -43,7 +43,7 @@ fn uniform_rod_has_the_exact_elastica() {
     }
 }
 
-/// Tip angle and tip position of a clamped rod under a dead load on its tip, by the secant method in the angle.
+/// Tip angle and position of a clamped rod under a dead load on its tip, by the secant method in the angle.
 fn cantilever(length: f64, stiffness: impl Fn(f64) -> f64, load: DVec2) -> (f64, DVec2) {
     let bent = |angle: f64| bend(length, &stiffness, DVec2::from_angle(-angle).rotate(load)).unwrap();
     let lack = |angle: f64| bent(angle).angle + angle;
@@ -90,8 +90,7 @@ const LAWS: [Material; 5] = [
     Material::Yeoh([0.5, -0.3, 0.0]),
 ];
 
-/// The place of a gauge changes neither force nor contact, and the parts of a gauge lengthen as the whole, however near to the contact or to the
-/// clamp they end.
+/// The gauge's position changes neither force nor contact, and strain × length adds up over its parts, also next to the contact or the clamp.
 #[test]
 fn gauges_that_end_next_to_the_contact_or_the_clamp_end_no_material() {
     for material in LAWS {
@@ -119,14 +118,14 @@ fn gauges_that_end_next_to_the_contact_or_the_clamp_end_no_material() {
                     assert_close(near.normal_force / plain.normal_force, 1.0, 1e-10);
                     assert_close(near.contact_arc / arc, 1.0, 1e-10);
                 }
-                // What is left of the gauge before the contact.
+                // Only a short part of this gauge lies before the contact.
                 solve(arc - delta, arc + 2.0);
             }
         }
     }
 }
 
-/// A law is linear at small strains, also where the contact is a millionth of the radius from the clamp.
+/// Every law is linear at small strains, also with the contact 1e-6 radii from the clamp.
 #[test]
 fn contacts_next_to_the_clamp_of_a_thick_whisker_have_the_strain_of_hookes_rod() {
     for a in [1e-5, 1e-4, 1e-3, 1e-2] {
@@ -190,7 +189,7 @@ fn cylinders_are_the_limit_of_cones() {
 
 #[test]
 fn rubber_bears_every_moderate_tap() {
-    // Next to the contact of a cylinder the stretch is noise of the bending strain (a = 39 mm, 4°).
+    // Next to the contact of a cylinder the stretch is lost in the rounding of the bending strain (a = 39 mm, 4°).
     let rubber = |shear| Model { shear, extension: true, surface: true, ..model(Material::NeoHookean(3.2)) };
     for (model, d) in [(rubber(false), 10.0), (rubber(true), 10.0), (rubber(false), 4.0)] {
         for k in 0..300 {

@@ -21,7 +21,7 @@ fn the_file_is_what_the_code_says() {
     assert_eq!(Desk::new(SPEC).ok("schema").stdout, written);
 }
 
-/// Values at both ends of a form and beside them, and of another kind.
+/// Values at and next to both ends of a form, and values of another type.
 fn probes(form: &Form) -> Vec<Value> {
     let beside = |x: f64| if x == 0.0 { 1e-9 } else { x.abs() * 1e-9 };
     let ends = |range: &Interval| -> Vec<f64> {
@@ -76,7 +76,7 @@ fn every_key_is_read_at_its_ends_and_beside_them() {
     let (mut refused, mut accepted) = (0, 0);
     let inline = inline().filter(|s| s.name != "axis");
     for (section, key) in sections().chain(inline).flat_map(|s| s.keys.iter().map(move |k| (s, k))) {
-        // Its file is opened.
+        // `tuples.file` would be opened.
         if section.name == "tuples" {
             continue;
         }
@@ -90,7 +90,6 @@ fn every_key_is_read_at_its_ends_and_beside_them() {
     assert!(refused > 400 && accepted > 150, "{refused} refused, {accepted} accepted");
 }
 
-/// `new FILE` with these answers and others.
 fn asked(file: &str, gauge: &str, clamp: &str, goal: &str) -> String {
     format!("new {file} --whisker 10,4,80 --gauge {gauge} --clamp {clamp} --distances 25,70 --for {goal}")
 }
@@ -118,7 +117,7 @@ fn a_new_spec_is_valid_and_runs() {
 #[test]
 fn a_new_spec_has_a_page() {
     let desk = Desk::new(SPEC);
-    // A chart of a blunt tip and near contacts has a tenth of the taps.
+    // A blunt tip and near contacts need a tenth of the taps.
     let blunt = |line: String| line.replace("10,4,80", "10,7,80").replace("25,70", "25,30");
     for (clamp, goal) in
         [("rigid", "sweep"), ("bonded", "tap"), ("glued", "optimise"), ("socket", "calibrate")]

@@ -1,7 +1,4 @@
-//! Searches against dense sweeps with local refinement: no design of theirs is better.
-//!
-//! `cargo test --release --test suite search:: -- --ignored --nocapture --test-threads 1` makes the comparisons in full: 10⁷ designs and ten
-//! seeds, fronts against 10⁶ designs.
+//! Searches against dense sweeps with local refinement: these find no better design. The ignored tests compare with 10⁷ designs and ten seeds.
 
 use crate::common::searching::{brute, dense, search};
 use crate::common::sweeping::{CPU, GPU, Place};
@@ -9,7 +6,6 @@ use vibrissa::optimise::score::Goal;
 
 const TAPS: &str = "[tap]\na = { from = 21, to = 48, step = 3 }\n";
 
-/// Name, goal and spec of a problem.
 type Problem = (&'static str, Goal, String);
 
 fn problems() -> Vec<Problem> {
@@ -55,7 +51,7 @@ fn problems() -> Vec<Problem> {
     ]
 }
 
-/// By how much the best of `seeds` searches at worst exceeds what the sweep of [`brute`] found, relative.
+/// Fails if the best of any seed exceeds the best of [`brute`] by more than `allowed`, relative.
 fn compare(dense: (u32, usize), seeds: u64, place: Place, allowed: f64) {
     for (name, goal, text) in problems() {
         let begun = std::time::Instant::now();
@@ -89,7 +85,7 @@ fn no_seed_of_ten_loses_to_ten_million_designs() {
     compare((10_000_000, 10), 10, GPU, 1e-3);
 }
 
-/// By how much, relative and in both figures, the design of a dense sweep that beats a point of the front most does so.
+/// The largest relative margin, in both figures, by which a design of a dense sweep dominates a point of the front.
 fn beaten((text, least): &(String, usize), designs: u32, place: Place) -> f64 {
     let report = search(text, place);
     let front: Vec<[f64; 2]> = report
@@ -113,8 +109,7 @@ fn beaten((text, least): &(String, usize), designs: u32, place: Place) -> f64 {
     worst
 }
 
-/// Problems of two objectives, and the least number of points of their front. With the surface on, a theory that lacks it makes one design best in
-/// both.
+/// Problems with two objectives, and the smallest size of their front. With the surface on, a theory without it makes one design best in both.
 fn fronts() -> Vec<(String, usize)> {
     let problems = problems();
     let of = |i: usize, word: &str| problems[i].2.replace(word, "\"pareto\"");

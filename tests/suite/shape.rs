@@ -1,4 +1,4 @@
-//! Shapes of bent whiskers: they end where the reference puts contact and pole, and their strain is the gauge's.
+//! Shapes of bent whiskers: they end at the reference's contact and pole, and their strain is the gauge's.
 
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
@@ -14,7 +14,7 @@ fn setup(model: Model, side: Side, hub: f64, drive: Drive) -> Setup {
     setup
 }
 
-/// Simpson's rule over nodes from `x1` to `x2`, which are nodes themselves.
+/// Mean by Simpson's rule.
 fn mean(nodes: &[(f64, f64)]) -> f64 {
     let n = nodes.len() - 1;
     assert_eq!(n % 2, 0);
@@ -37,7 +37,6 @@ fn a_row_has_the_shape_of_its_own_hub() {
     assert!(desk.read("all/contacts.csv").contains(row), "{row}");
 }
 
-/// A tap solved by `method`, and its shape of `nodes` sections.
 struct Bent {
     design: Design,
     outcome: Outcome,
@@ -90,18 +89,17 @@ fn the_pole_is_where_it_was_put() {
     assert!(compared > 80, "{compared} shapes");
 }
 
-/// The mean of the strain over the gauge is that of the reference, which integrates it by another method.
+/// The mean strain over the gauge equals that of the reference, which integrates by another method.
 #[test]
 fn strain_along_the_whisker_is_the_gauges() {
     for name in CONFIGURATIONS {
         let (model, _) = configuration(name);
-        // The touching side, whichever carries the gauge in the configuration.
         let setup = setup(model, Side::Contact, 0.0, Drive::Angle);
         let bent = bent(&setup, [4.0, 33.0, 6.0], Method::Reference, 4001);
         let nodes = bent.shape.unwrap().nodes;
         let tap = tap(&model, 4.0, 33.0, 6.0).solve().unwrap();
         assert!((nodes[0].psi - tap.base_angle).abs() < 1e-9, "{name}: {} {}", nodes[0].psi, tap.base_angle);
-        // A cubic through neighbours at the ends of 64 equal parts of the gauge.
+        // A cubic through the nearest nodes, at the ends of 64 equal parts of the gauge.
         let at = |s: f64| {
             let i = nodes.partition_point(|n| n.s < s).clamp(2, nodes.len() - 3);
             let near = &nodes[i - 2..i + 2];
@@ -134,7 +132,7 @@ fn the_command_writes_a_block_for_each_tap() {
     let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|f| f.parse().unwrap()).collect()).collect();
     for tap in 0..12 {
         let block: Vec<&Vec<f64>> = rows.iter().filter(|r| r[0] == f64::from(tap)).collect();
-        // Eleven from clamp to contact, and two beyond it where the tip lies there.
+        // Eleven from clamp to contact, and up to two from there to the tip.
         assert!((11..=13).contains(&block.len()) && block.windows(2).all(|w| w[1][8] >= w[0][8]), "{tap}");
         assert_eq!(block[0][8..11], [0.0; 3]);
     }

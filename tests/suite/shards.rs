@@ -1,4 +1,4 @@
-//! Parts of a sweep by their number, and files of text that come in blocks.
+//! Parts of a sweep by their numbers, and text files read in blocks.
 
 use std::io::Read;
 
@@ -33,12 +33,12 @@ fn names_are_read_as_they_are_written() {
 
 #[test]
 fn tasks_of_an_array_are_parts() {
-    // Number, count, smallest and largest number, and step.
+    // Task number, count, smallest and largest number, step.
     for (all, said) in [
         ("0 4 0 3 1", "1/4"),
         ("4 4 1 4", "4/4"),
         ("6 3 2 6 2", "3/3"),
-        // Tasks 3 and 5 alone, as one would send failed ones again.
+        // Tasks 3 and 5 alone, as after sending failed ones again.
         ("5 2 3 5 1", "even steps"),
         ("4 2 3 5 2", "even steps"),
         ("- - - - -", "SLURM_ARRAY_TASK_ID is not set"),
@@ -59,7 +59,6 @@ fn tasks_of_an_array_are_parts() {
     }
 }
 
-/// Gives `bytes` in pieces of `step`.
 struct Slow<'a>(&'a [u8], usize);
 
 impl Read for Slow<'_> {

@@ -1,4 +1,4 @@
-//! Shares of variance in what a search reports: in [0, 1], and a grid has them within their intervals.
+//! Variance shares in the report of a search: in [0, 1], and a grid's shares lie within their intervals.
 
 use serde_json::Value;
 
@@ -7,14 +7,13 @@ use crate::common::sweeping::{CPU_F64, Table, number, sweep};
 use vibrissa::optimise::shares::{LINES, Line, Share, Shares, level, shares};
 use vibrissa::scene::sampler::Sampler;
 
-/// Steps of both variables of a grid.
 const STEPS: [usize; 2] = [60, 60];
 
-/// The paper's estimate far from its peak, at places and angles within these ends.
+/// The paper's estimate far from its peak; `ENDS` are the ranges of place and angle.
 const CALM: &str = "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nl = 2\nnoise_strain = 20e-6\n[tap]\na = { from = 24, to = 48, step = 6 }\n";
 const ENDS: [[f64; 2]; 2] = [[2.0, 6.0], [2.0, 8.0]];
 
-/// First and total shares of each variable, of the logarithms of a column, by a grid.
+/// First-order and total shares of each variable for the logarithm of a column, from a grid.
 fn by_grid(table: &Table, column: &str) -> [[f64; 2]; 2] {
     let [n, m] = STEPS;
     let values: Vec<f64> = table.numbers(column).into_iter().map(|x| x.unwrap().ln()).collect();
@@ -30,7 +29,7 @@ fn by_grid(table: &Table, column: &str) -> [[f64; 2]; 2] {
     [[first, 1.0 - second], [second, 1.0 - first]]
 }
 
-/// What is heavy and what has no value is judged below, of shares that are known.
+/// Heavy-tailed and partly undefined functions are tested below, with known shares.
 #[test]
 fn a_search_says_of_what_its_shares_are_and_a_grid_has_them_within_their_intervals() {
     let search = format!(
@@ -58,10 +57,10 @@ fn a_search_says_of_what_its_shares_are_and_a_grid_has_them_within_their_interva
             for (order, wanted) in ["first", "total"].into_iter().zip(by_grid(&designs, column)[k]) {
                 let [low, share, high] = ["_low", "", "_high"].map(|end| at(&format!("{name}_{order}{end}")));
                 assert!(0.0 <= low && low <= share && share <= high && high <= 1.0, "{row:?}");
-                // A grid has its own error.
+                // 2e-3 is the error of the grid.
                 let holds = low - 2e-3 <= wanted && wanted <= high + 2e-3 && high - low < 0.5;
                 assert!(holds, "{column} by {parameter}: {row:?}, a grid has {wanted}");
-                // The reader of JSON may round the last digit otherwise.
+                // The JSON reader may round the last digit differently.
                 let same = |a: &Value, b: f64| (a.as_f64().unwrap() - b).abs() < 1e-12;
                 let (one, ends) = (&told["sobol"][parameter], format!("{order}_interval"));
                 assert!(same(&one[order][column], share), "{one}");
@@ -74,7 +73,6 @@ fn a_search_says_of_what_its_shares_are_and_a_grid_has_them_within_their_interva
     assert_ne!(json["result"]["best"]["error_rms_mm"], Value::Null);
 }
 
-/// Lines of `f` along the first of three variables.
 fn lines(seed: u64, f: &dyn Fn([f64; 3]) -> f64) -> Vec<Line> {
     let at =
         |i: usize, c: u32| (f64::from(Sampler::Sobol.coordinate(seed, c, i as u32)) + 0.5) / 4_294_967_296.0;
@@ -82,7 +80,6 @@ fn lines(seed: u64, f: &dyn Fn([f64; 3]) -> f64) -> Vec<Line> {
     (0..LINES).map(line).collect()
 }
 
-/// A share that is known lies in its interval, which is narrow.
 #[track_caller]
 fn holds(share: Share, known: f64) {
     let Share { value, interval: [low, high] } = share;
@@ -94,14 +91,14 @@ fn holds(share: Share, known: f64) {
 fn shares_that_are_known_lie_in_their_intervals() {
     for seed in [1, 3, 5, 7, 9, 11] {
         let of = |f: &dyn Fn([f64; 3]) -> f64| shares(&lines(seed, f)).unwrap();
-        // Alone, and not at all.
+        // A function of x alone: share 1, others 0.
         let exact = |s: Shares, known: f64| {
             let share = Share { value: known, interval: [known; 2] };
             assert_eq!(s, Shares { first: share, total: share });
         };
         exact(of(&|[x, ..]| x * x), 1.0);
         exact(of(&|[_, y, z]| y + z), 0.0);
-        // Half of a sum; only together.
+        // Half of a sum; a pure interaction.
         let sum = of(&|[x, y, _]| x + y);
         holds(sum.first, 0.5);
         holds(sum.total, 0.5);
@@ -115,7 +112,7 @@ fn shares_that_are_known_lie_in_their_intervals() {
         });
         holds(ishigami.first, 0.3139);
         holds(ishigami.total, 0.5576);
-        // 1/|x − x₀| has no variance, its logarithm has 1.0195.
+        // 1/|x − x₀| has infinite variance, its logarithm 1.0195.
         let tail = of(&|[x, y, _]| -(x - 0.43).abs().ln() + 12.0f64.sqrt() * y);
         holds(tail.total, 0.5048);
     }
@@ -123,7 +120,7 @@ fn shares_that_are_known_lie_in_their_intervals() {
 
 #[test]
 fn what_has_no_value_is_left_out() {
-    // Over the triangle x + y < 1 the mean of x + y given x is (1 + x)/2: its variance is a quarter of that of x + y.
+    // Over the triangle x + y < 1, the mean of x + y given x is (1 + x)/2; its variance is a quarter of that of x + y.
     let half = |[x, y, _]: [f64; 3]| if x + y < 1.0 { x + y } else { f64::NAN };
     for seed in [1, 3, 5] {
         let found = shares(&lines(seed, &half)).unwrap();

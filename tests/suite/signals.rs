@@ -1,4 +1,4 @@
-//! Ctrl-C, SIGTERM, SIGHUP: heard at any time, ignored where they were ignored before, and what they leave.
+//! Ctrl-C, SIGTERM, SIGHUP: handled at any time, ignored where they were ignored at the start; and the files they leave.
 #![cfg(target_os = "linux")]
 
 use std::io::{BufRead, BufReader, Write};
@@ -15,26 +15,22 @@ use crate::common::world::{
 use libc::{SIGCONT, SIGHUP, SIGINT, SIGTERM};
 use serde_json::Value;
 
-/// A named pipe that nobody writes to.
 fn pipe(desk: &Desk, name: &str) {
     assert!(Command::new("mkfifo").arg(desk.path(name)).status().unwrap().success());
 }
 
-/// Starts the program and waits until it listens.
 fn start(mut command: Command) -> Running {
     let child = Running::new(&mut command);
     until_it_hears(&child, SIGTERM);
     child
 }
 
-/// Whether a result is being written on `desk`.
 fn begun(desk: &Desk) -> bool {
     let writes = |folder: std::path::PathBuf| folder.join(".vibrissa-unfinished").exists();
     let results = desk.names("results").into_iter().map(|name| desk.path("results").join(name));
     results.chain([desk.path("loc")]).any(writes)
 }
 
-/// Bytes in a pipe that nobody has read yet.
 fn unread(pipe: &impl AsRawFd) -> i32 {
     let mut bytes = 0;
     // SAFETY: only asks for a number, and writes it.
@@ -42,7 +38,7 @@ fn unread(pipe: &impl AsRawFd) -> i32 {
     bytes
 }
 
-/// As `nohup` and the background of a script start a program.
+/// Starts a program with `signal` ignored, as `nohup` and background jobs of scripts do.
 fn ignoring(mut command: Command, signal: i32) -> Running {
     // SAFETY: `signal` may be called between fork and exec.
     unsafe {
@@ -54,11 +50,11 @@ fn ignoring(mut command: Command, signal: i32) -> Running {
     Running::new(&mut command)
 }
 
-/// Sends `text` to a stream and takes the next line of its answers; the first is the header.
+/// Sends `text` to a stream and returns the next line of its answers; the first is the header.
 fn answer(child: &mut Running, text: &str) -> String {
     child.stdin.as_mut().unwrap().write_all(text.as_bytes()).unwrap();
     let mut line = String::new();
-    // One byte at a time, so that nothing of a later answer is lost.
+    // A buffer of one byte keeps later answers in the pipe.
     BufReader::with_capacity(1, child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
     line
 }
@@ -100,7 +96,7 @@ fn a_file_that_does_not_open_makes_no_command_deaf() {
             .iter()
             .map(|line| start(program(&desk, &[*line, if json { &["--json"] } else { &[] }].concat())))
             .collect();
-        // Wherever the signal finds them: most wait for the file.
+        // The signal may come at any point; most commands are waiting for the file.
         std::thread::sleep(Duration::from_millis(100));
         all.iter().for_each(|child| send(child, signal));
         for (child, line) in all.into_iter().zip(lines) {
@@ -114,7 +110,7 @@ fn a_file_that_does_not_open_makes_no_command_deaf() {
             }
         }
     }
-    // Empty, if it is there.
+    // An empty folder may remain.
     let _ = std::fs::remove_dir(desk.path("results"));
     assert_eq!(desk.names("."), before);
 }
@@ -176,7 +172,7 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
         assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
         std::fs::remove_dir_all(desk.path("out")).unwrap();
     }
-    // A search for signals to ignore: as nohup starts it.
+    // Started as by nohup: SIGHUP is ignored.
     let begin = || {
         let _ = std::fs::remove_dir_all(desk.path("out"));
         ignoring(program(&desk, &line), SIGHUP)
@@ -188,17 +184,16 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
     assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
 }
 
-/// Waits until `child` says `what`.
 fn until_it_says(child: &mut Running, what: &str) {
     let mut said = String::new();
-    // The pipe stays open for what it says later.
+    // The pipe stays open for later output.
     let mut stderr = BufReader::with_capacity(1, child.stderr.as_mut().unwrap());
     while !said.contains(what) {
         assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
     }
 }
 
-/// A search whose candidates are quick; one whose candidates take a tenth of a second each, and whose sensitivities take minutes, soon and later.
+/// A search with quick candidates; one with slow candidates, whose sensitivities take minutes, stopped soon and later.
 #[test]
 fn a_stopped_search_says_what_it_kept_and_fails() {
     let search = |rest: &str| {
@@ -216,7 +211,7 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
         until_it_says(&mut child, " evaluations");
         std::thread::sleep(Duration::from_millis(pause));
         send(&child, SIGINT);
-        // It writes what it has, which takes a while without optimisation.
+        // A debug build takes a while to write.
         let left = if pause == 0 { child.wait_with_output().unwrap() } else { ends(child) };
         let object: Value = serde_json::from_slice(&left.stdout).unwrap();
         assert_eq!((left.status.code(), &object["ok"]), (Some(1), &false.into()), "{object}");
@@ -225,7 +220,6 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
     }
 }
 
-/// Starts a benchmark in `out` and stops it when its fourth step begins.
 fn stopped_bench(desk: &Desk, more: &[&str]) -> std::process::Output {
     let line = [&["bench", "--quick", "--backend", "cpu", "--out", "out"], more].concat();
     let mut child = start(program(desk, &line));
@@ -247,7 +241,7 @@ fn a_stopped_benchmark_keeps_what_it_measured() {
     assert!(desk.read("out/work_precision.csv").lines().count() > 3);
     assert!(desk.names(".").iter().all(|name| !name.starts_with('.')));
 
-    // A part takes the place of a part; that of a whole result only where that is forced.
+    // A partial result may replace a partial one; to replace a whole one it needs --force.
     assert!(words(&stopped_bench(&desk, &[]).stderr).contains("is kept in out"));
     let mut run = desk.whole("out");
     run["stopped"] = Value::Null;
@@ -273,7 +267,6 @@ fn a_stopped_census_keeps_its_lines_but_does_not_replace_a_whole_one() {
         assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
         words(&left.stderr)
     };
-    // How long a part of it takes is the machine's: ever longer, until one was done.
     let kept = [1, 3, 9, 27, 81, 243].into_iter().any(|wait| {
         let said = stopped(wait);
         let kept = said.contains("is kept in out");
@@ -296,7 +289,7 @@ fn a_stopped_census_keeps_its_lines_but_does_not_replace_a_whole_one() {
     desk.whole("out");
 }
 
-/// A stream so long after its first reading, whose answers nobody takes: it cannot end by itself once the pipe is full.
+/// A stream whose answers are not read: after `pause` ms the pipe should be full and block it.
 fn flooded(desk: &Desk, pause: u64) -> (Running, std::thread::JoinHandle<()>) {
     let mut child = start(program(desk, &["locate", "cal/calibration.toml"]));
     answer(&mut child, "");
@@ -310,10 +303,10 @@ fn flooded(desk: &Desk, pause: u64) -> (Running, std::thread::JoinHandle<()>) {
 fn the_second_signal_ends_it_at_once() {
     let desk = calibrated();
     for signal in [SIGINT, SIGTERM] {
-        // How `locate` ends after two signals, so long after its first reading.
+        // Exit status after repeated signals, `pause` ms after the first reading.
         let ended = |pause: u64| {
             let (mut child, feed) = flooded(&desk, pause);
-            // Signals that follow each other closely are one: the second comes until it is heard.
+            // Signals close together merge: send until the second is handled.
             let status = loop {
                 send(&child, signal);
                 std::thread::sleep(Duration::from_millis(150));
@@ -324,7 +317,7 @@ fn the_second_signal_ends_it_at_once() {
             feed.join().unwrap();
             status
         };
-        // Where the pipe was not yet full the first signal has ended it: then once more, and later.
+        // If the pipe was not yet full, the first signal ended it: try again with a longer pause.
         let full = [300, 3_000, 30_000].into_iter().map(ended).find(|status| status.code() != Some(1));
         assert_eq!(full.expect("the pipe is full in 30 s").signal(), Some(signal));
     }
@@ -351,9 +344,8 @@ fn a_stream_that_is_stopped_keeps_its_answers() {
             name => std::fs::File::options().write(true).open(desk.path(name)).unwrap().into(),
         });
         until(|| begun(&desk), "the stream has not begun");
-        // The last reading is not whole: it is not answered.
         feed.write_all(b"4,0.02\n4,0.021\nnonsense\n4,0.0").unwrap();
-        // Whole lines that were read are answered before it ends.
+        // Complete lines that were read are answered first.
         until(|| unread(&feed) == 0, "the readings are not read");
         send(&child, signal);
         let left = ends(child);

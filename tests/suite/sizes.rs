@@ -1,5 +1,4 @@
-//! Sweeps of awkward sizes: none, one, a workgroup more or less, several batches, designs larger than one. Rows and
-//! their order do not depend on how the taps are cut into batches.
+//! Sweeps of awkward sizes: none, one, a workgroup more or less, several batches, designs larger than one. Batches change neither rows nor order.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,10 +13,8 @@ use vibrissa::census::hard::random;
 use vibrissa::plan::CHUNK;
 use vibrissa::scene::{Precision, Tuple};
 
-/// Backends that work in batches.
 const BATCHED: [Place; 3] = [CPU, CPU_F64, GPU];
 
-/// Workgroup of the shaders.
 const WORKGROUP: usize = vibrissa::kernel::gpu::shader::WORKGROUP as usize;
 
 const INPUTS: [&str; 7] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg"];
@@ -26,7 +23,6 @@ fn tolerance(place: Place) -> f64 {
     if place.precision == Precision::F32 { 1e-5 } else { 1e-8 }
 }
 
-/// Taps of the paper's whiskers, none of them alike.
 fn taps(n: usize) -> String {
     let tip = |i: usize| [4, 7, 10][i % 3];
     let row = |i: usize| format!("10,{},50,5,2,{},{}\n", tip(i), 21 + i % 28, 1.0 + 0.1 * i as f64);
@@ -58,8 +54,7 @@ fn a_workgroup_more_or_less() {
     }
 }
 
-/// Designs in several chunks, and one design larger than a chunk: rows stand in the order of the grid, some of them are those of taps asked alone, and
-/// the statistics of every design are those of its rows.
+/// Designs in several chunks, and one larger than a chunk: rows in grid order, equal to taps solved alone; statistics are those of the rows.
 #[test]
 fn rows_of_large_sweeps_are_those_of_taps_asked_alone() {
     let spec = |d: &str, a: &str, theta: &str| {
@@ -82,7 +77,6 @@ fn rows_of_large_sweeps_are_those_of_taps_asked_alone() {
             let file = BufReader::new(File::open(out.path().join("tuples.csv")).expect("a table"));
             let mut alone =
                 some.iter().zip(evaluate(&study.setup, place.open(&study.setup), &tuples)).peekable();
-            // n and the largest strain by the design and drive of a row.
             let mut designs: BTreeMap<(String, String), (u64, f64)> = BTreeMap::new();
             for (i, line) in (0..).zip(file.lines().skip(1)) {
                 let line = line.expect("a line");
@@ -116,7 +110,7 @@ fn rows_of_large_sweeps_are_those_of_taps_asked_alone() {
     }
 }
 
-/// More taps than one dispatch takes, at a length off every boundary.
+/// More taps than one dispatch holds, at a length off every boundary.
 #[test]
 fn several_dispatches_are_their_parts() {
     let setup = Kind::Tap.setup();

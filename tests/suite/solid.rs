@@ -1,5 +1,4 @@
-//! The rod with clamp, indentation, distorting sections and foil against three-dimensional finite elements (model §8, tests/data/solid), and its
-//! kernels against the reference.
+//! The rod with clamp, indentation, distorting sections and foil against 3D finite elements (model §8), and its kernels against the reference.
 
 use std::collections::HashMap;
 
@@ -11,7 +10,6 @@ use vibrissa::physics::taper::Taper;
 use vibrissa::scene::{Clamp, Foil, Material, Model, Side};
 
 const E: f64 = 3.2;
-/// θ of the linear cases, rad.
 const SMALL: f64 = 1e-5;
 
 const ROD: Model =
@@ -28,7 +26,6 @@ fn number(row: &Row, column: &str) -> f64 {
     if text.is_empty() { f64::NAN } else { text.parse().expect("a number") }
 }
 
-/// The tap of a `row` by `amount` rad.
 fn tap(row: &Row, model: &Model, x_ss: f64, amount: f64, side: Side, foil: Option<Foil>) -> RodTap {
     let get = |column| number(row, column);
     let taper = Taper::new(get("D_mm"), get("d_mm"), 50.0);
@@ -40,7 +37,7 @@ fn tap(row: &Row, model: &Model, x_ss: f64, amount: f64, side: Side, foil: Optio
         .unwrap_or_else(|error| panic!("{row:?}: {error}"))
 }
 
-/// Largest |found/expected − 1| of some numbers, printed.
+/// Largest |found/expected − 1|; also printed.
 fn worst(what: &str, pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     let errors: Vec<f64> = pairs.map(|(found, expected)| found / expected - 1.0).collect();
     let (least, most) = errors.iter().fold((f64::MAX, f64::MIN), |(l, m), e| (l.min(*e), m.max(*e)));
@@ -64,7 +61,7 @@ fn a_bonded_clamp_is_that_of_three_dimensions() {
     assert!(worst("θ per newton, bonded", angle(model)) < 1.6e-3);
     assert!(worst("θ per newton, rigid", angle(rigid)) > 0.05);
     let clear = |row: &&Row| number(row, "a_mm") - number(row, "x_ss_mm") >= 14.0;
-    // The cases leave out what the force along a taper adds to all fibres.
+    // Half the difference of both sides: the cases omit the axial strain by the force along a taper.
     let strain = |row: &Row| {
         let of = |side| tap(row, &model, number(row, "x_ss_mm"), SMALL, side, None);
         let [near, far] = [Side::Contact, Side::Far].map(of);
@@ -91,7 +88,7 @@ fn other_clamps_are_those_of_three_dimensions() {
     }
 }
 
-/// The largest error of a tap at a finite angle, and by which share of the strain its sides are too far apart.
+/// Largest error of a tap at a finite angle, and the error in the difference between the sides, as a share of the strain.
 fn finite(row: &Row, material: Material) -> [f64; 2] {
     let (clamp, pole_radius) = (Clamp::Bonded, number(row, "pole_radius_mm"));
     let model = Model { clamp, distorting: true, indentation: true, pole_radius, material, ..ROD };
@@ -111,7 +108,7 @@ fn taps_at_finite_angles_are_those_of_three_dimensions() {
     }
 }
 
-/// Taps of results/2026-11-23-solid/finite_laws.csv, on a coarse mesh: it is 0.7 to 1 % too stiff at 10°, whatever the law.
+/// Taps of results/2026-11-23-solid/finite_laws.csv, on a coarse mesh that is 0.7 to 1 % too stiff at 10° for every law.
 #[test]
 fn taps_of_other_laws_are_those_of_three_dimensions() {
     for mut row in rows("finite_laws") {
@@ -121,13 +118,13 @@ fn taps_of_other_laws_are_those_of_three_dimensions() {
             "yeoh" => Material::Yeoh([0.5, -0.08, 0.02].map(|c| share * c)),
             _ => Material::MooneyRivlin([0.35, 0.15].map(|c| share * c)),
         };
-        // How far the sides are apart is not the mesh's.
+        // The mesh hardly affects the difference between the sides.
         let [error, apart] = finite(&row, material);
         assert!(error < 0.02 && apart < 3e-3, "{row:?}: {error} {apart}");
     }
 }
 
-/// Worst errors of the reading and of θ per newton with the foils of `cases`.
+/// Largest errors of reading per force and of θ per force with the foils of `cases`.
 fn foils<'a>(cases: impl Iterator<Item = &'a Row>) -> [f64; 2] {
     let model = Model { clamp: Clamp::Bonded, distorting: true, ..ROD };
     let mut all = [Vec::new(), Vec::new()];
@@ -148,7 +145,7 @@ fn foils<'a>(cases: impl Iterator<Item = &'a Row>) -> [f64; 2] {
     [worst("reading per newton", reading.into_iter()), worst("θ per newton", angle.into_iter())]
 }
 
-/// Beside the foil of the documentation those of `benches/solid`, 1.5 and 5 mm wide.
+/// The foil of the documentation, and those of `benches/solid`, 1.5 and 5 mm wide.
 #[test]
 fn foils_read_and_stiffen_as_in_three_dimensions() {
     let [reading, angle] = foils(rows("solid_foil").iter().filter(|row| row["mesh"] == "fine"));

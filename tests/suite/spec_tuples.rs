@@ -1,4 +1,4 @@
-//! Specs that are read, and their tuples; tuple files, read and refused.
+//! Specs that are accepted, and their tuples; tuple files, accepted and refused.
 
 use crate::common::specs::{GOOD, parse, with};
 use std::fs;
@@ -7,7 +7,6 @@ use vibrissa::error::InputError;
 use vibrissa::scene::{COLUMNS, Contact, Drive, Material, Side, Space, Spec, Tuple};
 use vibrissa::spec;
 
-/// All tuples of a small grid whose factors are all single axes.
 fn tuples(spec: &Spec) -> Vec<[f64; COLUMNS]> {
     let Space::Grid(factors) = &spec.study.space else { panic!("a grid was expected") };
     let mut all = vec![Vec::new()];
@@ -53,7 +52,6 @@ fn other_ways_to_write_it() {
     parse(&format!("{GOOD}[optimise]\nobjective = \"sd\"\nseed = 3\n")).unwrap();
 }
 
-/// A folder with a tuple file, and a spec that names it.
 fn listed(rows: &[u8]) -> Result<Spec, InputError> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("taps.csv"), rows).unwrap();

@@ -1,9 +1,8 @@
-//! Every status that a sweep can give so far, alone and joined, and what it does to the row and to the statistics.
+//! Every status of a sweep, alone and combined, and its effect on the row and on the statistics.
 
 use crate::common::recount::check;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, REFERENCE, Swept, number, sweep};
 
-/// A spec: L_a, x_ss, a and theta as TOML, and more lines at the end.
 fn spec([length, place, a, theta]: [&str; 4], more: &str) -> String {
     format!(
         "[whisker]\nD = 10\nd = 4\nL_a = {length}\n[gauge]\nx_ss = {place}\nl = 2\nnoise_strain = 1e-6\n\
@@ -11,7 +10,7 @@ fn spec([length, place, a, theta]: [&str; 4], more: &str) -> String {
     )
 }
 
-/// Sweeps on the CPU in f32, checks the statistics against the rows, and the statuses of the rows.
+/// Sweeps on the CPU in f32; checks statistics against rows, and the statuses.
 #[track_caller]
 fn swept(text: &str, statuses: &[&str]) -> Swept {
     let swept = sweep(text, CPU);
@@ -20,10 +19,9 @@ fn swept(text: &str, statuses: &[&str]) -> Swept {
     swept
 }
 
-/// Columns of tuples.csv that are computed, all numbers.
 const COMPUTED: &str = "strain strain_linear K K_deviation distance_mm error_mm sigma_mm normal_force_N tangential_force_N contact_arc_mm";
 
-/// Asserts which of the [`COMPUTED`] columns of tap `i` hold a value.
+/// Fails unless, of the [`COMPUTED`] columns, exactly `columns` have a value in tap `i`.
 #[track_caller]
 fn holds(swept: &Swept, i: usize, columns: &str) {
     let row = &swept.tuples.rows[i];
@@ -45,7 +43,7 @@ fn ok_rows_hold_everything() {
     assert_eq!(s.report.counts.combinations.words()["ok"], 3);
 }
 
-/// Fails unless the cells of the tables are as each word says: T, D or L (tuples, designs, distances), the row, the column, and its value; + is any number.
+/// Checks cells, written as table (T tuples, D designs, L distances), row, column and value; + means any number.
 #[track_caller]
 fn says(swept: &Swept, cells: &str) {
     for cell in cells.split_whitespace() {
@@ -70,7 +68,7 @@ fn says(swept: &Swept, cells: &str) {
     }
 }
 
-/// Of each status alone and joined: what the rows hold, and whether they count.
+/// For each status, alone and combined: the fields of the rows, and whether they count.
 #[test]
 fn rows_hold_and_statistics_count_what_their_status_says() {
     let all = COMPUTED;
@@ -86,7 +84,6 @@ fn rows_hold_and_statistics_count_what_their_status_says() {
             &[(10, "")],
             "D2.n=2 D2.status=invalid_geometry D3.status=invalid_geometry+slipped_off+strain_limit L5.n=0 L5.K_mean= L5.status=invalid_geometry",
         ),
-        // A gauge beyond the whisker.
         (
             spec(["[50, 40]", "[5, 39]", "[30]", "2"], ""),
             "ok no_strain ok invalid_geometry",
@@ -112,7 +109,7 @@ fn rows_hold_and_statistics_count_what_their_status_says() {
             "T2.contact_arc_mm>50 D0.n=2 D0.status=slipped_off D0.error_rms_mm=+",
         ),
         (limit, "strain_limit strain_limit slipped_off+strain_limit", &[], "D0.n=2 D0.strain_max>0.1"),
-        // The far root of 7.5 mm, which is returned, and the near root of 21 mm both lie in 7.5 … 48 mm.
+        // The far root of 7.5 mm, which is returned, and the near root of 21 mm lie in 7.5 … 48 mm.
         (
             spec(near, ""),
             "ambiguous strain_limit+ambiguous ambiguous strain_limit+ambiguous ok ok",
@@ -120,14 +117,14 @@ fn rows_hold_and_statistics_count_what_their_status_says() {
             "D0.n=3 T0.distance_mm>12",
         ),
         (spec(narrow, "[estimate]\nrange = [20, 50]"), "ok ok ok", &[], ""),
-        // K far above 1 pushes the readings near the peak above it.
+        // K far above 1 moves readings near the peak above it.
         (
             spec(["50", "5", "[11, 48]", "[1, 20]"], "[estimate]\nK = 1.5"),
             "no_root strain_limit+no_root ok ok",
             &[(0, &without)],
             "D0.n=2 D0.error_rms_mm= D0.error_max_mm= D0.error_mean_mm= D0.noise_rms_mm= D0.total_rms_mm= D0.K_sd=+ D0.strain_max=+",
         ),
-        // One tap has no spread and no estimate, but by a calibration that is given.
+        // One tap has no spread; it has an estimate only with a given calibration.
         (
             spec(["50", "5", "33", "[2, 4]"], ""),
             "ok ok",
@@ -140,7 +137,7 @@ fn rows_hold_and_statistics_count_what_their_status_says() {
             &[],
             "D0.error_rms_mm>0 D0.error_rms_mm<0.1 D0.K_sd=",
         ),
-        // Contacts of a narrowing whisker may be told beyond its tip: its far root has no other word there.
+        // A narrowing whisker's estimate may lie beyond its tip: a far root there has no other word.
         (spec(["50", "5", "[40, 49]", "1"], "[estimate]\nK = 0.95"), "ok ok", &[], "T1.distance_mm>50"),
     ];
     for (text, statuses, held, cells) in cases {
@@ -171,7 +168,7 @@ fn taps_without_an_equilibrium_have_only_the_linear_strain() {
     }
 }
 
-/// A whisker twice as wide at its tip as at its base, whose f levels off above 0; its peak lies at 56 mm.
+/// Twice as wide at the tip as at the base: f levels off above 0; its peak is at 56 mm.
 fn widening(place: u32, a: &str, more: &str) -> String {
     format!(
         "[whisker]\nD = 7\nd = 14\nL_a = 50\n[gauge]\nx_ss = {place}\nl = 6\n[tap]\na = {a}\ntheta = 0.05\n{more}\n"
@@ -184,15 +181,15 @@ fn a_widening_whisker_is_ambiguous_only_where_a_second_distance_exists() {
     for place in [CPU, CPU_F64, GPU, REFERENCE] {
         for more in ["", "[model]\ngeometry = \"linear\"", "[estimate]\ntheory = \"timoshenko\""] {
             let s = sweep(&widening(15, "[17, 18, 19, 20, 21, 22, 30, 45]", more), place);
-            // f(∞) lies above the readings of the first six.
+            // f(∞) is above the readings of the first six.
             let wanted = ["ok", "ok", "ok", "ok", "ok", "ok", "ambiguous", "ambiguous"];
             assert_eq!(s.tuples.statuses(), wanted, "{place:?} {more}");
             let told: Vec<f64> = s.tuples.rows.iter().filter_map(|row| number(row, "distance_mm")).collect();
-            // By f_T the readings of near contacts have a larger K̄.
+            // By f_T, near contacts have a larger K̄.
             let other = more.contains("timoshenko");
             let slack = if other { 0.1 } else { 0.01 };
             assert!(told.iter().zip(near).all(|(d, a)| (d - a).abs() < slack), "{place:?} {more}: {told:?}");
-            // The far root of 30 mm; that of 45 mm lies nearer.
+            // The far root of 30 mm; that of 45 mm is nearer.
             if !other {
                 assert!((told[6] - 376.7).abs() < 2.0 && told[7] > 60.0, "{place:?} {more}: {told:?}");
             }
@@ -204,14 +201,14 @@ fn a_widening_whisker_is_ambiguous_only_where_a_second_distance_exists() {
 fn an_only_distance_beyond_the_whisker_says_so() {
     let given = |k: f64, more: &str| format!("[estimate]\nK = {k}\n{more}");
     let cases = [
-        // One distance, on the whisker and beyond it; two distances, both beyond it.
+        // One distance, on the whisker or beyond; two distances, both beyond.
         (30, "40", given(1.1, ""), "ok", 40.0..45.0),
         (30, "48", given(1.1, ""), "outside_calibration", 50.5..60.0),
         (30, "48", given(1.6, ""), "outside_calibration", 300.0..f64::INFINITY),
-        // Two distances, of which the near one is none of interest.
+        // Two distances; the near one may lie outside the range of interest.
         (15, "30", given(1.0, "range = [40, 50]"), "outside_calibration", 370.0..383.0),
         (15, "30", given(1.0, "range = [20, 50]"), "ambiguous", 370.0..383.0),
-        // The same of a tap before the peak, whose far root lies nearer.
+        // A tap before the peak, whose far root is nearer.
         (15, "45", given(1.0, "range = [46, 50]"), "outside_calibration", 60.0..100.0),
     ];
     for place in [CPU, CPU_F64, GPU, REFERENCE] {

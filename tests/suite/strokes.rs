@@ -1,4 +1,4 @@
-//! Strokes: readings at growing drive, told as one curve with its touch.
+//! Strokes: readings at growing drive, fitted as one curve with its touch.
 
 use std::sync::LazyLock;
 
@@ -6,7 +6,7 @@ use crate::common::measuring::{REAL, TAPS, prototype};
 use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, Table, value as of};
 
-/// Strokes of 0.4 … 8 degrees at six distances, simulated as taps.
+/// Strokes of 0.4 … 8° at six distances, simulated as taps.
 const FINE: &str = "[tap]\na = [30, 32, 35, 38, 41, 45]\ntheta = { from = 0.4, to = 8, step = 0.4 }\n";
 const NOISE: f64 = 2e-5;
 
@@ -23,7 +23,6 @@ fn desk() -> Desk {
     MADE.desk()
 }
 
-/// Distance, drive and strain of the fine taps, stroke after stroke.
 fn taps(desk: &Desk) -> Vec<[f64; 3]> {
     let table = desk.table("new/measurements.csv");
     let mut all: Vec<[f64; 3]> =
@@ -33,19 +32,17 @@ fn taps(desk: &Desk) -> Vec<[f64; 3]> {
     all
 }
 
-/// Noise that is the same each time.
 fn noise(k: usize) -> f64 {
     let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     NOISE
         * (((mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 40) as f64 / 2_f64.powi(23) - 1.0)
 }
 
-/// Where stroke `k` touches, degrees.
 fn touch(k: usize) -> f64 {
     0.6 + 0.4 * k as f64
 }
 
-/// A file of strokes that touch later than at drive 0; numbered in a column where `named`.
+/// Strokes that touch after drive 0; `named` adds a column `stroke`.
 fn strokes(desk: &Desk, named: bool, spoil: &dyn Fn(usize, f64, f64) -> f64) -> String {
     let mut text = format!("a_mm,theta_deg,strain{}\n", if named { ",stroke" } else { "" });
     for (k, stroke) in taps(desk).chunk_by(|p, q| p[0] == q[0]).enumerate() {
@@ -59,7 +56,6 @@ fn strokes(desk: &Desk, named: bool, spoil: &dyn Fn(usize, f64, f64) -> f64) -> 
     text
 }
 
-/// The lines of some of them.
 fn some(strokes: &str, wanted: &[usize]) -> String {
     let ends = wanted.iter().map(|k| format!(",{k}")).chain(["stroke".to_owned()]).collect::<Vec<_>>();
     let of = |line: &&str| ends.iter().any(|end| line.ends_with(end));
@@ -92,7 +88,7 @@ fn strokes_tell_touch_and_distance() {
     assert!(inside >= 4, "{inside} of six 95 % intervals hold the distance");
     let header = "theta_deg,strain\n";
     let text = desk.read("strokes.csv");
-    // A stream says the same, and so far before; of two strokes, as it takes each row alone.
+    // A stream gives the same answers row by row; tested with two strokes, as it fits again after each row.
     let two = table.rows.iter().filter(|row| ["30", "32"].contains(&row["a_mm"].as_str())).count();
     let lines = text.lines().skip(1).take(two).map(|line| line.split_once(',').unwrap().1.to_owned() + "\n");
     let answers = desk.pipe(&["locate", cal, "--strokes"], &(header.to_owned() + &lines.collect::<String>()));
@@ -101,7 +97,6 @@ fn strokes_tell_touch_and_distance() {
     let streamed: Vec<&str> = answers.lines().skip(1).map(|l| l.split(',').nth(place).unwrap()).collect();
     let filed: Vec<&str> = table.rows[..two].iter().map(|row| row["stroke_distance_mm"].as_str()).collect();
     assert_eq!(streamed, filed);
-    // Before the touch nothing is told.
     assert_eq!(table.rows[0]["stroke_status"], "no_strain");
 }
 
@@ -109,7 +104,7 @@ fn strokes_tell_touch_and_distance() {
 fn strokes_that_fit_no_curve_say_so() {
     let desk = desk();
     let cal = "cal/calibration.toml";
-    // The third slips at 5 degrees, the fourth creeps, the fifth never touches.
+    // The third slips at 5°, the fifth never touches.
     let spoil = |k: usize, u: f64, y: f64| match k {
         2 if u > 5.0 => 0.93 * y,
         4 => noise((100.0 * u) as usize),
@@ -124,7 +119,7 @@ fn strokes_that_fit_no_curve_say_so() {
     assert_eq!([words[0], words[2], words[3]], ["ok", "no_strain", "ok"], "{words:?}");
     assert!(words[1].contains("inconsistent"), "{words:?}");
     assert!((of(told[1], "apart_drive") - 5.0).abs() < 1.0, "{:?}", told[1]);
-    // The way back tells nothing, and is said.
+    // Rows with falling drive are ignored, with a warning.
     let text = desk.read("strokes.csv");
     let lines: Vec<&str> = text.lines().collect();
     let own: Vec<&str> = lines[1..].iter().copied().filter(|line| line.ends_with(",0")).collect();
@@ -135,7 +130,7 @@ fn strokes_that_fit_no_curve_say_so() {
     let back = desk.table("b/located.csv");
     assert_eq!(back.rows[own.len()]["stroke_distance_mm"], "");
     assert_eq!(back.rows[own.len() - 1]["stroke_distance_mm"], told[0]["stroke_distance_mm"]);
-    // A logger that is faster than its sensor, a drive that jitters, and a touch before drive 0 change nothing that matters.
+    // Repeated samples, a jittering drive and a touch before drive 0 change little.
     let moved = |shift: f64, jitter: f64, times: usize| {
         let of = |(k, line): (usize, &&str)| {
             let fields: Vec<&str> = line.split(',').collect();
@@ -155,7 +150,6 @@ fn strokes_that_fit_no_curve_say_so() {
         let (there, words) = moved(shift, jitter, times);
         assert!((there - a).abs() < 0.3 && words == "ok", "{shift} {jitter} {times}: {there} {a} {words}");
     }
-    // The side that was not calibrated, and steps of a converter as large as those between readings.
     let other = own.iter().map(|line| {
         let fields: Vec<&str> = line.split(',').collect();
         format!("{},{}\n", fields[1], -fields[2].parse::<f64>().unwrap())
@@ -176,7 +170,7 @@ fn zero_friction_and_tilt_of_a_stroke_may_be_free() {
     };
     let width = |row: &Row| of(row, "to_68_mm") - of(row, "from_68_mm");
     let inside = |row: &Row| of(row, "from_95_mm") < of(row, "a_mm") && of(row, "a_mm") < of(row, "to_95_mm");
-    // A zero far from that of the calibration: a curve that fits none, and one that fits.
+    // The zero is far from the calibration's: no fit with a fixed zero, a fit with a free one.
     desk.write("away.csv", some(&strokes(&desk, true, &|_, _, y| y + 3e-3), &[0, 1]));
     let away = ask("away.csv", &["--free", "zero"]);
     assert!(away.len() == 2 && away.iter().all(inside), "{away:?}");
@@ -191,7 +185,6 @@ fn zero_friction_and_tilt_of_a_stroke_may_be_free() {
             assert!(inside(row) && width(row) > 1.1 * width(known), "{free} {row:?}");
         }
     }
-    // Nothing is known of the whisker.
     desk.ok("calibrate sim/measurements.csv --out alone");
     desk.refuses("locate alone/calibration.toml strokes.csv --strokes --free tilt=5", &["--whisker"]);
 }

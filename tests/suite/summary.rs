@@ -1,28 +1,24 @@
-//! What a sweep says on the terminal: the best rows of all by the column that ranks, and which error is which.
+//! The terminal output of a sweep: the best rows by the ranking column, and the names of the errors.
 
 use crate::common::program::{Desk, SPEC};
 use crate::common::sweeping::number;
 
-/// Lines of the table of best rows, its title and its header first.
 fn best(stdout: &str) -> Vec<&str> {
     let table = stdout.lines().skip_while(|line| !line.starts_with("best "));
     table.take_while(|line| !line.starts_with("error_rms_mm is")).collect()
 }
 
-/// Value of `column` in each row of the table.
 fn column(lines: &[&str], name: &str) -> Vec<f64> {
     let at = lines[1].split_whitespace().position(|word| word == name).unwrap_or_else(|| panic!("no {name}"));
     let cell = |line: &&str| line.split_whitespace().nth(at).unwrap().trim_end_matches('°').parse().unwrap();
     lines[2..].iter().map(cell).collect()
 }
 
-/// 20 designs at 7 angles, the best of which come late.
 fn many(output: &str) -> String {
     let spec = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 10, steps = 20 }");
     spec.replace("theta = [1, 4]", "theta = { from = 1, to = 7, steps = 7 }") + output
 }
 
-/// The eight smallest of `name` in designs.csv.
 fn smallest(desk: &Desk, name: &str) -> Vec<f64> {
     let rows = desk.table("out/designs.csv").rows;
     let mut all: Vec<f64> = rows.iter().filter_map(|row| number(row, name)).collect();
@@ -59,7 +55,7 @@ fn bias_noise_and_total_are_named() {
     for name in ["K_sd", "error_rms_mm", "noise_rms_mm", "total_rms_mm"] {
         assert!(header.contains(name), "{header}");
     }
-    // With noise the list is by both together, unless rows are left out by another column.
+    // With noise, rows are listed by the total error, unless `top` selects them by another column.
     assert!(best(&ran.stdout)[0].ends_with("by total_rms_mm:"), "{}", ran.stdout);
     assert!(ran.stdout.starts_with("Of 4 complete rows, the whisker with d = "), "{}", ran.stdout);
     desk.write("spec.toml", format!("{SPEC}[output]\ntop = 3\n"));
@@ -67,7 +63,7 @@ fn bias_noise_and_total_are_named() {
     for part in ["by K_sd:", "error_rms_mm is the bias", "K_sd holds no noise", "by = \"total_rms_mm\""] {
         assert!(ran.stdout.contains(part), "`{part}`: {}", ran.stdout);
     }
-    // Asked for, or without noise, nothing is said of it.
+    // No remark where K_sd was requested, or without noise.
     desk.write("spec.toml", format!("{SPEC}[output]\nby = \"K_sd\"\n"));
     let ran = desk.sweep(&["--out", "out"]).exits(0);
     assert!(ran.stdout.contains("total_rms_mm") && !ran.stdout.contains("holds no noise"), "{}", ran.stdout);

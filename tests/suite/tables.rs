@@ -1,4 +1,4 @@
-//! What the tables hold: columns, drives, sides, conventions, statistics, selection.
+//! Contents of the tables: columns, drives, sides, conventions, statistics, selection.
 
 use crate::common::measuring::REAL;
 use crate::common::program::{Desk, SPEC};
@@ -131,7 +131,7 @@ fn noise_is_reported_only_where_it_is_written() {
     assert!((value("sigma_mm") / expected - 1.0).abs() < 1e-6);
 }
 
-/// 40 designs, half of them incomplete: one of their taps lies beyond the tip.
+/// 40 designs, half of them incomplete, with a tap beyond the tip.
 fn many(output: &str) -> String {
     let text = SPEC
         .replace("d = [4, 7]", "d = { from = 1, to = 10.5, steps = 20 }")
@@ -139,7 +139,7 @@ fn many(output: &str) -> String {
     format!("{text}[output]\n{output}\n")
 }
 
-/// Of designs that may be incomplete, and of axes of rigs.
+/// With designs that may be incomplete, and with axes of rigs.
 #[test]
 fn top_keeps_the_best_complete_rows() {
     let two = |output: &str| format!("{TWO}[output]\n{output}\n");
@@ -176,8 +176,7 @@ fn top_keeps_the_best_complete_rows() {
     }
 }
 
-/// A tuple file that lists the taps of a grid has its tables, byte for byte: words of every kind, poles that are not upright and two gauges, axes of rigs
-/// with one point set, and channels.
+/// A tuple file with the taps of a grid gives its tables, byte for byte: every status, tilted poles, two gauges, rig axes, channels.
 #[test]
 fn a_tuple_file_has_the_tables_of_its_grid() {
     let whisker = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n";
@@ -244,7 +243,7 @@ fn an_empty_parquet_table_has_its_columns() {
     assert!(reader.next_group().unwrap().is_none());
 }
 
-/// What the paper reports, on its three whiskers (model §4): designs of `sweeps/prototypes.toml` by d, each a list of (θ, K_sd, K_mean, error_rms_mm).
+/// The paper's results for its three whiskers (model §4). Rows of `sweeps/prototypes.toml` by d; values (θ, K_sd, K_mean, error_rms_mm).
 #[test]
 fn the_prototypes_behave_as_published() {
     let path = std::path::Path::new(crate::common::ROOT).join("sweeps/prototypes.toml");
@@ -263,7 +262,6 @@ fn the_prototypes_behave_as_published() {
             let best = whisker.iter().min_by(|a, b| a[3].total_cmp(&b[3])).expect("rows");
             assert_eq!(best[0], 0.5, "the best estimate is at half a degree");
         }
-        // Of d = 4, 7 and 10 mm the spread falls.
         let falls = |i: usize| rows[i][1] > rows[11 + i][1] && rows[11 + i][1] > rows[22 + i][1];
         assert!((0..11).all(falls), "{rows:?}");
     }

@@ -1,4 +1,4 @@
-//! `vibrissa tap`: the optimum against a scan, and what limits it.
+//! `vibrissa tap`: the optimum against a scan, and the reason that limits it.
 
 use crate::common::program::{Desk, says};
 use crate::common::sweeping::{CPU_F64, sweep};
@@ -42,7 +42,7 @@ fn the_optimum_is_that_of_a_scan() {
             total <= scanned * (1.0 + 1e-7) && total > scanned * (1.0 - 1e-6),
             "{model}: {total} against {scanned}"
         );
-        // The scan is solved to 1e-8 of strain. A parabola through it is good to 1e-4 degrees.
+        // The scan is solved to 1e-8 of strain; a parabola through it is accurate to 1e-4°.
         let (left, mid, right) = (values[least - 20].unwrap(), scanned, values[least + 20].unwrap());
         let vertex = at + 0.02 * 0.5 * (left - right) / (left - 2.0 * mid + right);
         assert!((theta - vertex).abs() < 1e-4, "{model}: {theta} against {vertex}");
@@ -69,26 +69,22 @@ fn it_says_what_limits_the_angle() {
     };
     let r = check(&spec("15e-6", ""), &[], "noise", None);
     assert_eq!(r["optimum"], r["unconstrained"]);
-    // Without noise the smallest angle is best.
     check(&spec("0", ""), &[], "bound", Some(0.1));
     check(&spec("15e-6", ""), &["--objective", "sd"], "bound", Some(0.1));
-    // A tight strain limit ends the way to the same optimum as before.
+    // A tight strain limit stops before the same unconstrained optimum.
     let r = check(&spec("15e-6", "strain_limit = 0.02\n"), &[], "strain_limit", None);
     let [free, theta] = ["unconstrained", "optimum"].map(|which| r[which]["theta_deg"].as_f64().unwrap());
     let strain = r["optimum"]["strain_max"].as_f64().unwrap();
     assert!(theta < free && (free - 3.6814).abs() < 1e-3 && strain <= 0.02 && strain > 0.02 * (1.0 - 1e-8));
-    // A loud gauge wants the largest angle.
     check(&(spec("1e-3", "") + "theta = [0.5, 4]\n"), &[], "bound", Some(4.0));
-    // An effect that the theory lacks biases at every angle.
     let (_, r) = tap(&(spec("15e-6", "") + "[model]\nsurface = true\n"), &[]);
     assert_eq!(r["limited_by"], "bias");
-    // A displacement is chosen too.
     let moved =
         spec("15e-6", "").replace("[tap]\n", "[tap]\ndrive = \"displacement\"\n") + "delta = [0.1, 6]\n";
     assert!(tap(&moved, &[]).1["optimum"]["delta_mm"].as_f64().unwrap() > 0.1);
 }
 
-/// In single precision, too, the bound is the number that was written.
+/// Also in f32, the optimum is the bound as written.
 #[test]
 fn an_optimum_at_a_bound_is_that_bound() {
     for (d, precision) in [("4", "f32"), ("7", "f32"), ("9", "f32"), ("4", "f64"), ("9", "f64")] {
@@ -106,7 +102,7 @@ fn an_optimum_at_a_bound_is_that_bound() {
 #[test]
 fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
     let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [1, 5]\n");
-    // The noise of the exact estimator still falls at 5°.
+    // With the exact estimator, noise still falls at 5°.
     let paper = Desk::new(&text).ok("tap spec.toml").stdout;
     says(&paper, &["with --estimator exact it would be θ 5.0000°, where the interval ends:"]);
     assert!(paper.contains("(bias 0 by construction, noise"), "{paper}");
@@ -117,13 +113,13 @@ fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
     assert_eq!(result["limited_by"], "bound");
     let why = |result: &Value| result["why"].as_str().unwrap().to_owned();
     assert!(why(&result).ends_with("The bias is 0 by construction: the model inverts its own strains."));
-    // Beyond the strain limit the end of the interval would be best: nothing is known of what follows it.
+    // Without the strain limit, the end of the interval would be best; nothing is known beyond it.
     let tight = exact.replace("noise_strain", "strain_limit = 0.02\nnoise_strain");
     let (_, result) = tap(&tight, &[]);
     assert!(why(&result).contains("without it 5.0000°, where the interval ends, would be best"), "{result}");
 }
 
-/// At 1.4955° a contact begins to slide; half a degree farther the spread of K is the larger, and so it is before.
+/// At 1.4955° a contact begins to slide: K_sd has a kink there, and rises to both sides.
 #[test]
 fn a_kink_of_friction_is_no_balance_of_bias_and_noise() {
     let text = "[whisker]\nD = 9\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nside = \"far\"\n\
@@ -138,12 +134,12 @@ fn a_kink_of_friction_is_no_balance_of_bias_and_noise() {
     let sd: Vec<f64> = swept.designs.numbers("K_sd").into_iter().flatten().collect();
     let rise = |a: usize, b: usize| sd[a] + sd[b] - 2.0 * sd[2];
     assert!(rise(1, 3) > 0.0 && rise(0, 4) < 3.0 * rise(1, 3), "{sd:?}");
-    // Where nothing sticks, nothing turns.
+    // Only friction causes such a change.
     let (_, smooth) = tap(&format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n"), &[]);
     assert_eq!(smooth["limited_by"], "noise");
 }
 
-/// A soft whisker, its distances told by the model itself, as `new` writes it.
+/// A soft whisker with distances by the model itself, as `new` writes it.
 fn soft(base: &str, place: &str) -> String {
     format!(
         "[whisker]\nD = {base}\nd = 4.0\nL_a = 80.0\n[gauge]\nx_ss = {place}\nl = 2.0\nnoise_strain = 15e-6\n\
@@ -165,7 +161,7 @@ fn a_distance_before_the_gauge_is_refused_at_once() {
     assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
 }
 
-/// Of a gauge that a tap's contact lies on, and of a whisker as thin as a hair, kernels leave most taps to the reference.
+/// For contacts on the gauge and for a very thin whisker, kernels leave most taps to the reference.
 #[test]
 fn a_whisker_whose_taps_are_hard_has_an_answer_in_seconds() {
     for (base, place, best) in [("10.0", "24", 0.629), ("0.010", "5", 10.0)] {

@@ -1,4 +1,4 @@
-//! Poles that are not upright (model §6): what another code says of 56 of them, on every backend, and the symmetries.
+//! Tilted poles (model §6): 56 cases of another code on every backend, and symmetries.
 
 use std::collections::HashMap;
 
@@ -21,7 +21,6 @@ struct Case {
     slide: f64,
 }
 
-/// All rows of the file.
 fn cases() -> Vec<Case> {
     let case = |(i, row): (usize, HashMap<String, String>)| {
         let get = |column: &str| row[column].parse::<f64>().unwrap_or(f64::NAN);
@@ -52,7 +51,7 @@ fn cases() -> Vec<Case> {
     rows("tilt_cases").into_iter().enumerate().map(case).collect()
 }
 
-/// Errors of strains, azimuth (rad), force, arc and slide: of strains relative to the larger, of slide and arc to the arc.
+/// Errors: strains relative to the larger, azimuth in rad, force and arc relative, slide relative to the arc.
 fn errors(case: &Case, [strain, strain_2, azimuth, force, arc, slide]: [f64; 6]) -> [f64; 6] {
     let larger = case.strain.abs().max(case.strain_2.abs());
     [
@@ -68,22 +67,18 @@ fn errors(case: &Case, [strain, strain_2, azimuth, force, arc, slide]: [f64; 6])
 
 const QUANTITIES: [&str; 6] = ["strain", "strain_2", "azimuth", "force", "arc", "slide"];
 
-/// The worst errors of the first quantities, in words.
 fn told(worst: &[f64]) -> String {
     QUANTITIES.iter().zip(worst).map(|(name, worst)| format!("{name} {worst:.1e} ")).collect()
 }
 
-/// Values of an outcome in the order of [`QUANTITIES`].
 fn values(o: &Outcome) -> [f64; 6] {
     [o.strain, o.strain_2, o.azimuth, o.normal_force, o.arc, o.slide]
 }
 
-/// The outcome of one tap.
 fn one(setup: &Setup, place: Place, tuple: Tuple) -> Outcome {
     evaluate(setup, place.open(setup), &[tuple])[0].0
 }
 
-/// All cases by a backend, with two gauges.
 fn agrees_with_another_code(place: Place, bound: f64) {
     let (mut worst, cases) = ([0.0f64; 6], cases());
     assert_eq!(cases.len(), 56);
@@ -95,7 +90,7 @@ fn agrees_with_another_code(place: Place, bound: f64) {
         let found = errors(case, values(&outcome));
         assert!(found.iter().all(|e| *e <= bound), "line {}: {found:?}", case.line);
         worst = std::array::from_fn(|k| worst[k].max(found[k]));
-        // One gauge says the same of itself.
+        // With one gauge the first strain is the same.
         let alone = one(&case.setup, place, case.tuple);
         assert_eq!((alone.strain, alone.arc), (outcome.strain, outcome.arc));
         assert!(alone.strain_2.is_nan() && alone.azimuth == outcome.azimuth);
@@ -129,14 +124,13 @@ fn rigs() -> [Setup; 5] {
     })
 }
 
-/// A tap of the prototype; a displacement as large as the angle makes.
+/// A tap of the prototype; for displacement drive, δ = a θ.
 fn tap(setup: &Setup, a: f64, degrees: f64, [tilt, lean]: [f64; 2]) -> Tuple {
     let drive = if setup.drive == Drive::Angle { degrees } else { a * degrees.to_radians() };
     Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a, tilt, lean, drive, rig: 0 }
 }
 
-/// A tilt of a millionth of a degree changes nothing but the odd quantities, in proportion, also where the pole's centre crosses the line of the
-/// base's tangent (D/2 + ρ = (a + r₀) θ is at some 9° here).
+/// A tilt of 1e-6° changes only the odd quantities, in proportion, also near 9°, where the pole's centre crosses the tangent at the base.
 #[test]
 fn tiny_tilts_are_no_singularity() {
     for setup in rigs() {
@@ -168,7 +162,7 @@ fn sticking_contacts_do_not_know_the_tilt() {
         let tilted = one(&setup, place, tap(&setup, 30.0, 5.0, [30.0, -10.0]));
         assert_eq!((upright.strain, upright.arc), (tilted.strain, tilted.arc));
         assert_eq!((tilted.azimuth, tilted.slide), (0.0, 0.0));
-        // The stretch of the centreline alone: far below the bending, and tension.
+        // Only the stretch of the centreline: positive, and far below the bending strain.
         assert!(tilted.strain_2 > 0.0 && tilted.strain_2 < 0.2 * tilted.strain, "{tilted:?}");
     }
 }

@@ -1,5 +1,4 @@
-//! Poles that are not upright and a second gauge, from the spec to the tables, the estimate and the search: by the closed forms of model §6,
-//! ε₁ = θ f cos²β and ε₂ = θ f cos β sin β.
+//! Tilted poles and a second gauge, from spec to tables and search, by the closed forms of model §6: ε₁ = θ f cos²β, ε₂ = θ f cos β sin β.
 
 use crate::common::program::Desk;
 use crate::common::searching;
@@ -26,7 +25,7 @@ fn close(found: &[f64], wanted: &[f64], within: f64) {
     }
 }
 
-/// Values of the same (distance, θ) at the pole that is upright.
+/// Values of the same (distance, θ) at the upright pole.
 fn upright(values: &[f64]) -> Vec<f64> {
     (0..values.len()).map(|t| values[t / 6 * 6 + 2 + t % 2]).collect()
 }
@@ -94,14 +93,14 @@ fn one_gauge_takes_a_tilt_for_less_strain() {
     let tilt = swept.tuples.values("tilt_deg");
     let wanted: Vec<f64> = tilt.iter().map(|b| b.to_radians().cos().powi(-2)).collect();
     close(&swept.tuples.values("K"), &wanted, 1e-14);
-    // Calibrated at its own tilt a row has no error; uncalibrated, and by the model, which is that of upright poles, it has the same.
+    // Calibrated at its own tilt, a row has no error. Uncalibrated, and by the model of upright poles, it has the same error.
     assert!(swept.designs.values("error_rms_mm").iter().all(|e| *e < 1e-9));
     let errors = |estimate: &str| {
         let swept = sweep(&format!("{}[estimate]\n{estimate}", linear("")), CPU_F64);
         swept.tuples.values("error_mm")
     };
     let (plain, model) = (errors("K = 1\n"), errors("theory = \"exact\"\n"));
-    // At 48 mm the model finds the reading of a tilted edge beyond the tip.
+    // At 48 mm the model finds the reading of a tilted edge beyond the tip, so only the first 12 are compared.
     for ((plain, model), tilt) in plain.iter().zip(&model).zip(&tilt).take(12) {
         assert!((plain - model).abs() < 1e-7, "{plain} {model}");
         assert!(if *tilt == 0.0 { plain.abs() < 1e-9 } else { *plain > 0.5 }, "{plain} at {tilt}");
@@ -133,7 +132,7 @@ fn naming_an_upright_pole_changes_no_other_byte() {
     }
 }
 
-/// A column that is not there is not shown, and its poles are upright; a pole beyond 90° is none.
+/// A missing column is not shown and means 0°; a pole beyond 90° is invalid.
 #[test]
 fn a_tuple_file_may_lack_directions() {
     let listed =
@@ -161,7 +160,7 @@ fn sampled_directions_belong_to_their_samples() {
     assert_eq!(rows[..4], rows[4..]);
     assert_eq!(pairs(&strokes.tuples)[..4], rows[..4]);
     assert!(strokes.distances.values("n").iter().all(|n| *n == 1.0));
-    // With a whisker a direction belongs to the design: one point set, the dimensions in row order.
+    // Zipped with a whisker, a direction belongs to the design: one point set, dimensions in row order.
     let whiskers = sweep(&text(&axis(4.0, 7.0), &axis(-30.0, 30.0), "[1, 4]"), CPU);
     assert_eq!((whiskers.designs.rows.len(), whiskers.distances.rows.len()), (8, 12));
     let tilts = whiskers.designs.values("tilt_deg");
@@ -179,7 +178,7 @@ fn total(text: &str, place: Place) -> f64 {
     scorer.scores(&[point]).expect("closed forms")[0].figures[1]
 }
 
-/// To first order â − a = −β² f/f′, of which the mean over a normal distribution cut at 3σ has the variance 0.97334 σ².
+/// To first order â − a = −β² f/f′; its mean over a normal distribution cut at 3σ contains 0.97334 σ².
 #[test]
 fn a_robust_tilt_is_never_calibrated_away() {
     let robust = |more: &str| format!("{SEARCH}robust = {{ tilt = 2, samples = 1024{more} }}\n");
@@ -195,7 +194,7 @@ fn a_robust_tilt_is_never_calibrated_away() {
     assert!((nominal / each - 1.0).abs() < 1e-9, "{nominal} {each}");
     let model = total(&format!("{}[estimate]\ntheory = \"exact\"\n", robust("")), CPU);
     assert!((model / each - 1.0).abs() < 1e-6, "{model} {each}");
-    // A second gauge knows the tilt; a lean costs nothing as θ → 0.
+    // A second gauge measures the tilt; a lean has no effect as θ → 0.
     let second = |text: &str| text.replace("noise_strain = 0", "noise_strain = 0\nsecond = true");
     assert!(total(&second(&robust("")), CPU) < 1e-9);
     assert!(total(&robust("").replace("tilt = 2", "lean = 2"), CPU) < 1e-9);

@@ -1,4 +1,4 @@
-//! Files of a result that somebody removes, and inputs that somebody changes, while a run has them: it fails in words, and nothing gets a final name.
+//! Files of a result removed, and inputs changed, during a run: it fails with a message, and no file gets its final name.
 #![cfg(unix)]
 
 use std::fs;
@@ -11,7 +11,7 @@ use vibrissa::sink::folder::{Folder, Question, WORK};
 use crate::common::program::{Desk, SPEC};
 use crate::common::world::{Running, calibrated, held, program, send, words};
 
-/// A result of one table for `out`, written up to its end.
+/// A result of one table for `out`, complete but not yet finished.
 fn written(desk: &Desk, out: &str) -> Folder {
     let question = Question::new("sweep", "spec", json!({}));
     let mut folder = Folder::open(&desk.path(out), question, &["tuples.csv"], false).unwrap();
@@ -29,7 +29,7 @@ fn what_comes_in_the_way_of_a_result_is_kept_and_so_is_the_result() {
     desk.write("out/tuples.csv", "mine");
     let error = folder.finish().unwrap_err();
     assert!(error.exit_code() == 2 && error.to_string().contains("tuples.csv was changed"), "{error}");
-    // Until it is moved away; then any command in the folder puts the result in its place.
+    // Any command in the folder finishes the result once the file is moved away.
     assert!(desk.sweep(&["--out", "out"]).exits(2).stderr.contains("tuples.csv"));
     assert_eq!(desk.read("out/tuples.csv"), "mine");
     fs::remove_file(desk.path("out/tuples.csv")).unwrap();
@@ -87,7 +87,6 @@ fn readings_that_change_while_they_are_located_give_no_result() {
         Running::new(&mut program(&desk, &["locate", "cal/calibration.toml", "many.csv", "--out", "out"]))
     };
     let child = held(begin, || table.metadata().is_ok_and(|m| m.len() > 0));
-    // Another last digit.
     let file = fs::OpenOptions::new().write(true).open(desk.path("many.csv")).unwrap();
     file.write_all_at(b"4", file.metadata().unwrap().len() - 2).unwrap();
     send(&child, SIGCONT);

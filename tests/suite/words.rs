@@ -1,4 +1,4 @@
-//! One tap, one word: whatever the backend, the precision and the neighbours of a tap, it has the word of the reference, and its own digits.
+//! Each tap has the reference's status and accurate digits, whatever its backend, precision and neighbours.
 
 use rayon::prelude::*;
 use vibrissa::census::Taps;
@@ -22,7 +22,7 @@ const LAWS: [Material; 6] = [
     Material::MooneyRivlin([0.35, 0.15]),
     Material::Yeoh([0.5, 0.1, 0.02]),
     Material::Yeoh([0.5, -0.08, 0.02]),
-    // Its tangent vanishes.
+    // The tangent modulus vanishes at some strain.
     Material::Yeoh([0.5, -0.3, 0.0]),
 ];
 
@@ -32,7 +32,7 @@ fn setup(model: Model, side: Side, drive: Drive) -> Setup {
     setup
 }
 
-/// A law under every contact: free on the centreline, stretched and seen from the far side, on the surface, against a pole, moved, sticking, sliding.
+/// One law with every contact: free on the centreline, stretched on the far side, on the surface, against a pole, displaced, sticking, sliding.
 fn rigs(material: Material) -> Vec<Setup> {
     let (plain, all) = (model(material), all_effects(material));
     let held = |contact| Model { contact, extension: true, ..plain };
@@ -50,7 +50,7 @@ fn rigs(material: Material) -> Vec<Setup> {
     ]
 }
 
-/// Hard taps: thick and thin whiskers to large angles, contacts next to the gauge, and gauges and clamps that end 1e-6…1e-2 mm beside the contact.
+/// Thick and thin whiskers up to large angles, contacts next to the gauge, and gauges and clamps that end 1e-6…1e-2 mm from the contact.
 #[allow(non_snake_case)]
 fn hard(kind: Drive, n: u32, seed: u64) -> Vec<Tuple> {
     let one = |i: u32| {
@@ -80,8 +80,7 @@ fn hard(kind: Drive, n: u32, seed: u64) -> Vec<Tuple> {
     (0..n).map(one).collect()
 }
 
-/// Where the `words` of `place`, if they are compared, are not those of the reference, or its strains are over their bound; how many taps it left to
-/// the reference.
+/// Taps whose word (if `words`) or strain differs from the reference, and the number of taps left to the reference.
 fn faults(
     setup: &Setup,
     place: Place,
@@ -117,7 +116,7 @@ fn exact(setup: &Setup, tuples: &[Tuple]) -> Vec<Outcome> {
     Taps::of(setup, tuples).answers(Method::Reference).expect("it answers")
 }
 
-/// d/D 0.02…1.5, drives of 1e-4…60°, gauges from 1e-4 mm, contacts from next to the clamp to the tip, a half of them next to the gauge.
+/// d/D 0.02…1.5, drives 1e-4…60°, gauges from 1e-4 mm, contacts from next to the clamp to the tip, half of them next to the gauge.
 #[allow(non_snake_case)]
 fn extreme(c: &Configuration, n: u32, seed: u64) -> Vec<Tuple> {
     let point = |index: u32| {
@@ -148,7 +147,7 @@ fn extreme(c: &Configuration, n: u32, seed: u64) -> Vec<Tuple> {
     (0..n).map(point).collect()
 }
 
-/// Extreme rows of every configuration: none is over its tolerance without a word. `rows` of each, a few where the reference takes long.
+/// Extreme rows of every configuration are within tolerance or have a word. `rows`: counts for slow and quick configurations.
 fn extremes(places: &[Place], rows: [u32; 2], seed: u64) {
     let mut over = Vec::new();
     for c in &configured() {
@@ -166,7 +165,7 @@ fn extremes(places: &[Place], rows: [u32; 2], seed: u64) {
 
 #[test]
 fn few_extreme_rows_are_all_within_their_tolerance() {
-    // Shaders take their time to compile: those of the GPU have the long run, and `verify`.
+    // Shaders take long to compile: the long run and `verify` cover the GPU.
     extremes(&[CPU, CPU_F64], [4, 30], 1);
 }
 
@@ -195,7 +194,7 @@ fn hard_taps_of_every_law_and_contact_have_the_words_of_the_reference() {
     assert!(words("ok") > 100 && words("strain_limit") > 50 && words("material_limit") > 20);
     let mut all = Vec::new();
     for ((i, setup), (tuples, exact)) in cases.iter().zip(&answered) {
-        // Shaders take their time to compile: the GPU has the models of rubber.
+        // Shaders take long to compile: the GPU gets the rubber models.
         let gpu = (9..18).contains(i).then_some(GPU);
         for place in [CPU, CPU_F64].into_iter().chain(gpu) {
             all.extend(faults(setup, place, tuples, exact, true).0);
@@ -204,7 +203,7 @@ fn hard_taps_of_every_law_and_contact_have_the_words_of_the_reference() {
     assert!(all.is_empty(), "{} faults\n{}", all.len(), all.join("\n"));
 }
 
-/// Taps of the far side whose strain crosses zero beside the contact, and taps whose law ends: kernels leave many of them open.
+/// Far-side taps whose strain crosses zero next to the contact, and taps at their material limit: kernels leave many of them to the reference.
 #[test]
 fn what_a_kernel_leaves_open_has_the_word_of_the_reference() {
     let rubber = Model { surface: true, shear: true, pole_radius: 7.2, ..model(LAWS[1]) };

@@ -1,4 +1,4 @@
-//! The world around a run: streams that are closed or full, readers that leave, arguments and files as they come.
+//! The program's environment: closed and full streams, readers that leave, odd arguments and files.
 #![cfg(unix)]
 
 use std::ffi::{OsStr, OsString};

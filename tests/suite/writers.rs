@@ -1,4 +1,4 @@
-//! Several runs on one folder, killed ones among them: old or new result whole, and no litter.
+//! Several runs on one folder, some killed: the old or the new result is whole, and no temporary files remain.
 #![cfg(unix)]
 
 use std::os::unix::fs::symlink;
@@ -11,13 +11,11 @@ use vibrissa::sink::folder::{Folder, Question, WORK, hash_file};
 use crate::common::program::{Desk, SPEC};
 use crate::common::world::{Running, program, until};
 
-/// A sweep that does not end by itself, however fast the machine is.
 fn endless() -> String {
     let huge = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 50_000_000_000 }");
     format!("{huge}[output]\ntuples = false\n")
 }
 
-/// What a test says that waits in vain.
 const NOT_BEGUN: &str = "the run has not begun";
 
 fn start(desk: &Desk, arguments: &[&str]) -> Running {
@@ -30,7 +28,6 @@ fn hidden(desk: &Desk, folder: &str) -> Vec<String> {
     desk.names(folder).into_iter().filter(|name| name.starts_with(".vibrissa-")).collect()
 }
 
-/// Whether a run writes in `folder`.
 fn begun(desk: &Desk, folder: &str) -> bool {
     std::fs::read_dir(desk.path(folder).join(WORK)).is_ok_and(|names| names.count() > 1)
 }
@@ -58,7 +55,6 @@ fn the_second_run_on_a_folder_is_refused() {
             let process = format!("process {}", child.id());
             assert!(ran.stderr.contains(&process) && ran.stderr.contains(out), "{}", ran.stderr);
         }
-        // Beside it others may write.
         desk.write("quick.toml", SPEC);
         desk.ok("sweep quick.toml --backend cpu --out beside");
         assert!(child.try_wait().unwrap().is_none() && begun(&desk, out), "the first goes on");
@@ -82,7 +78,6 @@ fn what_killed_runs_left_is_removed() {
         child.wait().unwrap();
         assert!(begun(&desk, out));
     }
-    // A link, which is not followed; what is no leftover.
     desk.write("mine/notes.txt", "mine");
     symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
     desk.write("there/.vibrissa-else", "of something else");
@@ -136,17 +131,16 @@ fn a_kill_leaves_the_old_result_or_the_new_one() {
         if round % 3 == 0 {
             std::thread::sleep(whole * (round + 1) / 30);
         } else {
-            // In the middle of the replacement, if it can be seen.
+            // During the replacement, if it is still running.
             while !replacing() && child.try_wait().unwrap().is_none() {}
         }
         let _ = child.kill();
         ended += u32::from(child.wait().unwrap().success());
-        // Either nothing was decided and one result is there, or the new one is about to be put in place.
+        // Either there is one result and no decision, or the new one is about to be moved into place.
         match replacing() {
             true => decided += 1,
             false => _ = desk.whole("out"),
         }
-        // Any run in the folder, also one that is refused, carries it through.
         desk.refuses("sweep other.toml --backend cpu --out out", &[]);
         let (run, after) = (desk.whole("out"), desk.read("out/run.json"));
         let new = run["spec"]["text"] == texts[round as usize % 2].as_str();
@@ -158,7 +152,7 @@ fn a_kill_leaves_the_old_result_or_the_new_one() {
     println!("{decided} of 30 kills came after the decision, {ended} after the end");
 }
 
-/// The names of a user's own folders may begin as the program's do.
+/// Folders of a user may have names that begin as the program's do.
 #[test]
 fn what_only_looks_like_the_programs_own_is_left_alone() {
     let desk = Desk::new(SPEC);
@@ -167,7 +161,7 @@ fn what_only_looks_like_the_programs_own_is_left_alone() {
     assert_eq!(desk.read(".vibrissa-backup/notes"), "mine");
 }
 
-/// The steps by which a new result takes the place of an old one: a table that the new one lacks goes, the files are moved, the state goes.
+/// Steps of a replacement: remove the table that the new result lacks, move the files, remove the state.
 const STEPS: [(&str, Option<&str>); 5] = [
     ("a.csv", None),
     (".vibrissa-unfinished/b.csv", Some("b.csv")),
@@ -176,7 +170,7 @@ const STEPS: [(&str, Option<&str>); 5] = [
     (".vibrissa-unfinished/.state", None),
 ];
 
-/// A folder with an older result and a finished one, whose replacement was killed after so many steps.
+/// A folder with an old and a finished new result, killed after `steps` steps.
 fn killed_after(steps: usize) -> Desk {
     let (desk, hidden) = (Desk::new(SPEC), |name: &str| format!("out/{WORK}/{name}"));
     for name in ["a.csv", "b.csv", "notes.txt", "run.json"] {
@@ -200,7 +194,7 @@ fn killed_after(steps: usize) -> Desk {
     desk
 }
 
-/// Any command in the folder ends the replacement, also one that is refused, as here: this run.json is none.
+/// Opening the folder completes the replacement; the command itself is refused, since this run.json is not its result.
 fn next(desk: &Desk) -> String {
     let question = Question::new("tap", "other", json!({}));
     let error = Folder::open(&desk.path("out"), question, &["taps.csv"], false).unwrap_err();
@@ -217,7 +211,7 @@ fn a_replacement_killed_at_any_step_is_carried_through() {
         let texts = ["b.csv", "c.csv", "notes.txt", "run.json"].map(|name| desk.read(&format!("out/{name}")));
         assert_eq!(texts, ["new", "new", "old", "new"], "after {steps}");
     }
-    // What comes after the last rename is not removed; a marker reaches no other folder.
+    // After the last rename nothing more is removed; a marker does not reach other folders.
     let desk = killed_after(5);
     desk.write("out/a.csv", "mine");
     next(&desk);

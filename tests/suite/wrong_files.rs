@@ -1,4 +1,4 @@
-//! Files that are not what their names say: pipes, links, names elsewhere, damaged tables; and a disk on which a file may not grow.
+//! Files of another kind than expected: pipes, links, names elsewhere, damaged tables; and a disk where files cannot grow.
 #![cfg(target_os = "linux")]
 
 use std::io::Write;
@@ -13,20 +13,17 @@ use vibrissa::sink::parquet::Reader;
 use crate::common::program::{Desk, SPEC, names};
 use crate::common::world::{Running, calibrated, ends, program, send, shell, until_it_hears, words};
 
-/// A desk with a sweep in `out`.
 fn swept(more: &str) -> Desk {
     let desk = Desk::new(&format!("{SPEC}{more}"));
     desk.sweep(&["--out", "out"]).exits(0);
     desk
 }
 
-/// Runs `line`, which must end in `seconds`, on `desk`.
 fn in_time(desk: &Desk, line: &str) -> (Option<i32>, String) {
     let ran = shell(desk, &format!("PATH=$PATH; exec timeout 20 \"$PROGRAM\" {line}"));
     (ran.status.code(), words(&ran.stderr))
 }
 
-/// Each of `lines` is refused in time, naming `said`.
 #[track_caller]
 fn refused_in_time(desk: &Desk, what: &str, lines: &[&str], said: &str) {
     for line in lines {
@@ -35,7 +32,7 @@ fn refused_in_time(desk: &Desk, what: &str, lines: &[&str], said: &str) {
     }
 }
 
-/// Puts what is no file of bytes in the place of the file at `path`, which is kept elsewhere.
+/// Moves the file at `path` to `elsewhere` and puts `what` in its place.
 fn replaced(desk: &Desk, path: &Path, what: &str) {
     std::fs::rename(path, desk.path("elsewhere")).unwrap();
     match what {
@@ -43,7 +40,7 @@ fn replaced(desk: &Desk, path: &Path, what: &str) {
         "folder" => std::fs::create_dir(path).unwrap(),
         "device" => symlink("/dev/zero", path).unwrap(),
         "link" => symlink("../elsewhere", path).unwrap(),
-        // Nothing of it is on the disk.
+        // A sparse file: nothing is on the disk.
         _ => std::fs::File::create(path).unwrap().set_len(5 << 30).unwrap(),
     }
 }
@@ -69,7 +66,6 @@ fn what_is_no_file_of_a_result_hangs_nothing() {
         replaced(&desk, &desk.path("out/designs.csv"), what);
         refused_in_time(&desk, what, &["report out", "report out --force"], "designs.csv");
     }
-    // A run.json that names files elsewhere.
     let desk = swept("");
     let run = desk.whole("out");
     let there = desk.path("there.csv").display().to_string();
@@ -84,7 +80,6 @@ fn what_is_no_file_of_a_result_hangs_nothing() {
     }
 }
 
-/// Writes run.json anew with the hashes of the files as they are.
 fn listed_again(desk: &Desk, folder: &str) {
     let name = format!("{folder}/run.json");
     let mut run: Value = serde_json::from_str(&desk.read(&name)).unwrap();
@@ -96,7 +91,6 @@ fn listed_again(desk: &Desk, folder: &str) {
     desk.write(&name, vibrissa::sink::folder::sealed(run));
 }
 
-/// A Parquet table in each way of being damaged.
 fn damaged(whole: &[u8]) -> Vec<(String, Vec<u8>)> {
     let n = whole.len();
     let mut all: Vec<(String, Vec<u8>)> = [0, 3, 4, 11, n / 2, n - 9, n - 8, n - 4, n - 1]
@@ -105,7 +99,7 @@ fn damaged(whole: &[u8]) -> Vec<(String, Vec<u8>)> {
     all.push(("other magic".to_owned(), [b"RAP1", &whole[4..n - 4], b"RAP1"].concat()));
     all.push(("zeros".to_owned(), vec![0; n]));
     all.push(("a table as CSV".to_owned(), b"D_mm,status\n10,ok\n".to_vec()));
-    // The footer, its length, and what the pages begin with.
+    // The footer, its length, and places in the pages.
     for at in (0..n).step_by(1 + n / 24).chain(n - 12..n) {
         for mask in [0xff, 0x01] {
             let mut bytes = whole.to_vec();
@@ -138,13 +132,12 @@ fn damaged_parquet_is_refused_in_words() {
                 Ok(())
             };
             let read = read();
-            // A flipped bit of a number is another number.
             assert!(read.is_err() || what.starts_with("byte"), "{what}: {line}");
             refused += usize::from(read.is_err());
             if what.starts_with("byte") && k % 16 > 0 {
                 continue;
             }
-            // Of a merge, the check of the bytes comes first.
+            // `merge` checks hashes first: update them.
             listed_again(&desk, folder);
             let ran = desk.line(line);
             assert!(
@@ -163,7 +156,7 @@ fn damaged_parquet_is_refused_in_words() {
     }
 }
 
-/// Its words alone would take many times its memory.
+/// The words of this file would take many times its size in memory.
 #[test]
 fn a_long_table_is_no_spec_and_no_calibration() {
     let desk = Desk::new(SPEC);

@@ -1,4 +1,4 @@
-//! Zeros and drives as rigs have them: bridges out of balance, counts that begin anew, drives with a zero of their own, what nobody recorded.
+//! Zeros and drives of real rigs: unbalanced bridges, counters that wrap, drives with an own zero, unrecorded quantities.
 
 use std::fmt::Write as _;
 
@@ -21,7 +21,7 @@ fn rig_table(zero_every: Option<u64>, repeats: u64) -> String {
     table(&spec(), &Settings { repeats, noise: 1e-5, zero_every, seed: 1, ..Settings::default() })
 }
 
-/// Distance, drive and `f` of (share of the file, strain) of every row.
+/// Rows with `f` of (position in the file from 0 to 1, strain) as signal.
 fn signals(table: &str, column: &str, f: impl Fn(f64, f64) -> f64) -> String {
     let n = data(table).rows.len() as f64;
     let head = format!("a_mm,theta_deg,{column}");
@@ -67,7 +67,7 @@ fn a_wild_zero_of_a_stream_is_told_and_not_used() {
     let (wild, said) = ask("0,0\n0,0.02\n4,0.02\n0,0\n4,0.02\n", &[]);
     assert_eq!([answer(&wild[2]), answer(&wild[4])], [answer(&plain[1]), answer(&plain[1])]);
     assert!(said.contains("line 2") && said.contains("far off"), "{said}");
-    // A zero that has moved is believed the second time.
+    // A changed zero is accepted the second time.
     let (moved, _) = ask("0,0\n0,0.01\n0,0.01\n4,0.03\n", &[]);
     let number = |l: &String| answer(l).parse::<f64>().unwrap();
     assert!((number(&moved[3]) - number(&plain[1])).abs() < 1e-6);
@@ -89,7 +89,7 @@ fn names_and_comments_of_a_file_of_readings_are_kept_apart() {
     assert_eq!(row["status"], "ok");
 }
 
-/// A rig whose drive is counted from a zero of its own; contact begins at `begin`.
+/// A rig whose drive has its own zero; contact begins at `begin`, mm.
 fn own_zero(begin: f64, drives: &[f64], rest: f64) -> String {
     let mut out = String::from("a_mm,delta_mm,reading\n");
     for run in 0..3 {
@@ -136,7 +136,7 @@ fn a_rest_row_whose_drive_is_also_there_as_a_positive_one_is_no_slip() {
     };
     let plan = [2.0, 4.0, 6.0, 8.0, 10.0];
     assert_eq!(judged(&own_zero(-6.0, &plan, -8.0)), (3, 0));
-    // Neither is a slip of the sign a rest, nor the other side of the whisker, whose taps count.
+    // A wrong sign makes neither a rest nor a second side; a real second side counts.
     assert_eq!(judged(&own_zero(0.0, &plan, 0.0).replacen("117,4,", "117,-4,", 1)), (3, 1));
     assert_eq!(judged(&own_zero(0.0, &[-8.0, -4.0, 4.0, 8.0, 10.0], 0.0)), (3, 0));
 }
@@ -156,7 +156,7 @@ fn a_column_that_the_signal_follows_is_not_ignored() {
             ["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "o", "--force", "--columns", &columns];
         desk.run(&line).exits(0);
     }
-    // What only counts, drifts or is called like a drive is passed over, the last with a word.
+    // Columns that only count or drift are ignored; one named like a drive is ignored with a warning.
     let mut text = String::from("a_mm,step,t_s,reading\n");
     for (k, a) in (0..60).map(|k| (k, 20 + k % 10)) {
         let _ = writeln!(text, "{a},{},{},{}", k / 10, k, 1e6 / f64::from(a) + 30.0 * f64::from(k / 10));
@@ -166,7 +166,7 @@ fn a_column_that_the_signal_follows_is_not_ignored() {
     assert!(ran.stderr.contains("theta=step"), "{}", ran.stderr);
 }
 
-/// Value and standard error of the zero and of the offset of the drive, as they are said.
+/// Reported value and standard error: of the zero, and of the drive's offset.
 fn said(found: &Calibrated) -> [[f64; 2]; 2] {
     let said = result(found, &found.calibration.rig, &coverage(found));
     let fitted = said["sides"][0]["parameters"]["fitted"].as_array().unwrap().clone();
@@ -194,7 +194,7 @@ fn an_offset_or_a_drift_that_nobody_read_makes_no_certain_numbers() {
         assert!(drift > 1e-4 || of_zero < 1.5e-4 && of_theta < 0.02, "{of_zero} {of_theta}");
         assert_eq!(has(&found, "A drift of the zero"), zero != 0.0, "{:?}", found.warnings);
     }
-    // Where the order of the rows is not that of the distances, what is left shows a drift, also where a sharp tip follows not all taps.
+    // If rows are not in order of distance, residuals show a drift, also for a sharp tip without solutions at some taps.
     let taps = "[tap]\na = { from = 21, to = 48, step = 1 }\ntheta = [0.5, 2, 4, 6, 8, 10]\n";
     let sharp = prototype(0.5, &["noise_strain = 1e-5\n", taps]);
     let once = Settings { noise: 1e-5, zero_every: None, seed: 1, ..Settings::default() };
@@ -216,7 +216,7 @@ fn an_offset_or_a_drift_that_nobody_read_makes_no_certain_numbers() {
     }
 }
 
-/// Taps at 8 distances by 2, 4 and 6 degrees, and by as much the other way where `other` says what these give.
+/// Taps at 8 distances by ±2, ±4 and ±6°; `other` gives the signal at the negative drives.
 fn two_signs(zero: bool, other: impl Fn(f64) -> f64) -> String {
     let mut text = "a_mm,theta_deg,reading\n".to_owned();
     for k in 0..8 {
@@ -266,7 +266,7 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
             assert!((a - 880_f64.sqrt()).abs() < 0.5, "{zero} {}", found.text);
         }
     }
-    // Before contact nothing changes; a slip of the sign changes all the same way.
+    // Before contact the signal does not change; a wrong sign keeps the sign of the signal.
     for (name, other) in [("rest", (|_| 0.0) as fn(f64) -> f64), ("slip", |s| s)] {
         let desk = Desk::new("");
         desk.write("taps.csv", two_signs(true, other));

@@ -1,4 +1,4 @@
-//! What is drawn in a panel.
+//! Marks in a panel.
 
 use serde::Serialize;
 
@@ -25,16 +25,16 @@ pub enum Marker {
     Star,
     /// ⧗
     Hourglass,
-    /// ×: what does not count
+    /// ×, for points that do not count
     Cross,
-    /// ○: what is chosen
+    /// ○, for the chosen point
     Ring,
-    /// ↑: a point beyond the end of the axis, at the edge
+    /// ↑, at the edge for a point beyond the axis
     Arrow,
 }
 
 impl Marker {
-    /// All that have corners or strokes, with their names in JSON.
+    /// Markers with corners or strokes, with their JSON names.
     pub const DRAWN: [(&str, Self); 9] = [
         ("square", Self::Square),
         ("triangle", Self::Triangle),
@@ -47,7 +47,7 @@ impl Marker {
         ("arrow", Self::Arrow),
     ];
 
-    /// Those of series beside each other, in order.
+    /// Markers of series, in order.
     pub const SERIES: [Self; 8] = [
         Self::Circle,
         Self::Square,
@@ -59,14 +59,14 @@ impl Marker {
         Self::Hourglass,
     ];
 
-    /// Corners of a filled one of radius 1, y downwards; none of a circle, a ring and what is drawn of strokes.
+    /// Corners for radius 1, y downwards; empty for a circle, a ring and markers of strokes.
     pub fn corners(self) -> &'static [[f64; 2]] {
         match self {
             Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
             Self::Triangle => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
             Self::Diamond => &[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]],
             Self::Down => &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]],
-            // The inner corners of a five-pointed star lie at 0.38 of its radius.
+            // The inner corners of a five-pointed star are at 0.38 of its radius.
             Self::Star => &[
                 [0.0, -1.5],
                 [0.34, -0.46],
@@ -87,7 +87,7 @@ impl Marker {
         }
     }
 
-    /// Strokes of radius 1.
+    /// Strokes for radius 1.
     pub fn strokes(self) -> &'static [[[f64; 2]; 2]] {
         match self {
             Self::Plus => &[[[-1.4, 0.0], [1.4, 0.0]], [[0.0, -1.4], [0.0, 1.4]]],
@@ -100,18 +100,18 @@ impl Marker {
 /// Points in the order of a table. NaN is a gap.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Path {
-    /// In the key; the same name twice is one entry.
+    /// Name in the key; equal names are one entry.
     pub name: String,
-    /// Place in [`COLOURS`](crate::figure::COLOURS).
+    /// Index in [`COLOURS`](crate::figure::COLOURS).
     pub colour: usize,
-    /// Across.
+    /// Values across.
     pub x: Vec<f64>,
-    /// Up.
+    /// Values up.
     pub y: Vec<f64>,
 }
 
 impl Path {
-    /// With these points.
+    /// From points (x, y).
     pub fn new(name: impl Into<String>, colour: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (x, y) = points.into_iter().unzip();
         Self { name: name.into(), colour, x, y }
@@ -121,7 +121,6 @@ impl Path {
         self.x.len().min(self.y.len())
     }
 
-    /// Whether point `i` has a place.
     fn is_point(&self, i: usize) -> bool {
         self.x[i].is_finite() && self.y[i].is_finite()
     }
@@ -131,26 +130,26 @@ impl Path {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Along {
-    /// At a value of y.
+    /// At a fixed y.
     X,
-    /// At a value of x.
+    /// At a fixed x.
     Y,
 }
 
 /// Values on a grid of cells.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cells {
-    /// Ends of the cells across, one more than there are.
+    /// Edges of the cells across.
     pub x: Vec<f64>,
-    /// The same up.
+    /// Edges of the cells up.
     pub y: Vec<f64>,
-    /// Row by row from the first y; NaN is empty.
+    /// Values row by row from the first y; NaN is empty.
     pub z: Vec<f64>,
-    /// What z is.
+    /// Quantity of z.
     pub of: Axis,
 }
 
-/// What cells of a map without a value are called in the key.
+/// Name of empty cells in the key.
 pub const NO_VALUE: &str = "empty: no value";
 
 /// Something drawn in a panel.
@@ -159,42 +158,42 @@ pub const NO_VALUE: &str = "empty: no value";
 pub enum Mark {
     /// Points joined.
     Line {
-        /// Where.
+        /// Vertices.
         #[serde(flatten)]
         path: Path,
         /// 0: solid, 1: dashed, 2: dotted.
         dash: u8,
-        /// Points on it.
+        /// Marker on points of the line.
         marker: Option<Marker>,
     },
     /// Points alone.
     Points {
-        /// Where.
+        /// Positions.
         #[serde(flatten)]
         path: Path,
-        /// Of all.
+        /// Marker of all points.
         marker: Marker,
-        /// Half length of a bar in y; empty where there are none.
+        /// Half length of a bar in y; empty for no bars.
         error: Vec<f64>,
-        /// Rows of the page's table that they are; empty where they are none.
+        /// Rows of the page's table; empty for none.
         rows: Vec<usize>,
-        /// What to say of each beside its numbers; empty where there is nothing.
+        /// Notes on the points; empty for none.
         notes: Vec<String>,
     },
-    /// Bars from 0 along x, at the places of words up.
+    /// Horizontal bars from 0, at the positions of words up.
     Bars {
-        /// Length and place.
+        /// Lengths and positions.
         #[serde(flatten)]
         path: Path,
-        /// Of how many series at a place this is which.
+        /// Index of the series, and number of series at a position.
         among: [usize; 2],
     },
-    /// Closed and filled.
+    /// A closed, filled area.
     Area {
-        /// Its edge.
+        /// Vertices of the edge.
         #[serde(flatten)]
         path: Path,
-        /// Its edge is drawn.
+        /// True if the edge is drawn.
         outlined: bool,
     },
     /// Map of values.
@@ -203,38 +202,38 @@ pub enum Mark {
     Rule {
         /// Direction.
         along: Along,
-        /// Where.
+        /// Position.
         at: f64,
-        /// In the key.
+        /// Name in the key.
         name: String,
-        /// Place in the colours.
+        /// Index of the colour.
         colour: usize,
-        /// As of a line.
+        /// 0: solid, 1: dashed, 2: dotted.
         dash: u8,
     },
-    /// Words in the panel, as near to a point as they have room.
+    /// Text near a point, where there is room.
     Note {
-        /// Point.
+        /// Position across.
         x: f64,
-        /// Point.
+        /// Position up.
         y: f64,
-        /// Words.
+        /// The text.
         text: String,
     },
 }
 
 impl Mark {
-    /// Joined points.
+    /// A line without markers.
     pub fn line(path: Path, dash: u8) -> Self {
         Self::Line { path, dash, marker: None }
     }
 
-    /// Joined points, marked; where they are many, only some of them.
+    /// A line with markers; with many points, only some are marked.
     pub fn dotted(path: Path, marker: Marker) -> Self {
         Self::Line { path, dash: 0, marker: Some(marker) }
     }
 
-    /// Those of the `i`-th of some series beside each other.
+    /// A marked line with the look of series `i`.
     pub fn series(i: usize, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (colour, marker) = series(i);
         Self::dotted(Path::new(name, colour, points), marker)
@@ -245,15 +244,14 @@ impl Mark {
         Self::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 }
     }
 
-    /// Points.
+    /// Points without bars, rows and notes.
     pub fn points(path: Path, marker: Marker) -> Self {
         Self::Points { path, marker, error: Vec::new(), rows: Vec::new(), notes: Vec::new() }
     }
 
-    /// Whether it shows nothing.
+    /// True if nothing would be drawn.
     pub fn is_empty(&self) -> bool {
         match self {
-            // One point alone is no line.
             Self::Line { path, marker: None, .. } => {
                 !(1..path.len()).any(|i| path.is_point(i - 1) && path.is_point(i))
             }
@@ -267,7 +265,7 @@ impl Mark {
         }
     }
 
-    /// Points that the axes must hold. Rules and notes ask for nothing.
+    /// Points that must fit the axes; none for rules and notes.
     pub fn reach(&self) -> Vec<(f64, f64)> {
         let pairs = |x: &[f64], y: &[f64]| x.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
         match self {

@@ -1,4 +1,4 @@
-//! What a figure shows: numbers of a table, and how they are to be seen. Nothing here knows paper or pixels; the page gets it as JSON.
+//! Data of a figure, independent of paper and pixels; the page receives it as JSON.
 
 mod mark;
 
@@ -9,22 +9,22 @@ pub use mark::{Along, Cells, Mark, Marker, NO_VALUE, Path};
 /// Panels under one title.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// Of its files, without ending.
+    /// File name without ending.
     pub name: String,
-    /// In a few words.
+    /// A short title.
     pub title: String,
-    /// What is seen, of which table, and what was left out.
+    /// Description: content, source table, omissions.
     pub caption: String,
-    /// Row by row.
+    /// Panels, row by row.
     pub panels: Vec<Panel>,
-    /// Panels in a row.
+    /// Number of panels in a row.
     pub columns: usize,
-    /// In the place of panels.
+    /// Drawn instead of panels.
     pub parallel: Option<Parallel>,
 }
 
 impl Figure {
-    /// Panels, at most three in a row.
+    /// A figure with at most three panels in a row.
     pub fn new(name: &str, title: &str, caption: impl Into<String>, panels: Vec<Panel>) -> Self {
         let columns = match panels.len() {
             0 | 1 => 1,
@@ -35,42 +35,42 @@ impl Figure {
         Self { name: name.into(), title: title.into(), caption, panels, columns, parallel: None }
     }
 
-    /// Whether there is nothing to see.
+    /// True if nothing would be drawn.
     pub fn is_empty(&self) -> bool {
         self.parallel.as_ref().is_none_or(|p| p.values.is_empty())
             && self.panels.iter().all(|p| p.marks.iter().all(Mark::is_empty))
     }
 }
 
-/// One pair of axes.
+/// A pair of axes with marks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Panel {
-    /// Over it; empty where the figure's says all.
+    /// Title of the panel; may be empty.
     pub title: String,
-    /// Across.
+    /// Axis across.
     pub x: Axis,
-    /// Up.
+    /// Axis up.
     pub y: Axis,
-    /// A length is as long in x as in y.
+    /// True for equal units in x and y.
     pub to_scale: bool,
-    /// In the order in which they are drawn.
+    /// Marks in drawing order.
     pub marks: Vec<Mark>,
-    /// What lies beyond the ends of the axis up, in the key; empty where nothing does.
+    /// Text in the key about points beyond the y axis; may be empty.
     pub beyond: String,
 }
 
 impl Panel {
-    /// Without marks.
+    /// A panel without marks.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
         Self { title: title.into(), x, y, to_scale: false, marks: Vec::new(), beyond: String::new() }
     }
 
-    /// Its map, if it is one.
+    /// The map, if it has one.
     pub fn map(&self) -> Option<&Cells> {
         self.marks.iter().find_map(|m| if let Mark::Cells(c) = m { Some(c) } else { None })
     }
 
-    /// With one more mark, if it shows anything.
+    /// Adds `mark` unless it is empty.
     pub fn with(mut self, mark: Mark) -> Self {
         if !mark.is_empty() {
             self.marks.push(mark);
@@ -84,39 +84,39 @@ impl Panel {
 pub struct Axis {
     /// Name and symbol.
     pub label: String,
-    /// Its unit; empty for a number.
+    /// Unit; empty for a pure number.
     pub unit: String,
-    /// By decades.
+    /// Logarithmic.
     pub log: bool,
-    /// Names of the places 0, 1, … where it is no quantity, or has few values.
+    /// Names of the places 0, 1, … for an axis without numbers, or with few values.
     pub words: Vec<String>,
-    /// Ends, where the data do not give them.
+    /// Ends of the axis, if not those of the data.
     pub ends: Option<[f64; 2]>,
 }
 
 impl Axis {
-    /// Linear.
+    /// A linear axis.
     pub fn new(label: &str, unit: &str) -> Self {
         Self { label: label.into(), unit: unit.into(), ..Self::default() }
     }
 
-    /// Of decades.
+    /// A logarithmic axis.
     pub fn log(label: &str, unit: &str) -> Self {
         Self { log: true, ..Self::new(label, unit) }
     }
 
-    /// Of words.
+    /// An axis of words.
     pub fn words(label: &str, words: Vec<String>) -> Self {
         Self { words, ..Self::new(label, "") }
     }
 
-    /// From here to there.
+    /// Fixes the ends.
     pub fn over(mut self, ends: [f64; 2]) -> Self {
         self.ends = Some(ends);
         self
     }
 
-    /// Label and unit as they stand at the axis.
+    /// Label with unit.
     pub fn text(&self) -> String {
         if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
     }
@@ -125,14 +125,14 @@ impl Axis {
 /// Parallel coordinates: a line for each row across all axes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parallel {
-    /// Side by side.
+    /// Axes from left to right.
     pub axes: Vec<Axis>,
-    /// A row each, one value for each axis.
+    /// One row per line, with a value for each axis.
     pub values: Vec<Vec<f64>>,
-    /// Axis that gives the colour.
+    /// Index of the axis that gives the colour.
     pub colour: usize,
-    /// Rows that are drawn in grey.
+    /// Rows in grey.
     pub muted: Vec<bool>,
-    /// Why they are, in the key.
+    /// Reason for grey, in the key.
     pub why: String,
 }

@@ -1,4 +1,4 @@
-//! A folder in memory, where the system has one, that is used over and over.
+//! A folder for all inputs, in memory where the system has one.
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -11,24 +11,20 @@ static DESK: LazyLock<TempDir> = LazyLock::new(|| {
     made.expect("a folder")
 });
 
-/// The path of `name` in it.
 pub fn path(name: &str) -> PathBuf {
     DESK.path().join(name)
 }
 
-/// The folder.
 pub fn folder() -> &'static Path {
     DESK.path()
 }
 
-/// Writes a file, and the folders that it needs.
 pub fn write(name: &str, bytes: &[u8]) {
     let path = path(name);
     std::fs::create_dir_all(path.parent().expect("it is in a folder")).expect("a folder");
     std::fs::write(path, bytes).expect("a file");
 }
 
-/// Removes a folder with all that is in it.
 pub fn clear(name: &str) {
     let _ = std::fs::remove_dir_all(path(name));
 }

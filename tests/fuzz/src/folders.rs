@@ -1,4 +1,4 @@
-//! What the program writes into folders and reads again: states of stopped sweeps, records, manifests, parts.
+//! Files that the program writes into folders and reads again: states of stopped sweeps, records, manifests, parts.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -16,12 +16,12 @@ use vibrissa::sweep::{self, Target};
 
 use crate::{desk, told};
 
-/// A state: what was packed of a stopped sweep, in whatever order its routes pack it.
+/// The packed state of a stopped sweep, read by every route.
 pub fn state(data: &[u8]) {
     sweep::readable(data);
 }
 
-/// A folder in which one of the hidden files, or the record, is `data`; the first byte says which.
+/// A folder with `data` as one of the hidden files or as the record; the first byte selects.
 pub fn folder(data: &[u8]) {
     let Some((first, data)) = data.split_first() else { return };
     desk::clear("out");
@@ -35,7 +35,7 @@ pub fn folder(data: &[u8]) {
             desk::write("out/.vibrissa-unfinished/run.json", RECORD.as_bytes());
         }
         _ => {
-            // Its check is put right, so that what is behind it is read.
+            // With a valid checksum, so that the rest is read.
             let whole = [blake3::hash(data).to_hex().as_bytes(), data].concat();
             desk::write("out/.vibrissa-unfinished/.state", &whole);
         }
@@ -44,11 +44,9 @@ pub fn folder(data: &[u8]) {
     told(Folder::open(&desk::path("out"), question, &["a.csv"], first / 3 % 2 == 0));
 }
 
-/// A record of a result.
 const RECORD: &str = r#"{"format":1,"command":"sweep","name":"spec","seconds":{"total":1.0},"in_force":[],"asked":null,
 "files":[{"name":"a.csv","blake3":"0000000000000000000000000000000000000000000000000000000000000000","bytes":3}]}"#;
 
-/// Parts of a sweep of a tuple file, as they are written.
 static PARTS: LazyLock<[Vec<(String, Vec<u8>)>; 2]> = LazyLock::new(|| {
     let row = |i: usize| format!("10,{},50,5,2,{},{}\n", 4 + i % 3, 21 + i % 5, 1 + i % 4);
     let list: String = (0..24).map(row).collect();
@@ -69,7 +67,7 @@ static PARTS: LazyLock<[Vec<(String, Vec<u8>)>; 2]> = LazyLock::new(|| {
     })
 });
 
-/// Parts of which one has `data` as its list of places, or as its record; hashes are put right.
+/// Parts with `data` as list of places, record or table of one part; hashes are valid.
 pub fn merge(data: &[u8]) {
     let Some((first, data)) = data.split_first() else { return };
     desk::clear("whole");

@@ -1,5 +1,4 @@
-//! Readers of files, fed by libFuzzer: whatever the bytes, an answer or an error with words, never a panic, and bounded work. The reader is
-//! chosen by the environment variable READER; `tests/fuzz/run` does it.
+//! Feeds bytes from libFuzzer to a reader, which must answer or give an error with a message, in bounded work. READER names it; see `tests/fuzz/run`.
 
 #![no_main]
 
@@ -12,7 +11,6 @@ use std::sync::LazyLock;
 
 type Reader = fn(&[u8]);
 
-/// Readers by name.
 const READERS: [(&str, Reader); 9] = [
     ("spec", texts::spec),
     ("tuples", texts::tuples),
@@ -33,7 +31,7 @@ static READER: LazyLock<Reader> = LazyLock::new(|| {
 
 fuzz_target!(|data: &[u8]| READER(data));
 
-/// An error has to say something.
+/// Fails if an error has no message.
 fn told<T>(result: Result<T, impl std::fmt::Display>) -> Option<T> {
     result.map_err(|e| assert!(!e.to_string().trim().is_empty(), "an error without words")).ok()
 }

@@ -1,4 +1,4 @@
-//! Texts that users write: specs, tables of tuples, curves and measurements, and calibrations.
+//! Texts that users write: specs, tables of tuples, curves, measurements, calibrations.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -14,7 +14,7 @@ use vibrissa::spec;
 
 use crate::{desk, told};
 
-/// Tuples of a space, first, last and between; all of a list.
+/// Tuples of a space: first, last and some between.
 fn look(space: &Space) {
     if let Some(layout) = space.layout() {
         let n = layout.len();
@@ -26,7 +26,6 @@ fn look(space: &Space) {
     }
 }
 
-/// A spec, for each command that reads one.
 pub fn spec(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let base = Path::new("/nowhere");
@@ -37,7 +36,6 @@ pub fn spec(data: &[u8]) {
     told(spec::parse_tap("spec.toml", text, base, true));
 }
 
-/// A table of tuples; the first byte chooses the drive.
 pub fn tuples(data: &[u8]) {
     let Some((first, data)) = data.split_first() else { return };
     desk::write("list.csv", data);
@@ -48,7 +46,6 @@ pub fn tuples(data: &[u8]) {
     }
 }
 
-/// A stress–strain curve.
 pub fn curve(data: &[u8]) {
     desk::write("curve.csv", data);
     const SPEC: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 4\n\
@@ -56,7 +53,7 @@ pub fn curve(data: &[u8]) {
     told(spec::parse("spec.toml", SPEC, desk::folder()));
 }
 
-/// The whisker that measurements belong to: closed forms, which answer at once.
+/// The whisker of the measurements, with closed forms, which are fast.
 static RIG: LazyLock<Rig> = LazyLock::new(|| {
     const SPEC: &str = "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33, 48]\ntheta = [1, 8]\n\
                         [model]\ngeometry = \"linear\"\n";
@@ -64,7 +61,7 @@ static RIG: LazyLock<Rig> = LazyLock::new(|| {
     Rig::read(&desk::path("rig.toml"), Some(Drive::Angle)).expect("a rig")
 });
 
-/// What is calibrated by a table whose numbers fit.
+/// A calibration from a table of valid numbers.
 static CALIBRATION: LazyLock<Calibration> = LazyLock::new(|| {
     let row = |a: f64, d: f64| {
         format!("{a},{d},{}\n", 0.16 * d.to_radians() / (a / 21.0) * (1.0 + 0.001 * (a * d).sin()))
@@ -75,7 +72,7 @@ static CALIBRATION: LazyLock<Calibration> = LazyLock::new(|| {
     calibrate(&data, &RIG, &Options::default()).expect("a calibration").calibration
 });
 
-/// A table of measurements, read to be calibrated and, line by line, to be located.
+/// A table of measurements, as input of `calibrate` and, line by line, of `locate`.
 pub fn measurements(data: &[u8]) {
     static LOCATOR: LazyLock<Locator> = LazyLock::new(|| {
         Locator::new(&CALIBRATION, "calibration.toml", None, &opener(&RunOptions::default()))
@@ -89,7 +86,7 @@ pub fn measurements(data: &[u8]) {
     }
 }
 
-/// A calibration as it is read, with its checksum put right.
+/// With a valid checksum.
 pub fn calibration(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     if let Some(read) = told(Calibration::parse("calibration.toml", text, true)) {
@@ -98,7 +95,6 @@ pub fn calibration(data: &[u8]) {
     }
 }
 
-/// A raw record: rests and taps, if it shows any.
 pub fn record(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let Some(record) = told(vibrissa::record::Record::parse("raw.csv", LabTable::Text(text.as_bytes()), &Default::default())) else { return };

@@ -6,17 +6,14 @@ use vibrissa::census::Taps;
 use vibrissa::evaluate::{Method, Outcome};
 use vibrissa::scene::{Drive, Setup, Tuple};
 
-/// Hub of every setup with one, mm: strains depend on ratios of lengths only, so a case is scaled to it.
+/// Hub of every setup with one, mm. Strain depends on ratios of lengths only, so each case is scaled to this hub.
 const HUB: f64 = 10.0;
 
-/// A kind of setup.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Tap angle about the clamp.
     Tap,
     /// Tap angle about an axis behind the clamp.
     Hub,
-    /// The object moves.
     Passive,
 }
 
@@ -27,28 +24,25 @@ impl Kind {
         if self == Self::Passive { Drive::Displacement } else { Drive::Angle }
     }
 
-    /// An exact, frictionless Hooke setup of this kind; its tuples are given apart.
+    /// An exact, frictionless Hooke setup of this kind, without tuples.
     pub fn setup(self) -> Setup {
         let hub = if self == Self::Hub { HUB } else { 0.0 };
         Setup { hub, drive: self.drive(), ..Setup::default() }
     }
 }
 
-/// A tap and its answer.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
-    /// Line of its file.
     pub line: usize,
     pub tuple: Tuple,
     pub strain: f64,
     pub force: f64,
     pub arc: f64,
-    /// Force along the whisker and whether the contact sticks, where the file says it.
+    /// Tangential force, and sticking, where the file has them.
     pub rubbed: Option<f64>,
     pub sticks: Option<bool>,
 }
 
-/// Rows of a file of tests/data by column.
 pub fn rows(file: &str) -> Vec<HashMap<String, String>> {
     let path = format!("{}/tests/data/{file}.csv", crate::common::ROOT);
     let mut reader =
@@ -56,7 +50,6 @@ pub fn rows(file: &str) -> Vec<HashMap<String, String>> {
     reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed")
 }
 
-/// All rows of the file of `kind`, by configuration.
 pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
     let name = match kind {
         Kind::Tap => "tap_cases",
@@ -87,7 +80,7 @@ pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
     found
 }
 
-/// Outcomes of `tuples` on a backend, and the strain to which the tolerance of each refers at least, 1e-3 θ f_max.
+/// Outcomes of `tuples`, and 1e-3 θ f_max, the least strain that the tolerance refers to.
 pub fn evaluate(setup: &Setup, method: Method, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
     let taps = Taps::of(setup, tuples);
     let outcomes = taps.answers(method).expect("the backend answers");

@@ -1,4 +1,4 @@
-//! Complete specs in which one key has a value, or is left out.
+//! Complete specs in which one key has a given value, or is left out.
 
 use std::path::Path;
 
@@ -8,11 +8,11 @@ use vibrissa::scene::{Search, Study};
 use vibrissa::spec;
 use vibrissa::spec::keys::{Key, Section};
 
-/// What every command needs of a spec.
+/// Keys that every command needs.
 const COMPLETE: &str = "[whisker]\nD = 10.0\nd = 4.0\nL_a = 50.0\n[gauge]\nx_ss = 5.0\nl = 2.0\nnoise_strain = 1e-5\n\
     [tap]\na = [20.0, 30.0]\ntheta = 2.0\n[optimise]\nobjective = \"sd\"\nvariables = { d = [2.0, 8.0] }\n";
 
-/// Reads a spec as a sweep does, or as a search where `section` belongs to it.
+/// Reads a spec as a sweep does; as a search if `section` belongs to one.
 pub fn parsed(section: &Section, text: &str) -> Result<(Study, Option<Search>), InputError> {
     let base = Path::new("");
     if section.name.starts_with("optimise") {
@@ -21,7 +21,7 @@ pub fn parsed(section: &Section, text: &str) -> Result<(Study, Option<Search>), 
     spec::parse("spec", text, base).map(|spec| (spec.study, None))
 }
 
-/// A complete spec in which `key` has `value`, or is left out; an inline table is its example with this key.
+/// A complete spec with `value` for `key`, or without it. A key of an inline table is set in the table's example.
 pub fn with(section: &Section, key: &Key, value: Option<Value>) -> String {
     let mut spec: Table = COMPLETE.parse().expect("a complete spec");
     match (section.name, key.name) {
@@ -37,7 +37,6 @@ pub fn with(section: &Section, key: &Key, value: Option<Value>) -> String {
             let whisker = table(&mut spec, "whisker");
             ["D", "d", "L_a"].map(|key| whisker.remove(key)).into_iter().for_each(drop);
             if key.name == "scale" {
-                // The cone that is complete.
                 set(&mut spec, "whisker", "profile = [[0.0, 10.0], [50.0, 4.0]]");
             }
             set(&mut spec, "optimise", "variables = { theta = [1.0, 8.0] }");
@@ -61,7 +60,6 @@ pub fn with(section: &Section, key: &Key, value: Option<Value>) -> String {
     spec.to_string()
 }
 
-/// Puts the keys of `text` into the section `name`.
 fn set(spec: &mut Table, name: &str, text: &str) {
     table(spec, name).extend(text.parse::<Table>().expect("keys of a section"));
 }
@@ -71,7 +69,7 @@ fn table<'a>(of: &'a mut Table, name: &str) -> &'a mut Table {
     value.as_table_mut().expect("a table")
 }
 
-/// The inline table at `name`, as in the example of `section` that has `key`, or empty.
+/// The inline table at `name`: the example of `section` that has `key`, or an empty table.
 fn inline<'a>(of: &'a mut Table, name: &str, section: &Section, key: &Key) -> &'a mut Table {
     let mut examples = section
         .examples

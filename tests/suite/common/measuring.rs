@@ -1,4 +1,4 @@
-//! Synthetic rigs: a spec, what a rig makes of it, a calibration, fresh taps.
+//! Synthetic rigs: a spec, simulated data, a calibration, fresh taps.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,14 +12,11 @@ use vibrissa::simulate::{Settings, SimulatedTaps, empty, simulate};
 use vibrissa::sink::frame::Frame;
 use vibrissa::spec;
 
-/// Every effect of a real whisker.
 pub const REAL: &str =
     "[model]\nshear = true\nsurface = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\n";
-/// The paper's distances and tap angles.
 pub const TAPS: &str =
     "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]\n";
 
-/// A prototype with tip diameter `d` and the sections `more`.
 pub fn prototype(d: f64, more: &[&str]) -> String {
     format!("[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n{}", more.concat())
 }
@@ -32,7 +29,6 @@ pub fn rig(text: &str) -> Rig {
     Rig::of_spec(&parsed(text), "rig.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The table that a rig of this spec writes.
 pub fn table(text: &str, settings: &Settings) -> String {
     let (rig, spec) = (rig(text), parsed(text));
     let layout = spec.study.space.layout().expect("a rig has axes");
@@ -53,13 +49,13 @@ pub fn calibrated(table: &str, whisker: &str, fit: &[Parameter]) -> Calibrated {
     calibrate(&data(table), &rig(whisker), &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The same of a whisker that nobody described, whose farthest distance is `far`.
+/// Calibrates without a spec; `far` is the largest distance, mm.
 pub fn undescribed(table: &str, drive: Drive, far: f64) -> Calibrated {
     let rig = Rig::unknown(Setup { drive, ..Setup::default() }, far).unwrap();
     calibrate(&data(table), &rig, &Options::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The same, made once for all tests.
+/// `calibrated`, cached for all tests.
 pub fn once(table: &str, whisker: &str) -> Arc<Calibrated> {
     static MADE: Mutex<BTreeMap<String, Arc<OnceLock<Arc<Calibrated>>>>> = Mutex::new(BTreeMap::new());
     let key = format!("{table}{whisker}");
@@ -71,19 +67,16 @@ pub fn locator(c: &Calibrated, asked: Option<Estimator>) -> Locator {
     Locator::new(&c.calibration, "calibration.toml", asked, &opener(&RunOptions::default())).unwrap()
 }
 
-/// How distances came out.
 #[derive(Debug)]
 pub struct Score {
     pub taps: usize,
     pub rms: f64,
-    /// Share of errors within one sigma.
     pub coverage: f64,
-    /// Root mean square of σ_ε/|dε/da|.
+    /// rms of σ_ε/|dε/da|: the error that noise alone causes.
     pub limit: f64,
     pub unanswered: usize,
 }
 
-/// Locates every row of a synthetic table made with `noise`.
 pub fn score(locator: &Locator, table: &str, noise: f64) -> Score {
     let (mut squares, mut inside, mut limit, mut n, mut unanswered) = (0.0, 0, 0.0, 0, 0);
     for row in data(table).rows {
@@ -104,7 +97,6 @@ pub fn score(locator: &Locator, table: &str, noise: f64) -> Score {
     Score { taps: n, rms: mean(squares), coverage: inside as f64 / n as f64, limit: mean(limit), unanswered }
 }
 
-/// The spec with `samples` random distances in place of its own.
 pub fn fresh(text: &str, [min, max]: [f64; 2], samples: u32) -> String {
     let axis =
         format!("a = {{ min = {min}, max = {max}, samples = {samples}, sampler = \"random\", seed = 5 }}");
@@ -112,7 +104,7 @@ pub fn fresh(text: &str, [min, max]: [f64; 2], samples: u32) -> String {
     text.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// The rows of a table as `f` makes them of their places, under `head`; a field without a number is empty.
+/// Rows of a table, mapped by `f`, under the header `head`; NaN gives an empty field.
 pub fn rewritten<const N: usize>(
     table: &str,
     head: &str,

@@ -1,4 +1,4 @@
-//! Opened devices, lent to one test after the other: a shader that one of them had compiled need not be compiled again.
+//! Opened devices, lent to one test after another, so that compiled shaders are reused.
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -15,7 +15,7 @@ static IDLE: Mutex<Vec<(Place, Box<dyn Solver>)>> = Mutex::new(Vec::new());
 
 static ADAPTERS: OnceLock<Vec<Adapter>> = OnceLock::new();
 
-/// The backend of `options`, among adapters that are looked for once.
+/// The backend of `options`; adapters are enumerated once.
 pub fn choice(options: &RunOptions) -> Result<Choice, Error> {
     match options.backend {
         Some(BackendChoice::Gpu) => Choice::among(options, ADAPTERS.get_or_init(adapters)),
@@ -23,7 +23,7 @@ pub fn choice(options: &RunOptions) -> Result<Choice, Error> {
     }
 }
 
-/// A solver that goes back when it is dropped.
+/// Returns its solver to the pool when dropped.
 struct Lent {
     place: Place,
     solver: Option<Box<dyn Solver>>,
@@ -52,14 +52,13 @@ impl Solver for Lent {
 
 impl Drop for Lent {
     fn drop(&mut self) {
-        // What a panic has left may be anything.
+        // After a panic the solver's state is unknown.
         if let Some(solver) = self.solver.take().filter(|_| !std::thread::panicking()) {
             IDLE.lock().unwrap_or_else(PoisonError::into_inner).push((self.place, solver));
         }
     }
 }
 
-/// `choice`, which is that of `place`, opened for taps of `model`.
 pub fn open(place: Place, choice: &Choice, model: &Model) -> Method {
     let idle = {
         let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);

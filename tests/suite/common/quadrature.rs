@@ -1,6 +1,6 @@
-//! Numerical integration, to hold closed forms against.
+//! Numerical integration, to check closed forms.
 
-/// ∫ f over [from, to]: Gauss–Legendre with five points on each of `panels` parts.
+/// ∫ f over [from, to]: five-point Gauss–Legendre on each of `panels` parts.
 pub fn integral(f: impl Fn(f64) -> f64, from: f64, to: f64, panels: u32) -> f64 {
     let root = (10.0_f64 / 7.0).sqrt();
     let (near, far) = ((5.0 - 2.0 * root).sqrt() / 3.0, (5.0 + 2.0 * root).sqrt() / 3.0);

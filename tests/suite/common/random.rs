@@ -1,6 +1,5 @@
-//! Numbers that are drawn the same everywhere.
+//! A generator that gives the same numbers on every machine.
 
-/// splitmix64.
 pub struct Random(pub u64);
 
 impl Random {
@@ -12,7 +11,6 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Between 0 and 1.
     pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -21,12 +19,11 @@ impl Random {
         lo + (hi - lo) * self.uniform()
     }
 
-    /// One of 0 … n − 1.
     pub fn below(&mut self, n: usize) -> usize {
         (self.uniform() * n as f64) as usize
     }
 
-    /// Of the standard normal distribution (Box and Muller).
+    /// Standard normal (Box and Muller).
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.uniform()).cos()

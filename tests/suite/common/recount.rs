@@ -1,12 +1,12 @@
-//! Statistics computed again from tuples.csv, by the book: which taps count, what stays empty.
+//! Recomputes the statistics from tuples.csv by their definitions: which taps count, which fields are empty.
 
 use super::sweeping::{Row, Swept, Table, number};
 
-/// Words, in the order in which they are joined.
+/// Status words in the order in which they are joined.
 const WORDS: &str =
     "invalid_geometry no_strain not_converged material_limit slipped_off strain_limit no_root ambiguous";
 
-/// Relative error allowed in sums of another order.
+/// Relative error allowed where sums are taken in another order.
 const ROUNDING: f64 = 1e-9;
 
 fn counts(row: &Row) -> bool {
@@ -42,7 +42,7 @@ fn largest(values: &[f64]) -> Option<f64> {
     values.iter().map(|v| v.abs()).reduce(f64::max)
 }
 
-/// Mean and sample standard deviation of K from K − 1 (or from K in mm).
+/// Mean and sample standard deviation of K, from K − 1 (in mm: from K).
 fn k_statistics(taps: &[&Row], table: &Row) {
     let mm = table.contains_key("K_sd_mm");
     let column = if mm { "K_mm" } else { "K_deviation" };
@@ -64,7 +64,7 @@ fn of<'a>(tuples: &'a Table, row: &Row, keys: &[&str]) -> Vec<&'a Row> {
     taps
 }
 
-/// Checks every row of designs.csv and distances.csv against tuples.csv; `given` says that `[estimate] K` is there.
+/// Checks every row of designs.csv and distances.csv against tuples.csv; `given`: the spec sets `[estimate] K`.
 pub fn check(swept: &Swept, given: bool) {
     let drive = if swept.tuples.columns.iter().any(|c| c == "delta_mm") { "delta_mm" } else { "theta_deg" };
     let design = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm"];

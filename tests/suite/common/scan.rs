@@ -1,19 +1,17 @@
-//! What a reading is taken for where the model is known: by looking at every 20th of a millimetre of the reference, and nothing else.
+//! Inverts readings by a scan of the reference at steps of 0.05 mm; shares nothing with the estimators.
 
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Method, Task};
 use vibrissa::scene::{Setup, Tuple};
 
-/// Distance between two looks, mm.
 const STEP: f64 = 0.05;
 
-/// |ε| of one whisker at one drive over the distance; NaN where there is no equilibrium.
+/// |ε| over the distance for one whisker and drive; NaN without an equilibrium.
 pub struct Scan {
     from: f64,
     strains: Vec<f64>,
 }
 
-/// What a reading is taken for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taken {
     pub a: f64,
@@ -22,7 +20,7 @@ pub struct Taken {
 }
 
 impl Scan {
-    /// From just beyond the gauge's near end, or from `from` mm, to the tip, by the reference.
+    /// Scans by the reference from the gauge's near end, or from `from` mm, to the tip.
     pub fn new(setup: &Setup, whisker: Tuple, from: f64) -> Self {
         let design = [Design::new(setup, whisker)];
         let x1 = design[0].shared.as_ref().expect("a whisker").gauge[0];
@@ -39,7 +37,7 @@ impl Scan {
         Self { from, strains: taps.iter().map(|t| t.strain.abs()).collect() }
     }
 
-    /// Value and slope at `a` of the polynomial through the five nearest looks (Lagrange).
+    /// Value and slope at `a` of the Lagrange polynomial through the five nearest points.
     pub fn at(&self, a: f64) -> (f64, f64) {
         let place = ((a - self.from) / STEP).round() as isize;
         let first = (place - 2).clamp(0, self.strains.len() as isize - 5) as usize;
@@ -57,7 +55,7 @@ impl Scan {
         (value, slope / STEP)
     }
 
-    /// d|ε|/da at `a` by five looks around it.
+    /// d|ε|/da at `a` from five points around it.
     pub fn slope(setup: &Setup, whisker: Tuple, a: f64) -> f64 {
         let design = [Design::new(setup, whisker)];
         let task = |i: u32| Task {
@@ -71,7 +69,6 @@ impl Scan {
         Self { from: tasks[0].a, strains: taps.iter().map(|t| t.strain.abs()).collect() }.at(a).1
     }
 
-    /// Distance of the largest of the looks.
     pub fn peak_at(&self) -> f64 {
         self.from + STEP * self.peak() as f64
     }
@@ -84,7 +81,7 @@ impl Scan {
             .expect("a look")
     }
 
-    /// The largest distance among the looks `from..to` with this strain.
+    /// The largest distance with this strain among the cells `looks`.
     fn root(&self, looks: std::ops::Range<usize>, strain: f64) -> Option<f64> {
         let over = |i: usize| self.strains[i] > strain;
         let known = |i: usize| !self.strains[i].is_nan() && !self.strains[i + 1].is_nan();
@@ -97,7 +94,7 @@ impl Scan {
         Some(lo)
     }
 
-    /// What the whisker itself takes its reading of a tap at `a` for; `range` is that of interest.
+    /// The distance that a tap at `a` is taken for; `range` is the range of interest, mm.
     pub fn own(&self, a: f64, range: [f64; 2]) -> Taken {
         let (strain, slope) = self.at(a);
         let inside = |b: f64| b >= range[0] * (1.0 - 1e-6) && b <= range[1] * (1.0 + 1e-6);
@@ -111,7 +108,7 @@ impl Scan {
         }
     }
 
-    /// What another whisker's reading is taken for.
+    /// The distance that the reading `strain` of another whisker is taken for.
     pub fn other(&self, strain: f64) -> Option<f64> {
         let peak = self.peak();
         let far = self.root(peak..self.strains.len() - 1, strain);

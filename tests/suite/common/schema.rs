@@ -1,11 +1,11 @@
-//! Specs and what the reader says of them, kept for `tests/schema`, which asks the JSON Schema the same.
+//! Stores specs with the reader's verdict; `tests/schema` compares them with the JSON Schema.
 
 use std::path::Path;
 
 use vibrissa::error::InputError;
 use vibrissa::sink::folder::hash_file;
 
-/// Parts of messages about a single key, which a schema sees too; the others are about several keys, files or the physics.
+/// Parts of messages about a single key, which a schema checks too; other messages concern several keys, files or the physics.
 const STRUCTURAL: &str = "unknown key|unknown section|unknown word|this must be|this value is out of range|this number is too small|newer format|\
     numbers are needed|list is empty|contradict each other|belongs to samples|is missing here|\
     steps (the number of values) or step|needs steps, not step|exactly one material law|is a section|missing from [whisker]|\
@@ -15,12 +15,10 @@ const STRUCTURAL: &str = "unknown key|unknown section|unknown word|this must be|
     there is nothing to search over|says neither evaluations nor seconds|this text is empty|is missing (allowed|\
     at least two signals|stands here twice";
 
-/// Messages about single keys and about several ones.
-/// A noise whose variance is no number is too small; to a schema any above 0 is one.
+/// Messages that may concern one key or several: skipped. (A noise whose square underflows is too small; the schema accepts any above 0.)
 const EITHER: &str =
     "this is not a range of distances|no standard deviation is larger|one of the springs|0: none";
 
-/// Keeps a spec that the reader accepted or refused by `error`, unless it is no TOML.
 pub fn keep(text: &str, error: Option<&InputError>) {
     let said = error.map(ToString::to_string).unwrap_or_default();
     let has = |parts: &str| parts.split('|').any(|part| said.contains(part));

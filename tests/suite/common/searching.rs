@@ -25,15 +25,13 @@ pub fn parse(text: &str) -> (Spec, Search) {
     spec::parse_search("search.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Searches `text` on `place`.
 pub fn search(text: &str, place: Place) -> Report {
     let ((spec, search), choice) = (parse(text), place.choice());
     let asked = (&choice, &RunOptions::default(), None);
     optimise::find(&spec, &search, asked, &NEVER, &mut Silent).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The best of `designs` points that fill the box of the variables evenly, and of what random steps of falling length find around the
-/// `starts` best of them, in f64. It shares the scores with a search, and nothing else.
+/// The best of `designs` Sobol points; random steps of falling length refine the `starts` best in f64. Shares only the scores with a search.
 pub fn brute(text: &str, goal: Goal, (designs, starts): (u32, usize), place: Place) -> Found {
     let (spec, search) = parse(text);
     let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
@@ -88,7 +86,6 @@ pub fn brute(text: &str, goal: Goal, (designs, starts): (u32, usize), place: Pla
     winner.expect("a design").1
 }
 
-/// Scores of `designs` points that fill the box of the variables evenly, chunk by chunk.
 pub fn dense(text: &str, designs: u32, place: Place, each: &mut dyn FnMut(&[Score])) {
     let (spec, search) = parse(text);
     let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
@@ -99,18 +96,16 @@ pub fn dense(text: &str, designs: u32, place: Place, each: &mut dyn FnMut(&[Scor
     }
 }
 
-/// Points that fill the box of `variables` evenly; the first drive of a list.
+/// Sobol points in the box of `variables`, at the first drive of a list.
 pub fn spread(variables: &Variables, indices: std::ops::Range<u32>) -> Vec<Tuple> {
     let place = |i: u32| (0..variables.list.len()).map(|c| coordinate(0, i, c)).collect::<Vec<_>>();
     indices.map(|i| variables.point(&place(i), 0)).collect()
 }
 
-/// Of the points of Sobol's sequence of this seed, in [0, 1).
 fn coordinate(seed: u64, i: u32, c: usize) -> f64 {
     (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0
 }
 
-/// Indices of the space of `spec`.
 pub fn layout(spec: &Spec) -> Layout {
     spec.study.space.layout().expect("a search has axes")
 }

@@ -6,7 +6,7 @@ use vibrissa::error::InputError;
 use vibrissa::scene::Spec;
 use vibrissa::spec;
 
-/// A complete spec; the numbers of its lines are those used below.
+/// A complete spec. Tests refer to its line numbers.
 pub const GOOD: &str = r#"format = 1
 [whisker]
 D = 10.0
@@ -30,7 +30,6 @@ pub fn parse(text: &str) -> Result<Spec, InputError> {
     read
 }
 
-/// Replaces one line of [`GOOD`].
 pub fn with(line: &str, new: &str) -> String {
     assert!(GOOD.contains(line), "no line {line}");
     GOOD.replacen(line, new, 1)

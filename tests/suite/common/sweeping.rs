@@ -1,4 +1,4 @@
-//! Sweeps in this process: a spec as text, a backend, and the tables that come out.
+//! Sweeps in this process: spec text and backend in, tables out.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -14,7 +14,6 @@ use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::sweep::{self, Report, Target};
 
-/// A backend in one precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     pub backend: BackendChoice,
@@ -28,7 +27,7 @@ pub const GPU_F64: Place = Place { backend: BackendChoice::Gpu, precision: Preci
 pub const REFERENCE: Place = Place { backend: BackendChoice::Reference, precision: Precision::F64 };
 
 impl Place {
-    /// Fails, rather than skips, where the machine lacks it.
+    /// Fails, rather than skips, where the machine lacks the backend.
     pub fn choice(self) -> Choice {
         let options = RunOptions {
             backend: Some(self.backend),
@@ -45,10 +44,8 @@ impl Place {
     }
 }
 
-/// One row by column name.
 pub type Row = HashMap<String, String>;
 
-/// A table as text, with its rows by column.
 #[derive(Debug, Default, PartialEq)]
 pub struct Table {
     pub text: String,
@@ -57,12 +54,10 @@ pub struct Table {
 }
 
 impl Table {
-    /// Empty if the file was not written.
     pub fn read(path: &Path) -> Self {
         std::fs::read_to_string(path).map_or_else(|_| Self::default(), Self::parse)
     }
 
-    /// Rows of CSV.
     pub fn parse(text: String) -> Self {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let columns = reader.headers().expect("a header").iter().map(str::to_owned).collect();
@@ -70,7 +65,6 @@ impl Table {
         Self { text, columns, rows }
     }
 
-    /// The fields of a column.
     pub fn column(&self, name: &str) -> Vec<&str> {
         self.rows.iter().map(|row| row[name].as_str()).collect()
     }
@@ -83,13 +77,13 @@ impl Table {
         self.rows.iter().map(|row| number(row, column)).collect()
     }
 
-    /// The same; NaN where the field is empty.
+    /// `numbers` with NaN for an empty field.
     pub fn values(&self, column: &str) -> Vec<f64> {
         self.numbers(column).into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()
     }
 }
 
-/// A value; `None` where the field is empty.
+/// None if the field is empty.
 #[track_caller]
 pub fn number(row: &Row, column: &str) -> Option<f64> {
     let field = row.get(column).unwrap_or_else(|| panic!("no column {column}"));
@@ -98,26 +92,23 @@ pub fn number(row: &Row, column: &str) -> Option<f64> {
     value
 }
 
-/// A value that is there.
 #[track_caller]
 pub fn value(row: &Row, column: &str) -> f64 {
     number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}"))
 }
 
-/// The tap of a row; its pole is upright where the row has no direction.
+/// The tap of a row; upright if the row has no direction.
 pub fn tap(row: &Row) -> Tuple {
     let drive = if row.contains_key("theta_deg") { "theta_deg" } else { "delta_mm" };
     let names = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg", drive];
     Tuple::from_array(names.map(|c| if row.contains_key(c) { value(row, c) } else { 0.0 }))
 }
 
-/// Root mean square.
 pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, n) = values.into_iter().fold((0.0, 0), |(sum, n), x| (sum + x * x, n + 1));
     (sum / f64::from(n)).sqrt()
 }
 
-/// What a sweep wrote.
 pub struct Swept {
     pub report: Report,
     pub tuples: Table,
@@ -125,7 +116,6 @@ pub struct Swept {
     pub distances: Table,
 }
 
-/// Sweeps the spec `text`, whose tuple file may be `tuples.csv` with the text `list`, into `out`.
 pub fn sweep_into(out: &Path, text: &str, list: Option<&str>, place: Place) -> Result<Report, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     if let Some(list) = list {
@@ -136,7 +126,6 @@ pub fn sweep_into(out: &Path, text: &str, list: Option<&str>, place: Place) -> R
     sweep::run(&spec, &plan, &choice, &Target::new(out, &stop), &mut Silent)
 }
 
-/// Sweeps the spec `text` and reads all tables.
 pub fn sweep_with(text: &str, list: Option<&str>, place: Place) -> Swept {
     let out = tempfile::tempdir().expect("a folder");
     let report = sweep_into(out.path(), text, list, place).unwrap_or_else(|e| panic!("{e}"));
@@ -149,12 +138,11 @@ pub fn sweep_with(text: &str, list: Option<&str>, place: Place) -> Swept {
     }
 }
 
-/// Sweeps the spec `text` on `place`.
 pub fn sweep(text: &str, place: Place) -> Swept {
     sweep_with(text, None, place)
 }
 
-/// A sweep that charts rank, seven groups of designs, some of them solved; so many rows are kept.
+/// Seven groups of designs, ranked from charts, some of them solved; `top` rows are kept.
 pub fn ranked(top: usize) -> String {
     format!(
         "[whisker]\nD = [8, 10]\nd = {{ from = 2, to = 9, steps = 6_000 }}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\

@@ -1,4 +1,4 @@
-//! The program as a shell starts it: redirections, pipes, signals.
+//! Runs the program as a shell does: redirections, pipes, signals.
 
 use std::ffi::OsStr;
 use std::ops::{Deref, DerefMut};
@@ -9,13 +9,12 @@ use std::time::{Duration, Instant};
 use super::measuring::{REAL, prototype};
 use super::program::{Desk, Kept};
 
-/// Guards a test against hanging. No test expects anything to take less.
+/// Guards a test against hanging; no test depends on a shorter time.
 pub const GUARD: Duration = Duration::from_secs(300);
-/// Work that a program may still do after a signal, s of every core. Unlike the clock it does not depend on what else the machine does.
+/// CPU time (s per core) that the program may use after a signal. Unlike wall time it does not depend on the load of the machine.
 #[cfg(target_os = "linux")]
 const PROMPT: f64 = 2.0;
 
-/// The program on `desk`, with pipes for all streams.
 pub fn program(desk: &Desk, arguments: &[impl AsRef<OsStr>]) -> Command {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"));
     command.current_dir(desk.path(".")).args(arguments);
@@ -24,7 +23,7 @@ pub fn program(desk: &Desk, arguments: &[impl AsRef<OsStr>]) -> Command {
     command
 }
 
-/// What is started hears signals, whatever the tests were started to ignore: a job in the background ignores SIGINT, one of `nohup` SIGHUP.
+/// Resets the signals that the tests were started to ignore: a background job ignores SIGINT, `nohup` SIGHUP.
 #[cfg(unix)]
 pub fn hearing(command: &mut Command) {
     use std::os::unix::process::CommandExt;
@@ -42,16 +41,14 @@ pub fn hearing(command: &mut Command) {
 #[cfg(not(unix))]
 pub fn hearing(_: &mut Command) {}
 
-/// A started program, which ends with the test that started it.
+/// A started program, killed when dropped.
 pub struct Running(Option<Child>);
 
 impl Running {
-    /// Starts `command`.
     pub fn new(command: &mut Command) -> Self {
         Self(Some(command.spawn().expect("it starts")))
     }
 
-    /// What it leaves, once it has ended.
     pub fn wait_with_output(mut self) -> std::io::Result<Output> {
         self.0.take().expect("there until it is waited for").wait_with_output()
     }
@@ -80,7 +77,7 @@ impl Drop for Running {
     }
 }
 
-/// Runs a line of shell on `desk`, in which `vibrissa` is the program.
+/// Runs a shell line on `desk`, in which `vibrissa` runs the program.
 pub fn shell(desk: &Desk, line: &str) -> Output {
     let program = assert_cmd::cargo::cargo_bin("vibrissa");
     let script = format!("vibrissa() {{ \"$PROGRAM\" \"$@\"; }}\n{line}");
@@ -90,7 +87,7 @@ pub fn shell(desk: &Desk, line: &str) -> Output {
     command.stdin(Stdio::null()).output().expect("a shell")
 }
 
-/// A desk with a whisker in spec.toml, its data in sim and its calibration in cal: few taps, so that it is quickly made.
+/// A whisker in spec.toml, its data in sim, its calibration in cal: few taps, so that it is made quickly.
 pub fn calibrated() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let taps = "[tap]\na = { from = 21, to = 45, step = 6 }\ntheta = [1, 4, 8]\n";
@@ -102,7 +99,6 @@ pub fn calibrated() -> Desk {
     MADE.desk()
 }
 
-/// Sends `signal`.
 #[cfg(unix)]
 pub fn send(child: &Child, signal: i32) {
     let id = i32::try_from(child.id()).expect("a process id");
@@ -110,7 +106,6 @@ pub fn send(child: &Child, signal: i32) {
     assert_eq!(unsafe { libc::kill(id, signal) }, 0);
 }
 
-/// Waits until the program handles `signal`.
 #[cfg(target_os = "linux")]
 pub fn until_it_hears(child: &Child, signal: i32) {
     let heard = || {
@@ -121,7 +116,6 @@ pub fn until_it_hears(child: &Child, signal: i32) {
     until(heard, "the program does not listen");
 }
 
-/// Waits for `condition`.
 #[track_caller]
 pub fn until(condition: impl Fn() -> bool, otherwise: &str) {
     let begun = Instant::now();
@@ -131,18 +125,17 @@ pub fn until(condition: impl Fn() -> bool, otherwise: &str) {
     }
 }
 
-/// CPU time of `child` so far, s.
 #[cfg(target_os = "linux")]
 fn work(child: &Child) -> f64 {
     let stat = std::fs::read_to_string(format!("/proc/{}/stat", child.id())).expect("not waited for yet");
-    // The name in brackets may hold anything.
+    // The name in brackets may contain spaces and brackets.
     let fields: Vec<&str> = stat[stat.rfind(')').expect("a name")..].split(' ').collect();
     let ticks = |k: usize| fields[k].parse::<f64>().expect("ticks of user and system");
     // SAFETY: only asks for a number.
     (ticks(12) + ticks(13)) / unsafe { libc::sysconf(libc::_SC_CLK_TCK) } as f64
 }
 
-/// Waits until `child` is deep in its work: it has computed for 0.3 s more.
+/// Waits until `child` has computed for another 0.3 s.
 #[cfg(target_os = "linux")]
 pub fn until_it_works(child: &Child) {
     let before = work(child);
@@ -153,7 +146,7 @@ pub fn until_it_works(child: &Child) {
     until(deep, "it does not work");
 }
 
-/// What `child` leaves after a signal; fails if it goes on with its work.
+/// Waits for the end of `child` after a signal; fails if it continues working.
 #[cfg(target_os = "linux")]
 #[track_caller]
 pub fn ends(mut child: Running) -> Output {
@@ -171,7 +164,7 @@ pub fn ends(mut child: Running) -> Output {
     child.wait_with_output().expect("its words")
 }
 
-/// How `child` is: exited, killed, stopped, or 0 where it runs. It is not waited for.
+/// State of `child`: exited, killed, stopped, or 0 while it runs. Does not reap it.
 #[cfg(unix)]
 fn state(child: &Child) -> i32 {
     let mut info = std::mem::MaybeUninit::<libc::siginfo_t>::zeroed();
@@ -183,7 +176,7 @@ fn state(child: &Child) -> i32 {
     }
 }
 
-/// A run that is stopped (SIGSTOP) while `amid` is true. A run that ended before is begun again.
+/// Starts a run and stops it (SIGSTOP) while `amid` is true; tries again if it ended before.
 #[cfg(unix)]
 #[track_caller]
 pub fn held(begin: impl Fn() -> Running, amid: impl Fn() -> bool) -> Running {
@@ -199,7 +192,6 @@ pub fn held(begin: impl Fn() -> Running, amid: impl Fn() -> bool) -> Running {
     panic!("twenty runs ended before one could be stopped");
 }
 
-/// Words of an output.
 pub fn words(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }

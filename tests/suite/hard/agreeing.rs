@@ -1,15 +1,13 @@
-//! Hard taps of every backend against the reference: contacts that stick, slide, roll and slip off, materials that end, paths that fold. The
-//! corners of the domain are those of `vibrissa verify`.
+//! Hard taps on every backend against the reference: contacts that stick, slide, roll and slip off, materials at their limit, paths that fold.
 
 use super::*;
 use vibrissa::scene::Drive;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::status::Status;
 
-/// Poles of a lab, mm.
 const POLES: [f64; 4] = [0.5, 2.0, 4.0, 10.0];
 
-/// Whiskers, distances and angles at which contacts on poles roll and slide.
+/// Taps at which contacts on poles roll and slide.
 pub fn on_poles() -> Vec<Tuple> {
     grid(&[3.0, 4.0, 10.0, 11.0], &[9.0, 21.0, 33.0, 47.0], &[0.05, 1.0, 4.0, 15.0])
 }
@@ -19,7 +17,7 @@ fn contacts_that_slide() {
     let centreline = Model { extension: true, ..common::model(Material::Hooke(3.2)) };
     let (mut stuck, mut slid) = (0, 0);
     for (name, model) in [("centreline", centreline), ("rubber", rubber(Contact::Frictionless))] {
-        // Each radius and each friction with each model, not every pair of them.
+        // Every radius and every friction with each model, but not every pair.
         let pairs = (0..12).map(|k| (POLES[k / 3], [0.1, 0.4, 1.0][k % 3]));
         for (pole_radius, mu) in pairs.skip(usize::from(name == "rubber")).step_by(2) {
             let model = Model { contact: Contact::Coulomb(mu), pole_radius, ..model };
@@ -35,21 +33,20 @@ fn contacts_that_slide() {
         let exact = agree(&format!("μ = {mu}"), &setup(rubber(Contact::Coulomb(mu)), Side::Contact), &edges);
         assert!(exact.iter().filter(|o| !o.status.has(Status::NOT_CONVERGED)).count() > 20);
     }
-    // A hub at large angles.
     let mut setup = setup(rubber(Contact::Frictionless), Side::Contact);
     for hub in [3.0, 20.0, 60.0] {
         setup.hub = hub;
         let tuples = grid(&[2.5, 4.0, 8.0], &[20.0, 35.0, 45.0], &[10.0, 15.0, 20.0]);
         agree(&format!("hub {hub} mm"), &setup, &tuples);
     }
-    // And a pole: no row is left to double precision alone.
+    // And a pole: every row must also agree in single precision.
     let mooney = common::all_effects(Material::MooneyRivlin([0.35, 0.15]));
     (setup.model, setup.hub) = (Model { pole_radius: 20.0, ..mooney }, 12.2);
     let tuples = grid(&[2.0, 4.0, 7.0, 10.0, 12.0], &[21.0, 33.0, 48.0], &[1.0, 10.0, 20.0, 30.0]);
     agree_on(&[CPU, CPU_F64, GPU], "pole and hub", &setup, &tuples);
 }
 
-/// Random whiskers, most of them with a fine tip, D 8–12, d 2–10, contacts from 20 mm to the tip, 0.1–10°.
+/// Random whiskers, most with a fine tip: D 8–12, d 2–10, contacts from 20 mm to the tip, 0.1–10°.
 fn fine_tips(n: u32) -> Vec<Tuple> {
     let point = |index: u32| {
         let unit = |dimension| f64::from(Sampler::Random.coordinate(11, dimension, index)) / 2f64.powi(32);
@@ -60,7 +57,7 @@ fn fine_tips(n: u32) -> Vec<Tuple> {
     (0..n).map(point).collect()
 }
 
-/// Next to fine tips the force along the tip bends it as much as the force across.
+/// Next to a fine tip, the axial force bends it as much as the transverse force.
 #[test]
 fn contacts_that_stick() {
     let on_centreline =
@@ -101,7 +98,7 @@ fn softening_materials_end_with_a_status() {
         (Material::MooneyRivlin([0.9, -0.35]), "negative C01", &FAST[..3]),
     ];
     let tuples = grid(&[7.0, 10.0], &[10.0, 25.0], &[1.0, 5.0, 15.0, 45.0]);
-    // A device compiles a kernel for each material, and has two of them.
+    // A device compiles a kernel for each material: it gets two of them.
     for (material, name, places) in materials {
         let model = common::all_effects(material);
         let exact = agree_on(places, name, &setup(model, Side::Contact), &tuples);
@@ -124,7 +121,7 @@ fn displaced_thin_tips_keep_their_branch() {
     }
 }
 
-/// A thin whisker on a hub, which slides off a thick pole at 33.7°: close to it the other half of the folded path is near.
+/// A thin whisker on a hub slides off a thick pole at 33.7°: near there, the two branches of the folded path are close.
 #[test]
 fn paths_that_fold_back_keep_their_half() {
     let model = common::model(Material::Hooke(3.2));

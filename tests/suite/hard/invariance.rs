@@ -1,8 +1,8 @@
-//! What strain cannot depend on: the unit of length, the unit of stress, and which side the gauge is on for the forces.
+//! Strain does not depend on the unit of length or of stress; forces do not depend on the side of the gauge.
 
 use super::*;
 
-/// Factors of lengths and of moduli. A shader contains the coefficients of the law. A power of two does not change them, so that the shader is compiled once.
+/// Factors of lengths and moduli. The shader contains the coefficients of the law; a power of two keeps them, so it is compiled once.
 fn factors(place: Place) -> &'static [f64] {
     match place {
         GPU | GPU_F64 => &[1.0 / 1024.0, 1024.0],
@@ -15,7 +15,6 @@ fn taps() -> Vec<Tuple> {
     grid(&[4.0, 10.0, 12.0], &[6.0, 21.0, 45.0], &[0.01, 1.0, 6.0])
 }
 
-/// The setup with all lengths times `k`; its tuples are scaled apart.
 fn longer(setup: &Setup, k: f64) -> Setup {
     let mut longer = setup.clone();
     longer.hub *= k;
@@ -38,10 +37,10 @@ fn stiffer(material: &Material, k: f64) -> Material {
     }
 }
 
-/// The same taps but for forces times `force` and lengths times `length`.
+/// Fails unless taps are the same, up to the factors of forces and lengths.
 #[track_caller]
 fn same(name: &str, place: Place, one: &[Outcome], other: &[Outcome], [force, length]: [f64; 2]) {
-    // Other rounding, amplified where the strain is a small difference: far below the tolerance.
+    // Rounding differs, and is amplified where the strain is a small difference; still far below the tolerance.
     let close = 0.3 * bound(place);
     for (i, (a, b)) in one.iter().zip(other).enumerate() {
         assert_eq!((a.status, a.sticking), (b.status, b.sticking), "{name} {place:?} {i}");

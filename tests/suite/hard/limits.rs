@@ -1,4 +1,4 @@
-//! Limits in which one model becomes another: of materials, of friction between its limits, of poles.
+//! Limits in which one model becomes another: of materials, friction and poles.
 
 use super::*;
 use crate::common::{all_effects, tap};
@@ -15,7 +15,7 @@ fn neo_hookean_becomes_hooke_as_the_angle_vanishes() {
             let (a, b) = (outcomes(&hooke, place, &tuples), outcomes(&neo, place, &tuples));
             a.iter().zip(&b).map(|(a, b)| (a.deviation - b.deviation).abs()).collect::<Vec<_>>()
         };
-        // To first order in the strain: ten times smaller at a tenth of the angle, in K − 1, which f32 keeps.
+        // The difference in K − 1 is of first order in the strain: a tenth at a tenth of the angle, also in f32.
         for (wide, narrow) in apart(0.1).iter().zip(apart(0.01)) {
             assert!(*wide > 1e-5 && *wide < 1e-2, "{place:?}: {wide}");
             assert!((wide / narrow / 10.0 - 1.0).abs() < 0.02, "{place:?}: {wide} {narrow}");
@@ -47,7 +47,6 @@ fn no_friction_is_frictionless_and_much_friction_sticks() {
         let (stick, much) = (of(Contact::Stick), of(Contact::Coulomb(1e6)));
         same(&stick, &much);
         assert!(much.iter().all(|o| o.sticking));
-        // Little friction is next to none, and not it.
         for (little, free) in of(Contact::Coulomb(1e-3)).iter().zip(&free) {
             let change = (little.strain / free.strain - 1.0).abs();
             assert!(change > 1e-6 && change < 1e-2, "{place:?}: {change}");
@@ -55,7 +54,7 @@ fn no_friction_is_frictionless_and_much_friction_sticks() {
     }
 }
 
-/// What a contact needs to stick, or to roll on a pole, is what sets it sliding.
+/// Sliding begins at the friction that sticking (rolling on a pole) needs.
 #[test]
 fn friction_just_above_what_sticking_needs_sticks_and_just_below_slides() {
     let (mut stuck, mut slid) = (0, 0);
@@ -90,8 +89,8 @@ fn friction_just_above_what_sticking_needs_sticks_and_just_below_slides() {
     assert!(stuck > 70 && slid > 70, "{stuck} {slid}");
 }
 
-/// Forces and arc by another program, which adds up the slip of the skin along the path in steps and lets it be none
-/// (1/n² towards n = ∞): D = 10, d = 4, L_a = 50 mm, E = 3.2 MPa, ν = 0.5; ρ, a, surface, drive, P, T, c.
+/// Forces and arc from a program that sums the skin's slip along the path in n steps and makes it zero (error 1/n², extrapolated):
+/// D = 10, d = 4, L_a = 50 mm, E = 3.2 MPa, ν = 0.5; ρ, a, surface, drive, P, T, c.
 #[test]
 fn a_rolling_contact_does_not_slip() {
     let hooke = Material::Hooke(3.2);

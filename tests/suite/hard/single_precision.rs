@@ -1,16 +1,13 @@
-//! K − 1 and its spread in single precision, next to those of f64, whose own answers are compared with the reference.
+//! K − 1 and its spread in f32 against f64, which is compared with the reference.
 
 use super::*;
 use crate::common::configuration;
 use vibrissa::scene::RunOptions;
 
-/// Degrees.
 const ANGLES: [f64; 9] = [0.01, 0.03, 0.1, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0];
 
-/// Number of contact distances, 21, 24 … 48 mm.
 const DISTANCES: usize = 10;
 
-/// D and d, mm.
 const WHISKERS: [(f64, f64); 9] = [
     (10.0, 2.0),
     (10.0, 3.0),
@@ -41,7 +38,6 @@ fn at(place: Place, tolerance: f64, setup: &Setup, tuples: &[Tuple]) -> Vec<(Out
     evaluate(setup, method, tuples)
 }
 
-/// Sample standard deviation.
 fn spread(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -52,8 +48,8 @@ fn theta(t: &Tuple) -> f64 {
     t.drive.to_radians()
 }
 
-/// Bound on K − 1 relative to |K − K₀| + 0.02 θ²: of Hooke's rod without friction 1e-4. On the most tapered whisker K − K₀ of order θ and of order
-/// θ² cancel (yeoh, 45 mm, 0.3°) down to the rounding of the numbers that enter: 1.1e-3 is what f32 leaves there.
+/// Bound on the error of K − 1 relative to |K − K₀| + 0.02 θ². On the most tapered whisker, terms of order θ and θ² in K − K₀ cancel
+/// (yeoh, 45 mm, 0.3°) down to the rounding of the inputs, which leaves 1.1e-3 in f32.
 fn most(name: &str, t: &Tuple) -> f64 {
     match name {
         "hooke" => 1e-4,
@@ -72,7 +68,7 @@ fn deviations_and_their_spread_are_kept() {
         let vanishing: Vec<Tuple> = tuples.iter().map(|t| Tuple { drive: 1e-5, ..*t }).collect();
         let limit = at(CPU_F64, 1e-10, &setup, &vanishing);
         let yardstick = at(CPU_F64, 1e-10, &setup, &tuples);
-        // The yardstick against the reference: K − 1 of the reference has lost digits at small angles.
+        // f64 against the reference, whose K − 1 has lost digits at small angles.
         let digits = if name == "hooke" { 1e-10 } else { 1e-9 };
         for (i, (exact, _)) in evaluate(&setup, REFERENCE.open(&setup), &tuples).iter().enumerate().step_by(7)
         {

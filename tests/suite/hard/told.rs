@@ -1,13 +1,13 @@
-//! Rows that once lied: tests/data/told.txt says what they are told to be.
+//! Rows that were once wrong: tests/data/told.txt has their answers.
 
 use super::*;
 use crate::common::{ROOT, pool, specs};
 use vibrissa::scene::RunOptions;
 
-/// Precisions and tolerances of the CPU beside the defaults.
+/// CPU precisions and tolerances to test in addition to the defaults.
 const LOOSE: [(Precision, f64); 3] = [(Precision::F32, 3e-6), (Precision::F32, 1e-6), (Precision::F64, 1e-5)];
 
-/// On every backend within its tolerance, by the reference to 1e-9.
+/// Each backend within its tolerance; the reference within 1e-9.
 #[test]
 fn rows_that_once_lied_are_told() {
     let table = std::fs::read_to_string(format!("{ROOT}/tests/data/told.txt")).expect("the table");

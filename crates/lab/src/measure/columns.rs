@@ -1,4 +1,4 @@
-//! Which column of a file is what: by the names that every table has, or as `--columns` says.
+//! Finds the columns of a file by their names, or as `--columns` says.
 
 use super::Unit;
 use super::file::Row;
@@ -8,37 +8,37 @@ use crate::error::InputError;
 use crate::scene::Drive;
 use crate::sink::lab::LabCell;
 
-/// Columns of the run, the first that is there counts.
+/// Names of run columns; the first one present counts.
 const RUNS: [&str; 4] = ["run", "session", "date", "pass"];
 
-/// Where the columns of a file stand.
+/// Positions of the columns of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
     /// Contact distance.
     pub a: Option<usize>,
-    /// Drive.
+    /// Kind and position of the drive.
     pub drive: Option<(Drive, usize)>,
-    /// Signal.
+    /// Unit and position of the signal.
     pub signal: (Unit, usize),
-    /// Signal of a second gauge: in the unit of the first, where there is one.
+    /// Signal of a second gauge, in the unit of the first if there is one.
     pub second: Option<(Unit, usize)>,
     /// Tilt of the pole.
     pub tilt: Option<usize>,
-    /// Run.
+    /// Column of runs.
     pub run: Option<usize>,
-    /// Time.
+    /// Column of times.
     pub time: Option<usize>,
     /// Number of columns.
     pub fields: usize,
-    /// Names of those that are not used.
+    /// Names of unused columns.
     pub ignored: Vec<String>,
 }
 
 impl Columns {
-    /// From the `names` in a header and what the user said of them. Of two drives that of `kind` is taken.
+    /// Finds the columns among the header's `names`, with the user's names in `said`; of two drives takes `kind`.
     ///
     /// # Errors
-    /// A column that is missing, doubled, or contradicts another; one that looks like a drive and is none.
+    /// A missing, doubled or contradicting column; a name like that of a drive.
     pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
         for (role, name) in said.said() {
             if !names.contains(name) {
@@ -109,7 +109,6 @@ impl Columns {
         }
         let second = seconds.iter().find(|s| s.0 == signal.0).or(seconds.first()).copied();
         let tilt = once(Role::Tilt)?;
-        // Of several columns that may name runs, the first in the order of the names.
         let named = |name: &&str| names.iter().position(|n| n == name && said.role(n) == Some(Role::Run));
         let said_run = said
             .said()
@@ -126,7 +125,7 @@ impl Columns {
     }
 }
 
-/// That a column is missing, and which of `names` may be meant.
+/// The error for a missing column, with the nearest of `names`.
 pub fn missing(name: &str, names: &[String]) -> InputError {
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
     let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
@@ -135,7 +134,7 @@ pub fn missing(name: &str, names: &[String]) -> InputError {
     InputError::new(message).key(name).value(names.join(",")).allowed(allowed)
 }
 
-/// The columns of a data file, in words.
+/// Names of the columns of a data file, for messages.
 pub fn all_names() -> String {
     format!("{DISTANCE}, theta_deg or delta_mm, and one of {}", signal_names())
 }
@@ -144,17 +143,16 @@ fn signal_names() -> String {
     Unit::ALL.map(Unit::column).join(", ")
 }
 
-/// Whether one of `words` stands in a name.
 fn has(name: &str, words: &[&str]) -> bool {
     name.to_lowercase().split(|c: char| !c.is_alphabetic()).any(|part| words.contains(&part))
 }
 
-/// Whether a name that is no column may be that of a drive as well as of anything else.
+/// True if an unknown name may be that of a drive, among other things.
 pub fn may_drive(name: &str) -> bool {
     has(name, &["step", "steps", "mm", "position", "pos", "stage", "travel", "stroke", "weg"])
 }
 
-/// That no column is a signal, and which one may be meant.
+/// The error for a file without a signal, with the likely column.
 fn no_signal(names: &[String]) -> InputError {
     const UNITS: [(&[&str], &str); 3] = [
         (&["µε", "με", "µstrain", "μstrain", "ustrain", "microstrain", "ue"], "microstrain"),
@@ -173,14 +171,14 @@ fn no_signal(names: &[String]) -> InputError {
     }
 }
 
-/// `--columns` with the column `name` as `role`, as a shell takes it.
+/// The `--columns` argument for the column `name`, quoted for a shell.
 fn said_as(role: &str, name: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_-.:/".contains(c);
     let quote = if name.chars().all(plain) { "" } else { "'" };
     format!("--columns {quote}{role}={name}{quote}")
 }
 
-/// The error for a column whose values are like those of a drive.
+/// The error for a column whose values behave like a drive.
 pub fn followed(name: &str) -> InputError {
     let message = "the signal follows the few values of this column as it follows a drive, but no column is one by name";
     InputError::new(message).key(name).allowed(format!(
@@ -190,7 +188,7 @@ pub fn followed(name: &str) -> InputError {
     ))
 }
 
-/// What a name that is no column looks like: a drive, with its likely column; `None` where it may be either.
+/// None if the name does not look like a drive; else the likely drive, or `Some(None)` if it may be either.
 pub(super) fn drive_like(name: &str) -> Option<Option<Drive>> {
     const ANGLE: [&str; 12] = [
         "theta", "θ", "angle", "angles", "ang", "winkel", "rotation", "phi", "deg", "degree", "degrees",
@@ -209,7 +207,6 @@ pub(super) fn drive_like(name: &str) -> Option<Option<Drive>> {
     }
 }
 
-/// The error for a column that looks like a drive.
 fn unknown_drive(name: &str) -> InputError {
     let radians = has(name, &["rad", "radians"]);
     let (likely, role) = match drive_like(name).flatten() {
@@ -233,27 +230,27 @@ fn unknown_drive(name: &str) -> InputError {
     InputError::new(message).key(name).allowed(allowed)
 }
 
-/// From one value to the next the signal goes the same way in this share of all cases.
+/// Least share of the steps between levels in which the signal changes in the same direction.
 const SAME_WAY: f64 = 0.95;
-/// Fewer cases say nothing.
+/// Fewest steps.
 const CASES: usize = 6;
-/// And leads, at one distance, over this share of the range of all signals.
+/// Least mean range over the levels at one distance, as a share of the range of all signals.
 const FAR: f64 = 0.2;
 
-/// Numbers in columns that are not used; none where the drive is known.
+/// Numbers in unused columns; empty if the drive is known.
 pub struct Others<'a> {
     columns: Vec<(usize, &'a str, Vec<f64>)>,
 }
 
 impl<'a> Others<'a> {
-    /// Of a file with these `names`.
+    /// Starts with the unused columns of a file with these `names`.
     pub fn new(columns: &Columns, names: &'a [String]) -> Self {
         let unused = |(_, n): &(usize, &String)| columns.drive.is_none() && columns.ignored.contains(n);
         let all = names.iter().enumerate().filter(unused);
         Self { columns: all.map(|(place, name)| (place, name.as_str(), Vec::new())).collect() }
     }
 
-    /// Takes a line; a column that holds a word is no drive.
+    /// Adds a line; a column with a word is dropped.
     pub fn push(&mut self, record: &[LabCell<'_>]) {
         self.columns.retain_mut(|(place, _, values)| {
             let x = record[*place].number().filter(|x| x.is_finite());
@@ -262,13 +259,13 @@ impl<'a> Others<'a> {
         });
     }
 
-    /// The column that is a drive by its values.
+    /// The column that behaves like a drive.
     pub fn drive(&self, rows: &[Row]) -> Option<&'a str> {
         self.columns.iter().find(|(.., values)| leads(values, rows)).map(|(_, name, _)| *name)
     }
 }
 
-/// Whether the signal follows `levels`, which are few: at each distance one way, and far.
+/// True if the signal follows a few `levels`: monotonically at each distance, and over a large range.
 fn leads(levels: &[f64], rows: &[Row]) -> bool {
     let distances = Groups::of(rows.iter().map(|r| r.a), None, false);
     let mut cells = std::collections::BTreeMap::<[i64; 2], (f64, f64)>::new();

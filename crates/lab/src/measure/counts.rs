@@ -1,45 +1,42 @@
-//! Raw counts of 16 bits that begin anew at the end of their range.
+//! Raw 16-bit counts that wrap around.
 
 use super::Data;
 
-/// Counts of the whole range.
 const TURN: f64 = 65536.0;
 
-/// How far below zero differences are taken to lie where `lean` is expected of them, a whole number of counts.
+/// Lower end of wrapped differences is −`below`, an integer; `lean` = ±1 if differences of one sign are expected, else 0.
 pub fn below(lean: f64) -> f64 {
     ((0.5 - 0.45 * lean) * TURN).round()
 }
 
-/// The difference of two counts: by the shorter way around, or, where differences of one sign are expected, `lean` = ±1, by the way that
-/// leaves nineteen twentieths of the range to that sign.
+/// A difference of two counts, wrapped to ±half the range; with `lean` = ±1, 95 % of the range goes to that sign.
 pub fn wrapped(difference: f64, lean: f64) -> f64 {
     let below = below(lean);
     (difference + below).rem_euclid(TURN) - below
 }
 
-/// Neighbours differ by at most so many times what neighbours of their kind usually do once counts are joined.
+/// Joined neighbours differ by at most this multiple of the mean difference of neighbours of their kind.
 const USUAL: f64 = 4.0;
-/// And by this share of the range where they hardly differ.
+/// Or by this share of the range, if that is larger.
 const LITTLE: f64 = 1.0 / 32.0;
-/// And by no more than this share of what they differed by before.
+/// And by at most this share of their difference before joining.
 const CLOSER: f64 = 0.25;
 
-/// So many of the widest gaps may be the one where counts begin anew.
+/// Number of the widest gaps that are tried as the place of the wrap.
 const GAPS: usize = 32;
 
-/// A count and where it was read: the distance and the drive of its cell.
+/// A count with the distance and drive of its cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Count {
-    /// Distance and drive, those of repeats equal.
+    /// Distance and drive, equal in repeats.
     pub at: [f64; 2],
-    /// What was read.
+    /// The count.
     pub value: f64,
 }
 
-/// Where counts of 16 bits, in the order of a file, have in part begun anew: the largest of those. Neighbours that are more than half the range
-/// apart (repeats, the next drive, the next distance) are as close as all others when they are joined. Where there are none, readings without
-/// contact may be that far from the first drive, if the drive leads the signal back to them, or, of one drive, if a quarter of the range is empty
-/// between them and its end is less than a third of that away.
+/// The largest wrapped count, if some counts in file order have wrapped: neighbours (repeats, next drive, next distance) more than half the range
+/// apart, which joining brings as close as the others. Else zero readings that far from the first drive, if the drive moves the signal towards them;
+/// with one drive, if a quarter of the range is empty between them.
 pub fn turn(all: &[Count]) -> Option<f64> {
     let mut values: Vec<f64> = all.iter().map(|c| c.value).filter(|x| x.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -73,13 +70,13 @@ pub fn turn(all: &[Count]) -> Option<f64> {
     };
     let between = gaps.iter().filter(|[from, to]| *from >= low && *to <= high).take(GAPS);
     let turn = between.map(|g| g[0]).min_by(|t, u| path(*t).total_cmp(&path(*u)))?;
-    // A sensor that stands at the end of its range has not begun anew.
+    // A sensor at the end of its range has not wrapped.
     let stands = turn == first && (first == 0.0 || first == -0.5 * TURN || values.get(1) == Some(&first));
     (!stands && neighbours.iter().all(|kind| fit(all, kind, turn))).then_some(turn)
 }
 
-/// The largest of the counts that have begun anew where taps of both sides of the whisker are told above and below a zero near the end of the range:
-/// half of it is empty, with a larger drive, or nearer, those below go down and those above go up.
+/// The largest wrapped count of taps to both sides with a zero near an end of the range: half the range is empty, and with a larger drive (or a
+/// smaller distance) counts at the low end rise and counts at the high end, which lie below the zero, fall.
 fn of_sides(all: &[Count], neighbours: &[Vec<[usize; 2]>; 3], values: &[f64]) -> Option<f64> {
     let gaps = values.windows(2).max_by(|v, w| (v[1] - v[0]).total_cmp(&(w[1] - w[0])))?;
     let [from, to] = [gaps[0], gaps[1]];
@@ -95,8 +92,7 @@ fn of_sides(all: &[Count], neighbours: &[Vec<[usize; 2]>; 3], values: &[f64]) ->
     (apart && grows(&|v| v <= from) > 0.0 && grows(&|v| v >= to) < 0.0).then_some(from)
 }
 
-/// Places of counts that follow each other: repeats of a cell, and from cell to cell, first with first and so on, along the drive and along
-/// the distance. Readings without contact, of no drive, are neighbours of each other only.
+/// Pairs of neighbouring counts: repeats of a cell, the next drive, the next distance. Readings without contact form one cell.
 fn neighbours(all: &[Count]) -> [Vec<[usize; 2]>; 3] {
     let mut cells = std::collections::BTreeMap::<[u64; 2], Vec<usize>>::new();
     let rests = |c: &Count| c.at[1] <= 0.0;
@@ -116,7 +112,7 @@ fn neighbours(all: &[Count]) -> [Vec<[usize; 2]>; 3] {
     [repeats, along(0), along(1)]
 }
 
-/// Each reading without contact beside those of the smallest drive of all.
+/// Each reading without contact, paired with those of the smallest drive.
 fn rests(all: &[Count]) -> Vec<[usize; 2]> {
     let least = all.iter().map(|c| c.at[1]).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     let wanted = |f: &dyn Fn(&Count) -> bool| {
@@ -127,7 +123,7 @@ fn rests(all: &[Count]) -> Vec<[usize; 2]> {
     still.iter().flat_map(|i| first.iter().take(GAPS).map(|j| [*i, *j])).collect()
 }
 
-/// Whether neighbours of one kind that are on both sides of `turn` are as close as the others once they are joined.
+/// True if pairs across `turn`, once joined, are as close as the other pairs.
 fn fit(all: &[Count], neighbours: &[[usize; 2]], turn: f64) -> bool {
     let joined = |i: usize| unwrapped(all[i].value, Some(turn));
     let below = |i: usize| all[i].value <= turn;
@@ -140,13 +136,13 @@ fn fit(all: &[Count], neighbours: &[[usize; 2]], turn: f64) -> bool {
     after <= (USUAL * differ(&joined, false)).max(LITTLE * TURN) && after <= CLOSER * before
 }
 
-/// Widths of counters that are not joined, bits. Converters of fewer bits stand still at their ends.
+/// Widths of other counters, bits. Converters of fewer bits saturate instead of wrapping.
 const BITS: [i32; 2] = [24, 32];
-/// Counts that have begun anew are within this share of the range at its two ends.
+/// Wrapped counts lie within this share of the range at its two ends.
 const ENDS: f64 = 0.4;
 
-/// Bits of the counts of `data`, of another width than 16, where rows without contact are at one end of their range and taps at the other, with the
-/// largest of those at its begin and the smallest of those at its end.
+/// The width of wrapped counts other than 16 bits, with the largest count at the low end and the smallest at the high end of the range. Needs
+/// zero readings at one end and most taps at the other.
 pub fn of_other_bits(data: &Data) -> Option<(i32, [f64; 2])> {
     if data.unit.signal().is_some() || data.drive.is_none() {
         return None;
@@ -176,7 +172,7 @@ pub fn of_other_bits(data: &Data) -> Option<(i32, [f64; 2])> {
     (empty && apart).then_some((bits, [low, high]))
 }
 
-/// A count that may have begun anew, beyond the range.
+/// Adds the range to a wrapped count.
 pub fn unwrapped(value: f64, turn: Option<f64>) -> f64 {
     if turn.is_some_and(|t| value <= t) { value + TURN } else { value }
 }

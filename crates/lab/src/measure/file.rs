@@ -20,10 +20,10 @@ use crate::scene::Drive;
 use crate::sink::lab::LabTable;
 use crate::text_file::{Limit, TextFile};
 
-/// One line of a data file; NaN where the line says nothing.
+/// One line of a data file; NaN for a missing value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// 1-based line.
+    /// Line number, from 1.
     pub line: usize,
     /// Contact distance as labelled, mm.
     pub a: f64,
@@ -31,31 +31,31 @@ pub struct Row {
     pub drive: f64,
     /// The signal as recorded.
     pub value: f64,
-    /// What is subtracted from it because the sensor lags.
+    /// Correction for the sensor's lag, subtracted from `value`.
     pub late: f64,
-    /// Number of its run among [`Data::runs`]; 0 where no column says.
+    /// Index in [`Data::runs`]; 0 without a column for runs.
     pub run: usize,
-    /// When it was taken: seconds, or its place in the file.
+    /// Time in s; without a column for times, the row's index.
     pub t: f64,
-    /// Fingerprint of the whole line, extra columns and all.
+    /// Hash of the whole line.
     pub text: u64,
 }
 
-/// Columns of use to a whisker with a second gauge only.
+/// Columns that only a whisker with a second gauge uses.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Beside {
-    /// What the second signal is, and the name of its column.
+    /// Unit of the second signal, and the name of its column.
     pub second: Option<(Unit, String)>,
     /// Name of the column of the pole's tilt.
     pub tilt: Option<String>,
-    /// Of each row the second signal as recorded, and the tilt, degrees; NaN where there is none.
+    /// For each row the second signal as recorded and the tilt in degrees; NaN where missing.
     pub values: Vec<[f64; 2]>,
-    /// The first field in them that is no number: its line, its column and what it says.
+    /// The first field of these columns that is not a number: line, column, text.
     pub fault: Option<(usize, String, String)>,
 }
 
 impl Beside {
-    /// Names of its columns.
+    /// Names of these columns.
     pub fn names(&self) -> Vec<String> {
         self.second.iter().map(|s| s.1.clone()).chain(self.tilt.clone()).collect()
     }
@@ -64,29 +64,28 @@ impl Beside {
 /// A data file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Data {
-    /// The file as the user named it.
+    /// File name as the user gave it.
     pub file: String,
-    /// What drives the whisker; `None` where no column says.
+    /// Kind of drive; `None` without a column for it.
     pub drive: Option<Drive>,
-    /// What the signal is.
+    /// Unit of the signal.
     pub unit: Unit,
-    /// Whether a column says when a row was taken.
+    /// True if a column gives times.
     pub timed: bool,
-    /// Every line after the header, comments and blank lines left out.
+    /// All rows, without comments and blank lines.
     pub rows: Vec<Row>,
-    /// Names of the runs, in the order of the file; none where no column says.
+    /// Names of the runs in file order; empty without a column for them.
     pub runs: Vec<String>,
-    /// What a second gauge showed, and the tilt of the pole.
+    /// Second gauge and tilt of the pole.
     pub beside: Beside,
-    /// Columns that are not used.
+    /// Unused columns.
     pub ignored: Vec<String>,
-    /// Values that stand for none: NaN in the rows.
+    /// Placeholders of missing values, which are NaN in the rows.
     pub missing: Vec<Missing>,
 }
 
 impl Data {
-    /// The same with distances, drives and tilts without rounding, so that they can be compared: distances, and drives, as they are where
-    /// that is wanted.
+    /// A copy with distances, drives and tilts freed of rounding, so that they can be compared; `as_they_are` excludes distances or drives.
     pub fn rounded(&self, as_they_are: [bool; 2]) -> Self {
         let mut data = self.clone();
         let column = |f: fn(&Row) -> f64| rounded(&self.rows.iter().map(f).collect::<Vec<_>>());
@@ -104,13 +103,12 @@ impl Data {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// A file that is missing or no CSV; columns that are missing, doubled or contradict each other; a field that is no
-    /// number. An empty field, `NaN` and `inf` are missing values, which stay.
+    /// A missing file, no CSV; missing, doubled or contradicting columns; a field that is not a number. Empty, `NaN` and `inf` are missing values.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         Self::parse(&path.display().to_string(), &Self::load(path)?)
     }
 
-    /// The bytes of the file at `path`, which may be a pipe: it is read once.
+    /// Bytes of the file at `path`, read once, since it may be a pipe.
     pub fn load(path: &Path) -> Result<Vec<u8>, InputError> {
         if path.is_dir() {
             let error = InputError::new("this is a folder; a data file is needed");
@@ -119,12 +117,12 @@ impl Data {
         TextFile::open(path, "data", Limit::AnyLines)?.bytes()
     }
 
-    /// Reads `bytes`; `label` names them in messages. Errors as [`Self::read`].
+    /// Reads `bytes`; `label` is their name in messages. Errors as in [`Self::read`].
     pub fn parse(label: &str, bytes: &[u8]) -> Result<Self, InputError> {
         Self::parse_named(label, LabTable::Text(bytes), &Names::default())
     }
 
-    /// As [`Self::parse`], of a file or a table in memory, where `said` names columns.
+    /// [`Self::parse`] for a file or a table in memory; `said` are the user's column names.
     pub fn parse_named(label: &str, table: LabTable<'_>, said: &Names) -> Result<Self, InputError> {
         let here = |e: InputError| InputError { file: Some(label.to_owned()), ..e };
         let table = match table {
@@ -202,7 +200,6 @@ impl Data {
         if let Some(at) = columns.run {
             runs.check(rows.len()).map_err(|e| e.key(&names[at]).at(label, runs.line()))?;
         }
-        // A column without any time is as good as none.
         let timed = columns.time.filter(|_| rows.iter().any(|r| r.t.is_finite()));
         if timed.is_none() {
             rows.iter_mut().enumerate().for_each(|(place, row)| row.t = place as f64);

@@ -1,21 +1,20 @@
-//! Values that are meant to be one: 2.15, 2.17 and 2.19 mm are one drive that a motor reached with jitter.
+//! Groups values meant to be equal: 2.15, 2.17 and 2.19 mm are one drive that a motor reached with jitter.
 
-/// Gaps within a group are at most this share of the gaps between groups.
+/// Largest gap within a group, as a share of the gaps between groups.
 const APART: f64 = 1.0 / 8.0;
-/// A group is at most this wide, relative to its mean.
+/// Largest width of a group, relative to its mean.
 const WIDE: f64 = 0.1;
-/// The same where fewer than three groups would remain: of two that were reached with jitter, and three set close together, the latter are no jitter.
+/// The same if fewer than three groups would remain, so that values set close together are kept apart.
 const FEW: f64 = 0.01;
-/// Values that differ by less than this share of their size are equal but for rounding: numbers of single precision carry no more.
+/// Relative difference that counts as rounding: that of single precision.
 pub const ROUNDING: f64 = f32::EPSILON as f64;
 
-/// Largest difference between values of this `size` that is rounding.
+/// Largest difference that counts as rounding at this `size`.
 pub fn rounding(size: f64) -> f64 {
     ROUNDING * size.abs()
 }
 
-/// The values without rounding: those that differ by nothing else become the one of them with the fewest digits, or 0. Differences of large
-/// values are rounded as these are; a few wild ones say nothing of the others.
+/// Replaces values that differ only by rounding by the one with the fewest digits, or 0. Rounding is relative to the value or the 90 % quantile.
 pub fn rounded(values: &[f64]) -> Vec<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     let mut sizes: Vec<f64> = sorted.iter().map(|x| x.abs()).collect();
@@ -39,9 +38,8 @@ pub fn rounded(values: &[f64]) -> Vec<f64> {
 /// Distinct values sorted into groups.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Groups {
-    /// Means of the groups over all values, ascending.
+    /// Mean of each group, ascending.
     pub centres: Vec<f64>,
-    /// Largest value of each.
     ends: Vec<f64>,
     /// Number of distinct values.
     pub distinct: usize,
@@ -50,8 +48,7 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// Values within `width` of their neighbours are one; by default what the gaps of the data say, with 0 only equal ones. With
-    /// `alone`, values that have no gap between them may be one group.
+    /// Joins values within `width` of their neighbours; by default as the gaps suggest. With `alone`, all values may form one group.
     pub fn of(values: impl Iterator<Item = f64>, width: Option<f64>, alone: bool) -> Self {
         let mut all: Vec<f64> = values.filter(|x| x.is_finite()).collect();
         all.sort_by(f64::total_cmp);
@@ -67,26 +64,25 @@ impl Groups {
         groups
     }
 
-    /// Mean of the group of `x`, which is one of the values; itself where it is none.
+    /// Mean of the group that contains `x`, or `x` if it is not one of the values.
     pub fn centre(&self, x: f64) -> f64 {
         let place = self.ends.partition_point(|e| *e < x);
         self.centres.get(place).copied().filter(|_| x.is_finite()).unwrap_or(x)
     }
 
-    /// Whether any group holds more than one distinct value.
+    /// True if a group has several distinct values.
     pub fn joined(&self) -> bool {
         self.centres.len() < self.distinct
     }
 }
 
-/// Mean; exactly the value of equal ones.
+/// Exact for equal values.
 fn mean(values: &[f64]) -> f64 {
     values[0] + values.iter().map(|x| x - values[0]).sum::<f64>() / values.len() as f64
 }
 
-/// Largest gap that is jitter: between the sizes of gaps there is a step, and what the small ones join is narrow beside its value and
-/// beside the gaps that remain; 0 where there is no such step. Of several steps the one between the largest gaps counts: whatever is finer,
-/// down to rounding, lies within the groups and says nothing of them.
+/// Largest gap that counts as jitter, 0 without any: the sorted gaps fall steeply below it, and the groups it makes are narrow relative to their mean
+/// and to the larger gaps. Of several such steps the one between the largest gaps counts.
 fn jitter(distinct: &[f64], alone: bool) -> f64 {
     let (Some(first), Some(last)) = (distinct.first(), distinct.last()) else { return 0.0 };
     let mut gaps: Vec<f64> = distinct.windows(2).map(|w| w[1] - w[0]).collect();

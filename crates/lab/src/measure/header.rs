@@ -1,4 +1,4 @@
-//! A header in a comment: `# reading,theta_deg` before rows that have none, as numpy's savetxt writes it.
+//! A header in a comment: `# reading,theta_deg` before rows without a header, as numpy's savetxt writes it.
 
 use super::columns::drive_like;
 use super::names::Names;
@@ -6,7 +6,7 @@ use crate::error::InputError;
 use crate::fields::{fields, lines, number, separator};
 use crate::sink::lab::{LabRow, LabTable};
 
-/// Words in the name of a column that is no drive.
+/// Words in column names other than drives.
 const WORDS: [&str; 30] = [
     "reading",
     "signal",
@@ -40,17 +40,17 @@ const WORDS: [&str; 30] = [
     "abstand",
 ];
 
-/// What the comments of a file say of its columns, line by line.
+/// Comments of a file before its rows, with their lines.
 #[derive(Debug, Default)]
 pub struct Comments(Vec<(usize, String)>);
 
 impl Comments {
-    /// One more, before the first row.
+    /// Adds a comment before the first row.
     pub fn push(&mut self, line: usize, text: &str) {
         self.0.push((line, text.to_owned()));
     }
 
-    /// Of the first line that is no comment, whose fields are `names`: nothing where it is the header itself, else as `header`.
+    /// As `header`, for the first line after the comments, with fields `names`; None if that line is the header.
     pub fn before(
         &self,
         first: &str,
@@ -60,10 +60,7 @@ impl Comments {
         if names.iter().any(|name| said.known(name)) { Ok(None) } else { self.header(first, said) }
     }
 
-    /// The names of columns in the comment that is nearest before the first `row`, and its line.
-    ///
-    /// # Errors
-    /// A comment that names columns, but not as many as the row has fields.
+    /// The column names in the last comment before the first `row`, and its line; an error if their number is not that of the fields.
     fn header(&self, row: &str, said: &Names) -> Result<Option<(usize, Vec<String>)>, InputError> {
         let count = fields(row, separator(row)).len();
         if let Some(found) =
@@ -84,25 +81,25 @@ impl Comments {
     }
 }
 
-/// A table as a lab records it: the names of its columns, and its rows one by one.
+/// A table of a lab: column names, and rows one by one.
 pub struct Sheet<'a> {
-    /// Names of the columns.
+    /// Column names.
     pub names: Vec<String>,
-    /// Line in which they stand.
+    /// Line of the names.
     pub line: usize,
-    /// What separates fields.
+    /// Separator of fields.
     pub mark: char,
-    /// The first line, by which comments are read, and the whole text.
+    /// The first line, which decides how comments are read, and the whole text.
     first: &'a str,
     text: &'a str,
     rows: Box<dyn Iterator<Item = (usize, LabRow<'a>)> + 'a>,
 }
 
 impl<'a> Sheet<'a> {
-    /// Finds the names of the columns, where `said` names some; `allowed` are columns of such a table.
+    /// Finds the column names, with the user's names in `said`; `allowed` lists columns for messages.
     ///
     /// # Errors
-    /// Text without a line; a comment that names columns, but not as many as there are.
+    /// Text without a line; a comment with column names of another number than the columns.
     pub fn new(table: LabTable<'a, &'a str>, said: &Names, allowed: &str) -> Result<Self, InputError> {
         let text = match table {
             LabTable::Text(text) => text.trim_start_matches('\u{feff}'),
@@ -148,7 +145,7 @@ impl<'a> Sheet<'a> {
         Ok(None)
     }
 
-    /// `error` of the names in the table `label`, with where it seems to begin, where that is elsewhere.
+    /// `error` about the names in `label`; adds the likely line of the header if that is another one.
     pub fn elsewhere(&self, error: InputError, label: &str) -> InputError {
         let error = error.at(label, Some(self.line));
         let Some(begin) = begins(self.text).filter(|begin| *begin != self.line) else { return error };
@@ -157,7 +154,7 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// Refuses the `comment` in this `line` where it names other columns than `names`, which the rows before it have.
+/// Refuses a `comment` that names other columns than `names`.
 pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Names) -> Result<(), InputError> {
     match named(comment, row, said) {
         Some(other) if other != names => {
@@ -169,7 +166,7 @@ pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Name
     }
 }
 
-/// The line of names before three rows of numbers.
+/// Line of the names before the first three rows of numbers.
 fn begins(text: &str) -> Option<usize> {
     let numbers = |line: &str, mark: char| {
         let all = fields(line, mark);
@@ -185,7 +182,7 @@ fn begins(text: &str) -> Option<usize> {
     all.windows(4).position(|w| is_header(&w)).map(|place| place + 1)
 }
 
-/// The names of columns in a `comment` before rows like `row`, if it holds one for each field.
+/// The column names in a `comment`, if there is one for each field of `row`.
 fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
     let text = comment.trim_start_matches(['#', ' ']);
     let mark = separator(row);
@@ -193,7 +190,7 @@ fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
     let after = text.split_once(':').map_or("", |(_, after)| after);
     let by = |text: &str, mark: char| fields(text, mark).iter().map(|f| f.to_string()).collect::<Vec<_>>();
     let ways = [text, after].into_iter().flat_map(|text| [by(text, mark), by(text, separator(text))]);
-    // Words with blanks between are a remark, unless each is a name.
+    // Words separated by blanks are a remark, unless each is a column name.
     let words = text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let only_names =
         words.iter().all(|word| said.means(word)) && words.iter().any(|word| said.is_drive(word));
@@ -203,11 +200,11 @@ fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
         .chain(words)
         .filter(|names| names.len() == count)
         .collect();
-    // Prefer the split with the most known names. `max_by_key` returns the last of equal ones, so the order is reversed to get the first.
+    // Prefer the split with the most known names; `max_by_key` returns the last of equals, hence `rev`.
     fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
 }
 
-/// Whether these may be names of columns: one of them is that of a column, or all look like it.
+/// True if one of these is a known column name, or all look like names.
 fn are_names(names: &[String], said: &Names) -> bool {
     let letter = |name: &str| matches!(name, "a" | "s" | "t" | "u" | "v" | "x");
     let like = |name: &String| {
@@ -220,7 +217,7 @@ fn are_names(names: &[String], said: &Names) -> bool {
     names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)
 }
 
-/// Whether a comment holds the names of a drive and of a signal.
+/// True if a comment contains the names of a drive and of a signal.
 fn names_columns(comment: &str) -> bool {
     let known = Names::default();
     let words = || comment.split(|c: char| !(c.is_alphanumeric() || c == '_'));

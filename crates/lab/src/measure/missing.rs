@@ -1,35 +1,32 @@
-//! Values that stand for none: -9999 where a logger has no reading, 9.9e37 of an instrument that could not measure.
+//! Placeholders for missing values: -9999 of a logger, 9.9e37 of an instrument that could not measure.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::file::Row;
 
-/// Numbers that programs and instruments write, of either sign, where they have none; also -1 and what is beyond any quantity ([`NEVER`]).
+/// Usual placeholders, of either sign; also -1 and numbers from [`NEVER`] on.
 const USUAL: [f64; 11] =
     [99.0, 99.99, 999.0, 999.99, 6999.0, 7999.0, 9999.0, 9999.99, 99999.0, 999_999.0, 9_999_999.0];
-/// No quantity of a rig is this large.
 const NEVER: f64 = 1e30;
-/// Ends of whole numbers of 32 bits.
 const OF_32_BITS: [f64; 2] = [2_147_483_647.0, -2_147_483_648.0];
-/// Any value that stands at several places is none where it is so many ranges of all others away from them.
+/// A repeated value is a placeholder if it is this many ranges of all others away from them.
 const FAR: f64 = 3.0;
-/// One that is usual for none, one range.
+/// The same for a usual placeholder.
 const AWAY: f64 = 1.0;
-/// And below 0 this share of it.
+/// The same for a negative one among signals.
 const BELOW: f64 = 0.1;
-/// Share of the other values that have decimals where a whole number that is usual for none, at several places, is none.
+/// Share of the others with decimals for which a repeated whole number, usual as a placeholder, is one.
 const FRACTIONS: f64 = 0.9;
-/// 0 at several places with contact is none where no other tap shows less than this share of a usual one.
+/// Repeated zeros with contact are placeholders if every other tap shows more than this share of the median.
 const ISOLATED: f64 = 0.1;
-/// Fewest other values that have a range.
 const OTHERS: usize = 3;
 
-/// A value that stands for none.
+/// A placeholder for a missing value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Missing {
-    /// Place of its row among the rows of the file.
+    /// Index of the row.
     pub place: usize,
-    /// 1-based line.
+    /// Line number, from 1.
     pub line: usize,
     /// Name of its column.
     pub column: String,
@@ -37,21 +34,21 @@ pub struct Missing {
     pub value: f64,
 }
 
-/// A value in a column, and the cell of its row: taps at one distance and drive, or all rows without contact.
+/// A value, and the cell of its row: distance and drive, or all rows without contact.
 type Placed = (f64, [u64; 2]);
 
-/// Whether `x` is a number that is usual for none.
+/// True if `x` is a usual placeholder.
 pub fn is_usual(x: f64) -> bool {
     x == -1.0 || USUAL.contains(&x.abs()) || OF_32_BITS.contains(&x) || x.abs() >= NEVER
 }
 
-/// Takes the values that stand for none out of distances, drives and signals of `rows`, whose columns have these `names`.
+/// Replaces placeholders in distances, drives and signals by NaN; returns them. `names` are the columns' names.
 pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
     let cell = |r: &Row| if r.drive <= 0.0 { [0; 2] } else { [r.a, r.drive].map(f64::to_bits) };
     let column = |f: fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<_>>();
     let distances = labels(&column(|r| r.a));
     let mut drives = labels(&column(|r| r.drive));
-    // To the other side, or before contact.
+    // A drive of -1 may be before contact, or to the other side.
     drives.retain(|x| *x != -1.0);
     let signals = signals(&rows.iter().map(|r| (r.value, cell(r))).collect::<Vec<_>>());
     let mut found = Vec::new();
@@ -68,13 +65,11 @@ pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
             }
         }
     }
-    // A row without contact needs no distance.
     found.retain(|m| m.column != names[0] || rows[m.place].drive != 0.0);
     found
 }
 
-/// Values of a column that stand for none: what is usual for it, and far from all others, or the one value at several cells that is very far; 0 where
-/// none of the rows without contact shows it, and no tap nearly so.
+/// Placeholders among signals: usual ones far from the others, or a repeated value very far; 0 if no zero reading shows it and no tap nearly so.
 fn signals(column: &[Placed]) -> Vec<f64> {
     let mut found = find(column, true);
     let (rests, taps): (Vec<Placed>, Vec<Placed>) =
@@ -90,7 +85,7 @@ fn signals(column: &[Placed]) -> Vec<f64> {
     found
 }
 
-/// The same of a column whose values repeat, a distance or a drive: what is usual alone.
+/// Placeholders among distances or drives: usual ones only.
 fn labels(column: &[f64]) -> Vec<f64> {
     find(&column.iter().map(|x| (*x, [0; 2])).collect::<Vec<_>>(), false)
 }
@@ -109,10 +104,10 @@ fn find(column: &[Placed], of_signals: bool) -> Vec<f64> {
     found
 }
 
-/// Whether the value at `k` among the ascending `values`, each with its number of cells, stands for none.
+/// True if value `k` is a placeholder; `values` are ascending, each with its number of cells.
 fn is_none(values: &[(f64, usize)], k: usize, of_signals: bool) -> bool {
     let (x, cells) = values[k];
-    // A distance or a drive may well be 99.
+    // A distance or a drive may be 99.
     let usual = is_usual(x) && (of_signals || !(0.0..999.0).contains(&x));
     if !usual && (cells < 2 || !of_signals || ![0, values.len() - 1].contains(&k)) {
         return false;

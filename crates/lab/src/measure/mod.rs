@@ -1,8 +1,6 @@
-//! Measured taps: data files as a rig writes them, which column is what, units of the signal, the zero of the sensor, the whisker they belong
-//! to, and which place of it touches ([`skin`]).
+//! Measured taps: data files of a rig, their columns and units, the sensor's zero, and the whisker with its contact point ([`skin`]).
 //!
-//! Nothing here judges a row: a value that is missing stays missing (NaN), a line that cannot be understood is an error
-//! with its number. What a row is worth is decided in `calibrate`.
+//! Rows are not judged here: a missing value stays NaN, a line that cannot be read is an error with its number. `calibrate` judges rows.
 
 pub mod columns;
 pub mod counts;

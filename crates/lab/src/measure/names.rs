@@ -1,4 +1,4 @@
-//! What a column holds, by its name or as `--columns` says.
+//! Content of a column, by its name or as `--columns` says.
 
 use super::Unit;
 use super::columns::drive_like;
@@ -11,7 +11,7 @@ pub const DISTANCE: &str = "a_mm";
 /// Column of the tilt of the pole.
 pub const TILT: &str = "tilt_deg";
 
-/// What a column holds.
+/// Content of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Contact distance, mm.
@@ -28,14 +28,14 @@ pub enum Role {
     Run,
     /// When it was taken, seconds.
     Time,
-    /// What this channel of a matrix reads.
+    /// Signal of this channel of a matrix.
     Channel(&'static str),
-    /// Nothing that is used.
+    /// Not used.
     Ignored,
 }
 
 impl Role {
-    /// All, with the short name and the column's own name.
+    /// Every role with its name in `--columns` and its column's name.
     const ALL: [(&'static str, &'static str, Self); 20] = [
         ("a", DISTANCE, Self::Distance),
         ("theta", "theta_deg", Self::Drive(Drive::Angle)),
@@ -59,7 +59,6 @@ impl Role {
         ("ignore", "ignore", Self::Ignored),
     ];
 
-    /// Its name in `--columns`.
     pub(super) fn short(self) -> &'static str {
         match self {
             Self::Channel(name) => name,
@@ -78,7 +77,6 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 }
 
 impl Channel {
-    /// That its column is missing.
     pub(super) fn missing(&self, names: &[String]) -> InputError {
         let (column, allowed) = match self {
             Self::Named(column) => (*column, format!("a column {column}")),
@@ -93,19 +91,19 @@ impl Channel {
     }
 }
 
-/// Names that the user gave to columns: `a=dist,theta=ang_deg,reading=ch3`.
+/// Column names given by the user: `a=dist,theta=ang_deg,reading=ch3`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Names {
     said: Vec<(Role, String)>,
     channel: Option<Channel>,
 }
 
-/// The one channel that is read of a file with several.
+/// The channel that is read, in a file with several.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Channel {
     /// The columns of this signal.
     Of(Signal),
-    /// The column of this name, a reading.
+    /// A reading in the column of this name.
     Named(&'static str),
 }
 
@@ -113,14 +111,14 @@ impl Names {
     /// Reads the value of `--columns`.
     ///
     /// # Errors
-    /// A part that is no `role=name`, a role that is unknown or named twice.
+    /// A part that is not `role=name`; a role that is unknown or named twice.
     pub fn parse(text: &str) -> Result<Self, InputError> {
         let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, run, t, channel_1 … channel_6, ignore; each as role=column";
         let fault = |message: String, part: &str| {
             InputError::new(message).key("--columns").value(part).allowed(allowed)
         };
         let mut all: Vec<(Role, String)> = Vec::new();
-        // A name may hold commas: what follows one without a role of its own is of the name before it.
+        // A name may contain commas: a part without `=` continues the name before it.
         let mut parts: Vec<String> = Vec::new();
         for part in text.split(',') {
             match parts.last_mut().filter(|_| !part.contains('=') && !part.trim().is_empty()) {
@@ -150,7 +148,7 @@ impl Names {
         Ok(Self { said: all, channel: None })
     }
 
-    /// The same with the column `name` as that of the runs.
+    /// The same, with `name` as the column of runs.
     #[must_use]
     pub fn with_run(mut self, name: &str) -> Self {
         self.said.retain(|(role, _)| *role != Role::Run);
@@ -158,34 +156,32 @@ impl Names {
         self
     }
 
-    /// The same where one channel is read and the others are ignored.
+    /// The same, with only this channel read.
     #[must_use]
     pub fn of_channel(&self, channel: Channel) -> Self {
         Self { said: self.said.clone(), channel: Some(channel) }
     }
 
-    /// Roles that the user gave to columns.
     pub(super) fn said(&self) -> &[(Role, String)] {
         &self.said
     }
 
-    /// The one channel that is read, where there are several.
     pub(super) fn channel(&self) -> Option<&Channel> {
         self.channel.as_ref()
     }
 
-    /// Whether nothing was said.
+    /// True if the user named no column.
     pub fn is_empty(&self) -> bool {
         self.said.is_empty()
     }
 
-    /// Role of the column `name`: as the user said, else by its own name unless the user named another for that.
+    /// Role of the column `name`: as the user said, else by its own name, unless the user named another column for that role.
     pub(super) fn role(&self, name: &str) -> Option<Role> {
         let role = match self.said.iter().find(|(_, n)| n == name) {
             Some((role, _)) => Some(*role),
             None => Role::of_column(name).filter(|own| {
                 let same_kind = |r: &Role| std::mem::discriminant(r) == std::mem::discriminant(own);
-                // Of several channels each may be named for itself.
+                // Channels may be named independently.
                 let same = |r: &Role| if self.channel.is_some() { r == own } else { same_kind(r) };
                 !self.said.iter().any(|(r, _)| same(r))
             }),
@@ -208,28 +204,25 @@ impl Names {
         }
     }
 
-    /// Whether the user named a column of `channel`.
     fn names_channel(&self, channel: &str) -> bool {
         self.said.iter().any(|(role, _)| matches!(role, Role::Channel(said) if *said == channel))
     }
 
-    /// Whether `name` is that of a column, by itself or as the user said. Names of runs are words of any remark.
+    /// True if `name` is that of a column, by itself or by the user. Run names do not count: they are common words.
     pub(super) fn means(&self, name: &str) -> bool {
         self.said.iter().any(|(_, said)| said == name)
             || self.role(name).is_some_and(|role| !matches!(role, Role::Run | Role::Ignored))
     }
 
-    /// Whether `name` is that of a drive.
     pub(super) fn is_drive(&self, name: &str) -> bool {
         matches!(self.role(name), Some(Role::Drive(_)))
     }
 
-    /// Whether `name` is that of a signal.
     pub(super) fn is_signal(&self, name: &str) -> bool {
         matches!(self.role(name), Some(Role::Signal(_)))
     }
 
-    /// Whether `name` says what a column holds, rightly or nearly so: such a line is a header.
+    /// True if `name` is a column name, or nearly one: its line is a header.
     pub fn known(&self, name: &str) -> bool {
         self.role(name).is_some() || drive_like(name).is_some()
     }

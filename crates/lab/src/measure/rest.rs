@@ -1,33 +1,32 @@
-//! Rows without contact: those whose drive is 0, and where a rig counts its drive from a zero of its own, those before contact.
+//! Rows without contact: drive 0, or before contact where the drive has its own zero.
 
 use super::group::Groups;
 use super::zero::TaredBy;
 use super::{Data, Row};
 use crate::reduce::median;
 
-/// Rows before contact agree within this share of what half of all taps give.
+/// Rows before contact agree within this share of the median tap.
 const STILL: f64 = 0.1;
-/// A tap at a drive below 0 gives less than this share of one at the smallest drive above.
+/// A tap at a negative drive gives less than this share of one at the smallest positive drive.
 const LESS: f64 = 0.95;
 
 /// Rows without contact.
 pub struct Rest {
-    /// Whether a row is one.
+    /// True for rows without contact.
     pub rest: Vec<bool>,
-    /// How the zero is known.
+    /// Source of the zero.
     pub from: TaredBy,
-    /// Largest drive before contact, where that is below 0.
+    /// Largest negative drive before contact.
     pub until: Option<f64>,
-    /// The drive that counts as 0: `until` where contact begins at drives ≤ 0, else 0.
+    /// Drive that counts as 0: `until` if contact begins at drives ≤ 0, else 0.
     pub origin: f64,
-    /// From there to the first drive in contact.
+    /// Distance from `origin` to the first drive in contact.
     pub step: f64,
 }
 
 impl Rest {
-    /// Of the rows of `data`, whose signals are `signals`. Below 0 the smallest drives are before contact, up to where the signal begins to
-    /// change. A negative drive that is also there as a positive one is a slip of the sign, or the other side of the whisker, unless its
-    /// signals stand still, beyond those of the smallest positive drive.
+    /// Finds them in `data` with these `signals`: the most negative drives, up to where the signal changes. A negative drive that also occurs as a
+    /// positive one is a wrong sign or the other side, unless its signals are constant and beyond those of the smallest positive drive.
     pub fn of(data: &Data, signals: &[f64], distances: &Groups) -> Self {
         let rows = RestRows { data, signals, distances };
         let all = 0..signals.len();
@@ -70,7 +69,6 @@ struct RestRows<'a> {
 }
 
 impl RestRows<'_> {
-    /// Signals at positive drives where `wanted`, by drive.
     fn forward(&self, wanted: impl Fn(&Row) -> bool) -> Vec<(f64, f64)> {
         let rows = self.data.rows.iter().zip(self.signals);
         let taps = rows.filter(|(r, s)| r.drive > 0.0 && s.is_finite() && wanted(r));
@@ -79,7 +77,7 @@ impl RestRows<'_> {
         all
     }
 
-    /// Medians of the signals at the smallest and at the largest positive drive of the distance of a row; of all, where it has none.
+    /// Median signals at the smallest and the largest positive drive of the row's distance; of all rows if it has none.
     fn ends(&self, i: usize) -> Option<[f64; 2]> {
         let place = |r: &Row| self.distances.centre(r.a);
         let own = place(&self.data.rows[i]);
@@ -94,7 +92,7 @@ impl RestRows<'_> {
         self.data.rows.iter().any(|r| (r.drive + drive).abs() <= -1e-6 * drive)
     }
 
-    /// Whether a row gives less above `base` than the smallest positive drive.
+    /// True if the row's signal above `base` is less than that of the smallest positive drive.
     fn less(&self, i: usize, base: f64) -> bool {
         self.ends(i).is_some_and(|[small, _]| {
             let share = (self.signals[i] - base) / (small - base);
@@ -102,7 +100,7 @@ impl RestRows<'_> {
         })
     }
 
-    /// Whether a row has a drive below 0 that most other distances have above it, and its own has not: a slip of the sign.
+    /// True if most other distances have this drive with a positive sign, and the row's own has not: a wrong sign.
     fn slipped(&self, i: usize) -> bool {
         let row = &self.data.rows[i];
         let place = |r: &Row| self.distances.centre(r.a).to_bits();
@@ -114,7 +112,7 @@ impl RestRows<'_> {
         own == Some(false) && 2 * places.values().filter(|has| **has).count() > places.len()
     }
 
-    /// Whether rows of one negative drive, the smallest, are before contact.
+    /// True if rows of the most negative drive are before contact.
     fn before_contact(&self, level: &[usize]) -> bool {
         if !self.mirrored(self.data.rows[level[0]].drive) {
             return true;

@@ -1,4 +1,4 @@
-//! The whisker on its rig: what calibrate, locate and simulate know of it.
+//! The whisker on its rig, for calibrate, locate and simulate.
 
 use crate::design::Design;
 use crate::error::InputError;
@@ -9,27 +9,27 @@ use crate::scene::{
     Convention, DirectionColumns, Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple,
 };
 
-/// One whisker with its gauge and its model.
+/// A whisker with its gauge and model.
 #[derive(Debug, Clone)]
 pub struct Rig {
-    /// What its taps share.
+    /// Settings shared by all taps.
     pub setup: Setup,
-    /// The whisker; distance and drive of its tuple are not used.
+    /// The whisker; its distance and drive are unused.
     pub design: Design,
-    /// Whether anybody said what the whisker is; see [`Self::unknown`].
+    /// False if nothing is known of the whisker; see [`Self::unknown`].
     pub known: bool,
-    /// How far the drive was seen to go before contact, in its unit: an offset of the drive may be as large.
+    /// Travel of the drive before contact, in its unit: the largest possible offset of the drive.
     pub before: f64,
-    /// What its file made doubtful.
+    /// Warnings about the spec file.
     pub warnings: Vec<String>,
 }
 
 #[allow(non_snake_case)]
 impl Rig {
-    /// The whisker of `tuple`, of which distance and drive are not used.
+    /// The whisker of `tuple`, whose distance and drive are unused.
     ///
     /// # Errors
-    /// Numbers that are no whisker with a gauge on it.
+    /// Numbers that give no whisker with a gauge.
     pub fn new(mut setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
         setup.directions = DirectionColumns::default();
         let design = Design::new(&setup, tuple);
@@ -41,11 +41,10 @@ impl Rig {
         }
     }
 
-    /// A rig of which nobody said what the whisker is, tapping as far as `furthest` mm. In its place stands a uniform rod with the gauge
-    /// at its base, of which no more is used than that its strain falls as 1/a: K takes up the rest.
+    /// A rig with an unknown whisker, tapped up to `furthest` mm: a uniform rod with the gauge at its base, of which only ε ∝ 1/a is used.
     ///
     /// # Errors
-    /// A distance that is none.
+    /// A distance that is not positive.
     pub fn unknown(setup: Setup, furthest: f64) -> Result<Self, InputError> {
         let L_a = 2.0 * furthest;
         let tuple = Tuple {
@@ -61,10 +60,10 @@ impl Rig {
         Ok(Self { known: false, ..Self::new(setup, tuple)? })
     }
 
-    /// As [`Self::unknown`], of `data`, which are driven by `drive` where they do not say; with a spec that says as much.
+    /// [`Self::unknown`] for `data`, with `drive` if they do not say; and a spec of it.
     ///
     /// # Errors
-    /// Data without any distance.
+    /// Data without a distance.
     pub fn of_data(data: &Data, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
         let furthest = data.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
         if furthest <= 0.0 {
@@ -81,7 +80,7 @@ impl Rig {
         Ok((rig, Spec::of("no whisker", study)))
     }
 
-    /// The one whisker of `spec`, which `label` names.
+    /// The single whisker of `spec`; `label` names the spec in messages.
     pub fn of_spec(spec: &Spec, label: &str) -> Result<Self, InputError> {
         spec.one_rig()?;
         let tuple = spec.study.space.whisker().map_err(|several| match several {
@@ -102,7 +101,7 @@ impl Rig {
         Ok(Self { warnings: spec.warnings.clone(), ..rig })
     }
 
-    /// Refuses a sensor of several channels, whose readings no table of measured taps has.
+    /// Refuses a sensor of several channels.
     pub fn of_one_signal(&self) -> Result<(), InputError> {
         let Some(channels) = &self.setup.channels else { return Ok(()) };
         let error = InputError::new("this reads one signal of a whisker");
@@ -110,8 +109,7 @@ impl Rig {
         Err(error.allowed("signal = \"strain\", \"moment\" or \"force\" in [sensor] of the spec"))
     }
 
-    /// The rig as its channel `k` knows it, and the column that this is read from: the whisker with one signal, or, where a channel mixes
-    /// what is read, a rig of which nothing is known, tapping as far as `furthest` mm.
+    /// The rig seen by channel `k`, and the column to read: the whisker with one signal, or an unknown rig if the channel mixes signals.
     pub fn of_channel(&self, k: usize, furthest: f64) -> Result<(Self, Channel), InputError> {
         let Some(channels) = &self.setup.channels else {
             return Ok((self.clone(), Channel::Of(self.setup.signal)));
@@ -139,7 +137,7 @@ impl Rig {
         Ok((Self { warnings: self.warnings.clone(), ..Self::new(setup, self.design.tuple)? }, column))
     }
 
-    /// Closed form of a theory for this whisker, with another hub if `hub` says so.
+    /// Closed form of a theory for this whisker, with the hub `hub`, mm.
     pub fn curve(&self, theory: Theory, hub: f64) -> StrainCurve {
         let shared = self.shared();
         let shear = match theory {
@@ -153,7 +151,7 @@ impl Rig {
         }
     }
 
-    /// Largest |strain| that the gauge reads without harm.
+    /// Largest |strain| that the gauge allows.
     pub fn strain_limit(&self) -> f64 {
         self.shared().strain_limit(&self.setup.gauge)
     }
@@ -163,7 +161,7 @@ impl Rig {
         self.design.shared.as_ref().expect("checked when the rig was made")
     }
 
-    /// Length by which K is multiplied in tables: 1, or x2 − x1 for elongation.
+    /// Factor of K in tables: 1, or x2 − x1 (mm) for elongation.
     pub fn k_unit(&self) -> f64 {
         match self.setup.estimate.convention {
             Convention::Mean => 1.0,

@@ -1,4 +1,4 @@
-//! Runs of a data file: rows that were taken without setting the rig up anew, and their times.
+//! Runs of a data file, during which the rig was not set up anew, and their times.
 
 use std::collections::HashMap;
 
@@ -9,12 +9,11 @@ use crate::error::InputError;
 #[derive(Debug, Default)]
 pub struct Runs {
     places: HashMap<String, usize>,
-    /// Name, rows and first line of each.
     all: Vec<(String, usize, usize)>,
 }
 
 impl Runs {
-    /// Number of the run that `field` names, of the row in this line.
+    /// Index of the run named `field`, for the row in `line`.
     pub fn number(&mut self, field: &str, line: usize) -> usize {
         let name = field.trim();
         let next = self.all.len();
@@ -26,10 +25,10 @@ impl Runs {
         k
     }
 
-    /// Refuses runs that cannot be told from single rows, of a file of so many.
+    /// Refuses a column that does not name runs, in a file of `rows` rows.
     ///
     /// # Errors
-    /// A run of one row; a value for each row.
+    /// A run of one row; a different value in each row.
     pub fn check(&self, rows: usize) -> Result<(), InputError> {
         let allowed = "the same value for all rows of a run, two or more; or --columns ignore=NAME";
         if self.all.len() == rows && rows > 1 {
@@ -45,22 +44,22 @@ impl Runs {
         }
     }
 
-    /// Line of the first run of one row, where that is at fault.
+    /// Line of the first run of one row, if other runs have more.
     pub fn line(&self) -> Option<usize> {
         let several = self.all.iter().any(|run| run.1 > 1);
         self.all.iter().find(|run| run.1 == 1).filter(|_| several).map(|run| run.2)
     }
 
-    /// Their names.
+    /// Names of the runs.
     pub fn names(self) -> Vec<String> {
         self.all.into_iter().map(|run| run.0).collect()
     }
 }
 
-/// Times above this are no seconds, of whatever clock: it is 3000 years.
+/// Times above this (3000 years) are not in seconds.
 const SECONDS: f64 = 1e11;
 
-/// Refuses a time that can be no seconds.
+/// Refuses a time that cannot be in seconds.
 pub fn seconds(t: f64) -> Result<(), InputError> {
     if t.is_nan() || t.abs() < SECONDS {
         return Ok(());
@@ -76,10 +75,10 @@ pub fn seconds(t: f64) -> Result<(), InputError> {
     Err(error.allowed("seconds; or --columns ignore=NAME where no time is needed"))
 }
 
-/// Refuses times that run backwards. A clock may start anew at another distance, or in another run.
+/// Refuses times that run backwards. A clock may restart at another distance or run.
 ///
 /// # Errors
-/// The line, and what is wrong with it.
+/// The line and the fault.
 pub fn forward(rows: &[Row]) -> Result<(), (usize, InputError)> {
     let back = |w: &&[Row]| w[1].t < w[0].t;
     let often = 2 * rows.windows(2).filter(back).count() > rows.len();

@@ -1,21 +1,20 @@
-//! Which place of the whisker touches: on its surface or, where the model has it there, on its centreline.
+//! The contact point of the whisker: on its surface or, if the model says so, on its centreline.
 
 use super::Rig;
 use crate::error::InputError;
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
 
-/// Which place of a whisker touches: words, whether it is on the surface, and what to say of them.
+/// Contact point: word, whether it is on the surface, and a description.
 pub const PLACES: [(&str, bool, &str); 2] =
     [("surface", true, "its side"), ("centreline", false, "its axis")];
 
-/// What of a calibrated whisker a contact's place depends on. Lengths in mm.
+/// Quantities of a calibrated whisker that determine the contact point. Lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skin {
     taper: Taper,
-    /// r₀ of the motor's axis behind the clamp.
+    /// r₀, distance of the motor's axis behind the clamp.
     hub: f64,
-    /// Contact on the surface.
     surface: bool,
     /// ρ of the pole that the calibration's model taps.
     pole: f64,
@@ -24,7 +23,7 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// Of the whisker of a calibration, with contact on the `surface`, on the centreline, or as its model says.
+    /// Describes a calibrated whisker; `surface` overrides the model's contact point.
     pub fn new(rig: &Rig, surface: Option<bool>) -> Self {
         let (t, model) = (rig.design.tuple, &rig.setup.model);
         let taper = if rig.known { rig.shared().taper } else { Taper::new(t.D, t.D, t.L_a) };
@@ -37,7 +36,7 @@ impl Skin {
         }
     }
 
-    /// Refuses a whisker that is no cone clamped at its base: where it touches is not known here.
+    /// Refuses a whisker other than a cone clamped at its base: its contact point is not known.
     pub fn is_known(rig: &Rig) -> Result<(), InputError> {
         if rig.setup.built.is_none() {
             return Ok(());
@@ -47,12 +46,12 @@ impl Skin {
         Err(error.key("whisker").value("more than a cone").allowed("D, d, L_a and hub only"))
     }
 
-    /// Whether contact is on the surface.
+    /// True for contact on the surface.
     pub fn on_surface(&self) -> bool {
         self.surface
     }
 
-    /// Radius at a, mm: how far the surface is from the centreline.
+    /// Radius at a, mm.
     pub fn radius(&self, a: f64) -> f64 {
         self.taper.radius(a)
     }
@@ -61,7 +60,7 @@ impl Skin {
         if self.surface { (self.taper.sin_alpha(), self.taper.cos_alpha()) } else { (0.0, 1.0) }
     }
 
-    /// The place that touches first at distance a, in the frame of first touch.
+    /// The point at distance a that touches first, in the frame of first touch, mm.
     pub fn place(&self, a: f64) -> [f64; 2] {
         [a + self.hub, if self.surface { self.taper.radius(a) } else { 0.0 }]
     }
@@ -71,7 +70,7 @@ impl Skin {
         [1.0, if self.surface { -self.taper.tan_alpha } else { 0.0 }]
     }
 
-    /// The distance whose place of first touch is `r` from the motor's axis; NaN where there is none.
+    /// The distance whose point of first touch is `r` mm from the motor's axis, or NaN.
     pub fn distance(&self, r: f64) -> f64 {
         let [at, slope] = [self.place(0.0), self.slope()];
         // |at + a slope| = r.
@@ -80,30 +79,28 @@ impl Skin {
         (d.sqrt() - b) / s2
     }
 
-    /// Direction of the contact's section, rad, against that of the whisker at first touch, when it has turned by `turn` since: with linear
-    /// theory's slope at the contact, (3 − 2τa)/(2(1 − τa)) of the chord's, whose share by bending is 1/(1 + S/a²).
+    /// Direction of the contact's section, rad, relative to first touch, after a turn by `turn`: linear theory's slope at the contact is
+    /// (3 − 2τa)/(2(1 − τa)) of the chord's, of which bending makes 1/(1 + S/a²).
     fn direction(&self, a: f64, turn: f64) -> f64 {
         let v = self.taper.tau * a;
         let chord = (a + self.hub) / a / (1.0 + self.shear / (a * a));
         turn * (1.0 - chord * (3.0 - 2.0 * v) / (2.0 * (1.0 - v)))
     }
 
-    /// Direction n of the contact normal at `turn`, towards the object, in the frame of first touch.
+    /// Contact normal n at `turn`, towards the object, in the frame of first touch.
     fn normal(&self, a: f64, turn: f64) -> [f64; 2] {
         let (sin, cos) = self.direction(a, turn).sin_cos();
         let (s, c) = self.alpha();
         [s * cos - c * sin, s * sin + c * cos]
     }
 
-    /// Where whisker and pole touch when the whisker has turned by `turn` (rad) since first touch at a: the pole's centre is where it
-    /// was, the contact goes round it.
+    /// The contact point after a turn by `turn` rad since first touch at a: the pole's centre stays, the contact moves around it.
     pub fn contact(&self, a: f64, turn: f64) -> [f64; 2] {
         let ([x, y], n, (s, c)) = (self.place(a), self.normal(a, turn), self.alpha());
         [x + self.pole * (s - n[0]), y + self.pole * (c - n[1])]
     }
 
-    /// d(turn)/dθ − 1 per d(a)/dθ (1/mm), where an object is touched as if a pole were at the changing distance a: the contact moves
-    /// along the object, never into it, so that n·d(pole's centre) = 0.
+    /// d(turn)/dθ − 1 per d(a)/dθ, 1/mm, for a contact that moves along an object as along a pole at changing a: n·d(pole's centre) = 0.
     pub fn creep(&self, a: f64, turn: f64) -> f64 {
         let ([x, y], n, (s, c)) = (self.place(a), self.normal(a, turn), self.alpha());
         let centre = [x + self.pole * s, y + self.pole * c];

@@ -1,33 +1,31 @@
-//! Numbers that may be more than a thousand: `1,367` beside `412` is 1367 to one who writes marks between thousands.
+//! Numbers with a mark that may separate thousands or decimals: `1,367` next to `412` may be 1367.
 
 use super::names::{Names, Role};
 use crate::error::InputError;
 use crate::fields::number;
 use crate::sink::lab::LabCell;
 
-/// Marks that stand before decimals, or between thousands.
+/// Marks of decimals or thousands.
 const MARKS: [char; 2] = ['.', ','];
 
-/// What the numbers of a file say of its marks.
+/// Evidence in the numbers of a file about its marks.
 #[derive(Debug, Clone, Default)]
 pub struct Thousands {
-    /// Of each mark whether some number can only have decimals behind it.
+    /// For each mark: true if some number can only have decimals behind it.
     decimal: [bool; 2],
     columns: Vec<Column>,
 }
 
-/// What a column holds.
 #[derive(Debug, Clone, Default)]
 struct Column {
-    /// Whether a number has no mark.
+    /// True if some number has no mark.
     plain: bool,
-    /// Of each mark the line and the text of the first number with three digits behind it.
+    /// For each mark, line and text of the first number with three digits behind it.
     marked: [Option<(usize, String)>; 2],
 }
 
 impl Thousands {
-    /// Looks at the fields of a line, between which `separator` stands.
-    /// Whether one of them may be a number of more than a thousand.
+    /// Reads the fields of a line, separated by `separator`; true if one may be a number above a thousand.
     pub fn see(&mut self, line: usize, fields: &[LabCell<'_>], separator: char) -> bool {
         let mut grouped = false;
         if self.columns.len() < fields.len() {
@@ -36,7 +34,6 @@ impl Thousands {
         for (field, column) in fields.iter().zip(&mut self.columns) {
             let LabCell::Text(field) = field else { continue };
             let Some(k) = MARKS.iter().position(|mark| field.contains(*mark)) else {
-                // 0 is the same either way.
                 let digits = field.trim_start_matches(['+', '-']);
                 column.plain |=
                     digits.bytes().all(|c| c.is_ascii_digit()) && digits.bytes().any(|c| c != b'0');
@@ -53,14 +50,14 @@ impl Thousands {
                 true => {}
                 false => self.decimal[k] = true,
             }
-            // Where commas separate fields, one within quotes hardly stands before decimals.
+            // With commas as separators, a comma within quotes is hardly a decimal mark.
             column.plain |= MARKS[k] == separator;
         }
         grouped
     }
 
-    /// Refuses numbers of which nothing says whether they are more than a thousand; `names` are those of the columns. Columns that `said` does not know
-    /// are not read, and three digits of a time are milliseconds: times that are read wrong do not rise, which is refused elsewhere.
+    /// Refuses numbers of which nothing says whether they are above a thousand. Unused columns are not checked, nor times: three digits are
+    /// milliseconds, and misread times do not rise, which is refused elsewhere.
     pub fn check(&self, names: &[String], said: &Names) -> Result<(), InputError> {
         let is_read = |place: usize| {
             names.get(place).is_none_or(|name| said.means(name) && said.role(name) != Some(Role::Time))
@@ -85,7 +82,7 @@ impl Thousands {
     }
 }
 
-/// Whether a number has three digits behind its mark and one to three before it, as thousands have.
+/// True if three digits follow the mark and one to three precede it.
 fn is_grouped(field: &str, mark: char) -> bool {
     let digits = |part: &str| part.bytes().all(|c| c.is_ascii_digit());
     field.trim_start_matches(['+', '-']).split_once(mark).is_some_and(|(before, after)| {

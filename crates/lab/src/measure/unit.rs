@@ -1,4 +1,4 @@
-//! What the signal column holds.
+//! Units of the signal column.
 
 use super::Data;
 use crate::scene::Signal;
@@ -37,7 +37,7 @@ impl Unit {
         }
     }
 
-    /// What of a whisker it tells; none of a reading, which tells any.
+    /// The quantity of the whisker that is measured; `None` for a reading, which may be any.
     pub fn signal(self) -> Option<Signal> {
         match self {
             Self::Strain | Self::Microstrain | Self::Bridge => Some(Signal::Strain),
@@ -47,7 +47,7 @@ impl Unit {
         }
     }
 
-    /// The unit in which `signal` is told.
+    /// The unit of `signal`.
     pub fn of_signal(signal: Signal) -> Self {
         match signal {
             Signal::Strain => Self::Strain,
@@ -56,7 +56,7 @@ impl Unit {
         }
     }
 
-    /// The column of a second gauge.
+    /// Name of the second gauge's column.
     pub fn second(self) -> &'static str {
         match self {
             Self::Strain => "strain_2",
@@ -66,27 +66,27 @@ impl Unit {
         }
     }
 
-    /// The unit of a column, if it is a signal.
+    /// The unit of the column `name`, if it is a signal.
     pub fn of_column(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|u| u.column() == name)
     }
 
-    /// Whether the signal says how large the strain, the moment or the force is.
+    /// True if strain, moment or force is measured in absolute terms.
     pub fn is_absolute(self) -> bool {
         self.signal().is_some()
     }
 
-    /// Column in which every table gives the signal: strain, or what else it is.
+    /// Column of the signal in all tables of results: strain, moment, force or reading.
     pub fn common(self) -> &'static str {
         self.signal().map_or(Self::Reading, Self::of_signal).column()
     }
 
-    /// The same of a second gauge.
+    /// The same for a second gauge.
     pub fn second_common(self) -> &'static str {
         if self.is_absolute() { "strain_2" } else { "reading_2" }
     }
 
-    /// Strain of a recorded value, tension positive; what is no strain stays as it is. NaN where the bridge cannot give `value`.
+    /// Strain of a recorded value, tension positive; other signals unchanged. NaN for an impossible output of the bridge.
     pub fn strain(self, value: f64, gauge_factor: f64) -> f64 {
         match self {
             Self::Strain | Self::Reading | Self::Moment | Self::Force => value,
@@ -95,8 +95,7 @@ impl Unit {
         }
     }
 
-    /// Strain above what was shown without contact, both as [`Self::strain`] makes them of recorded values: a bridge that is not in balance
-    /// is off by as many mV/V at every strain, by no constant strain.
+    /// Strain above the zero, both converted by [`Self::strain`]: an unbalanced bridge is off by a constant output, not by a constant strain.
     pub fn above(self, strain: f64, zero: f64, gauge_factor: f64) -> f64 {
         match self {
             Self::Bridge if zero != 0.0 => {
@@ -107,7 +106,7 @@ impl Unit {
         }
     }
 
-    /// The value that is recorded at a strain: the inverse of [`Self::strain`].
+    /// Inverse of [`Self::strain`].
     pub fn value(self, strain: f64, gauge_factor: f64) -> f64 {
         match self {
             Self::Strain | Self::Reading | Self::Moment | Self::Force => strain,
@@ -117,28 +116,28 @@ impl Unit {
     }
 }
 
-/// Strain of the one active gauge of a bridge whose output is `mv_per_v`, mV/V: ε = 4v/(GF (1 − 2v)), v = mV/V/1000. The
-/// supply sees R(1 + GF ε) beside three R, so that v = GF ε/(4 + 2 GF ε). NaN at v ≥ 1/2, which no bridge gives.
+/// Strain of the active gauge of a quarter bridge with output `mv_per_v`: ε = 4v/(GF (1 − 2v)), v = mV/V/1000, since
+/// v = GF ε/(4 + 2 GF ε). NaN at v ≥ 1/2, which no bridge gives.
 pub fn quarter_bridge_strain(mv_per_v: f64, gauge_factor: f64) -> f64 {
     let v = mv_per_v / 1000.0;
     if v < 0.5 { 4.0 * v / (gauge_factor * (1.0 - 2.0 * v)) } else { f64::NAN }
 }
 
-/// Output in mV/V of a quarter bridge at `strain`: v = GF ε/(4 + 2 GF ε).
+/// Output of a quarter bridge at `strain`, mV/V: v = GF ε/(4 + 2 GF ε).
 pub fn quarter_bridge_output(strain: f64, gauge_factor: f64) -> f64 {
     let x = gauge_factor * strain;
     1000.0 * x / (4.0 + 2.0 * x)
 }
 
-/// Rows with a drive below 0, at least.
+/// Fewest rows with a negative drive.
 const ROWS: usize = 3;
-/// Signals at one drive lie on a line over 1/a² but for this share of their scatter.
+/// Largest unexplained share of the variance of signals over |drive|/a² at one drive.
 const LEFT: f64 = 0.3;
-/// Both sides give alike: slopes per drive differ by no more than this factor.
+/// Largest ratio between the slopes of the two sides.
 const ALIKE: f64 = 3.0;
 
-/// `data` with drives above 0 alone, where those below 0 are taps to the other side: at one drive their signals change with the distance the other way. (Before contact they do not
-/// change, and a slip of the sign changes them the same way.)
+/// `data` with |drive|, if negative drives are taps to the other side: at one drive their signals change with distance in the opposite direction.
+/// (Before contact they do not change; after a wrong sign they change in the same direction.)
 pub fn folded(data: &Data) -> Option<Data> {
     let below = slope(data, |drive| drive < 0.0).filter(|(_, rows)| *rows >= ROWS)?.0;
     let above = slope(data, |drive| drive > 0.0)?.0;
@@ -151,7 +150,7 @@ pub fn folded(data: &Data) -> Option<Data> {
     Some(data)
 }
 
-/// By how much signals change with |drive|/a² at one drive, of rows whose drive is `wanted`, and of how many rows; `None` where they do not follow it.
+/// Slope of the signal over |drive|/a² at fixed drive, and the number of rows, for rows whose drive is `wanted`; `None` without a linear relation.
 fn slope(data: &Data, wanted: impl Fn(f64) -> bool) -> Option<(f64, usize)> {
     let mut drives = std::collections::BTreeMap::<u64, Vec<[f64; 2]>>::new();
     for row in data.rows.iter().filter(|r| wanted(r.drive) && r.a > 0.0 && r.value.is_finite()) {

@@ -1,20 +1,20 @@
-//! The sensor's zero: readings without contact, taken now and then, joined by straight lines in file order.
+//! The sensor's zero: readings without contact, joined by straight lines in file order.
 
 use serde::{Deserialize, Serialize};
 
-/// How the zero of a signal was found.
+/// Source of a signal's zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TaredBy {
-    /// Rows whose drive is 0.
+    /// Rows with drive 0.
     Rows,
-    /// Rows before contact: the signal does not yet depend on drive and distance.
+    /// Rows before contact, whose signal does not depend on drive and distance.
     Plateau,
-    /// A constant that makes the signals of all drives fit together.
+    /// A constant with which the signals of all drives agree.
     Fitted,
-    /// A value beyond all signals, for want of a zero: it gives them one sign, and means nothing.
+    /// A value beyond all signals, for lack of a zero: it only gives them one sign.
     Reference,
-    /// Not at all: the signal was taken as tared.
+    /// None: the signal counts as tared.
     None,
 }
 
@@ -22,42 +22,41 @@ pub enum TaredBy {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tared {
-    /// How it was found.
+    /// Its source.
     pub from: TaredBy,
-    /// Mean of what was subtracted, strain or unit of the reading.
+    /// Mean subtracted value, in strain or the unit of the reading.
     pub value: f64,
-    /// Its standard error if it does not drift, in the same unit; 0 where nothing says what the zero is.
+    /// Standard error of a constant zero, same unit; 0 if the zero is not known.
     pub error: f64,
-    /// Largest drive of the rows before contact, where these are not at drive 0.
+    /// Largest drive before contact, if other than 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<f64>,
-    /// Whether readings are counts of 16 bits that begin anew beyond their range.
+    /// True if readings are 16-bit counts that wrap.
     pub wraps: bool,
 }
 
 impl Tared {
-    /// Whether a row with this drive is a zero reading.
+    /// True if a row with this drive is a zero reading.
     pub fn rests(&self, drive: f64) -> bool {
         drive == 0.0 || self.until.is_some_and(|until| drive <= until)
     }
 }
 
-/// Share of what one of few readings is off by within which the others are together.
+/// One of three or four readings is an outlier if the others agree within this share of its deviation.
 const TOGETHER: f64 = 0.01;
 
 /// Zero readings of a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Zero {
-    /// (place in the file, value) of each run of zero readings: means over the run, in file order.
+    /// (index in the file, value) of each run of zero readings: means, in file order.
     runs: Vec<(f64, f64)>,
-    /// Readings of each run.
     sizes: Vec<usize>,
-    /// Zero readings that were used.
+    /// Number of zero readings.
     pub count: usize,
 }
 
 impl Zero {
-    /// From (place in the file, value), in file order. Readings that follow each other with no tap between are one run.
+    /// From (index in the file, value) in file order. Readings without a tap between them form one run.
     pub fn new(readings: &[(usize, f64)]) -> Self {
         let mut runs: Vec<(f64, f64, usize)> = Vec::new();
         let mut last = None;
@@ -79,12 +78,12 @@ impl Zero {
         }
     }
 
-    /// Zero at a place in the file; held before the first and after the last reading; 0 without any.
+    /// Zero at an index of the file; constant before the first and after the last reading; 0 without any.
     pub fn at(&self, place: usize) -> f64 {
         self.weights(place).iter().filter(|(_, w)| *w != 0.0).map(|(r, w)| w * self.runs[*r].1).sum()
     }
 
-    /// The runs that make the zero at a place, and their weights.
+    /// The runs that determine the zero at an index, and their weights.
     pub fn weights(&self, place: usize) -> [(usize, f64); 2] {
         let x = place as f64;
         let next = self.runs.partition_point(|(p, _)| *p < x);
@@ -104,14 +103,14 @@ impl Zero {
         &self.sizes
     }
 
-    /// Largest zero less smallest.
+    /// Largest zero minus smallest.
     pub fn drift(&self) -> f64 {
         let values = || self.runs.iter().map(|(_, v)| *v);
         (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)).max(0.0)
     }
 
-    /// Places of readings that lie off the line through their neighbours by more than 8 times what is usual, and by more
-    /// than a tenth of `scale`: taps recorded as zero, most likely. Of three or four readings one is none where the others are together.
+    /// Zero readings off the median of their neighbours by more than 8 standard deviations and a tenth of `scale`: probably taps. Of three or four
+    /// readings, one is an outlier if the others agree.
     pub fn outliers(readings: &[(usize, f64)], scale: f64) -> Vec<usize> {
         if readings.len() < 5 {
             let middle = crate::reduce::median(&mut readings.iter().map(|r| r.1).collect::<Vec<_>>());
