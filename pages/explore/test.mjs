@@ -1,5 +1,5 @@
-// Tests of the page in a browser: `node pages/explore/test.mjs [--program FILE] [--out DIR] [--positions N] [--optima N] [--page NAME]`. The numbers of random
-// slider positions are compared with `sweep` and `tap`; DIR takes screenshots and what was measured.
+// Tests of the page in a browser: `node pages/explore/test.mjs [--program FILE] [--out DIR] [--positions N] [--optima N] [--page NAME,…]`. The numbers of
+// random slider positions are compared with `sweep` and `tap`; DIR takes screenshots and what was measured.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -18,6 +18,7 @@ const program = resolve(option("--program", join(root, "target/debug/vibrissa"))
 const out = option("--out", undefined);
 const positions = Number(option("--positions", 200));
 const optima = Number(option("--optima", 10));
+const pages = option("--page", "prototypes,practical,moment,solid,friction,ends").split(",");
 const desk = mkdtempSync(join(tmpdir(), "vibrissa-explore-"));
 const vibrissa = (...args) => execFileSync(program, args, { cwd: desk, stdio: ["ignore", "pipe", "inherit"], encoding: "utf8" });
 
@@ -333,8 +334,8 @@ try {
     mkdirSync(out, { recursive: true });
   }
   const measured = {};
-  const pages = [["prototypes", 1], ["practical", 1], ["moment", 0.3], ["solid", 0.2], ["friction", 0.03]];
-  for (const [name, share] of pages.filter(([name]) => option("--page", name) === name)) {
+  const shares = [["prototypes", 1], ["practical", 1], ["moment", 0.3], ["solid", 0.2], ["friction", 0.03]];
+  for (const [name, share] of shares.filter(([name]) => pages.includes(name))) {
     const file = join(desk, `${name}.html`);
     const known = join(root, "sweeps", `${{ friction: "practical", solid: "prototypes", moment: "practical" }[name] ?? name}.toml`);
     const text = readFileSync(known, "utf8");
@@ -359,7 +360,9 @@ try {
     measured[name] = { ...(await compare(name, url, share * positions, { friction: 0, solid: Math.min(optima, 2) }[name] ?? optima)), ...(await frames(url, sliders)), bytes: statSync(file).size };
     console.log(`${name}: ${JSON.stringify(measured[name])}`);
   }
-  await ends();
+  if (pages.includes("ends")) {
+    await ends();
+  }
   if (out) {
     writeFileSync(join(out, "measured.json"), `${JSON.stringify(measured, null, 1)}\n`);
   }
