@@ -1,8 +1,8 @@
-// Whiskers that are no cone clamped at its base. Twin of crates/built/src/lanes.rs and newton.rs, where the method is described.
+// Built whiskers (all but a cone clamped at its base). Twin of crates/built/src/lanes.rs and newton.rs, where the method is described.
 //
 // Emitted from Rust before this text: real, named numbers, the switches SHEAR, EXTENSION, SURFACE, STICK, LAW, FAR, CURVED, INNER and POWER, the
-// structures Tap, Piece and Solution, where the parts of the tableau begin in `numbers` (PLACES, FIRST, BEFORE, SHARES, ENDS, GAUSS, PIECES), one_minus_cos,
-// x_minus_sin and section. A constant array that is indexed in a loop would be copied for each of its numbers; a buffer is not.
+// structures Tap, Piece and Solution, where the parts of the tableau begin in `numbers` (PLACES, FIRST, BEFORE, SHARES, ENDS, GAUSS, PIECES),
+// one_minus_cos, x_minus_sin and section. The tables are a buffer: a constant array indexed in a loop would be copied for each of its numbers.
 
 @group(0) @binding(0) var<uniform> batch: vec4<u32>;
 @group(0) @binding(1) var<storage, read> taps: array<Tap>;
@@ -45,12 +45,10 @@ fn piece_at(k: u32) -> Piece {
     );
 }
 
-// 1 − cos x and sin x.
 fn turn(x: real) -> vec2<real> {
     return vec2<real>(one_minus_cos(x), x - x_minus_sin(x));
 }
 
-// v turned by the angle of `by` = turn(angle).
 fn rotated(v: vec2<real>, by: vec2<real>) -> vec2<real> {
     return vec2<real>(v.x - by.x * v.x - by.y * v.y, v.y - by.x * v.y + by.y * v.x);
 }
@@ -59,7 +57,7 @@ fn back(by: vec2<real>) -> vec2<real> {
     return vec2<real>(by.x, -by.y);
 }
 
-// ((1 + u)^n - 1)/(n u) for |u| up to an eighth.
+// ((1 + u)^n - 1)/(n u) for |u| up to 1/8.
 fn binomial(n: real, u: real) -> real {
     var sum = ONE;
     for (var k = 8u; k > 0u; k--) {
@@ -68,7 +66,7 @@ fn binomial(n: real, u: real) -> real {
     return sum;
 }
 
-// What R and R' at a + x exceed those at a by, by the piece that holds a. Not as a difference of both: of small drives it would be all rounding.
+// R and R' at a + x less those at a, by the piece that holds a. A difference of both would be all rounding for small drives.
 fn widened(tap: Tap, x: real) -> vec2<real> {
     if !POWER {
         return vec2<real>(tap.contact_slope * x, ZERO);
@@ -87,7 +85,6 @@ fn widened(tap: Tap, x: real) -> vec2<real> {
     );
 }
 
-// R, sin α and cos α of a contact at a; 0, 0 and 1 on the centreline.
 fn touched(tap: Tap) -> vec3<real> {
     if !SURFACE {
         return vec3<real>(ZERO, ZERO, ONE);
@@ -100,7 +97,7 @@ fn touched(tap: Tap) -> vec3<real> {
     return vec3<real>(tap.contact, tangent * cosine, cosine);
 }
 
-// What those of a contact at a + x exceed those `at` a by.
+// R, sin α and cos α of a contact at a + x less those `at` a.
 fn slid(tap: Tap, at: vec3<real>, x: real) -> vec3<real> {
     if !SURFACE {
         return vec3<real>(ZERO, ZERO, ZERO);
@@ -109,7 +106,7 @@ fn slid(tap: Tap, at: vec3<real>, x: real) -> vec3<real> {
     if !POWER && !CURVED {
         return vec3<real>(more.x, ZERO, ZERO);
     }
-    // tan α = -R'/(1 + κ0 R) at both, and by how much the first denominator is exceeded.
+    // tan α = -R'/(1 + κ0 R) at both; `excess`: increase of the denominator.
     let slope = tap.contact_slope;
     var here = ONE;
     var excess = ZERO;
@@ -127,7 +124,7 @@ fn slid(tap: Tap, at: vec3<real>, x: real) -> vec3<real> {
     return vec3<real>(more.x, sine * at.z - versine * at.y, -versine * at.z - sine * at.y);
 }
 
-// P and T at a + x; `at` a and `more` there.
+// P and T at a + x; `at`: touched(a), `more`: its change.
 fn loaded(tap: Tap, at: vec3<real>, more: vec3<real>, x: real, normal: real, tangential: real) -> Load {
     let now = at + more;
     let force = vec2<real>(tangential * now.z - normal * now.y, -normal * now.z - tangential * now.y);
@@ -273,7 +270,7 @@ fn bend(tap: Tap, load: Load, judging: bool) -> Bent {
     return Bent(state, errors, seen.x, seen.y);
 }
 
-// The way along the resting whisker over `length` from the arc `begin`, in the frame of its base.
+// Vector along the resting whisker over `length` from the arc `begin`, in the frame of its base.
 fn path(tap: Tap, begin: real, length: real, parts: u32) -> vec2<real> {
     var way = vec2<real>(ZERO, ZERO);
     let part = length / real(parts);
@@ -311,7 +308,6 @@ fn shoot(tap: Tap, share: real, z: vec2<real>, judging: bool) -> Shot {
     let force = rotated(rotated(load.force, back(leaned)), by);
     let moved = rotated(state.bent.yz, back(leaned));
 
-    // The pole's centre beside the contact at a, and what it is moved by at c.
     let here = vec2<real>(tap.pole * at.y, at.x + tap.pole * at.z);
     let aside = vec2<real>(tap.pole * more.y, more.x + tap.pole * more.z);
     var pole = vec2<real>(tap.a + here.x, here.y);
@@ -326,7 +322,6 @@ fn shoot(tap: Tap, share: real, z: vec2<real>, judging: bool) -> Shot {
     }
     let theta = tap.turn * share;
     let swung = turn(theta);
-    // Rot(β) − Rot(−θ) = 2 sin((β + θ)/2) Rot((β − θ)/2 + 90°).
     let apart = TWO * turn(HALF * (beta + theta)).y;
     let mean = turn(HALF * (beta - theta));
     let crossed = rotated(pole, mean);
@@ -345,12 +340,11 @@ fn scale(z: vec2<real>) -> vec2<real> {
     return vec2<real>(force, ONE);
 }
 
-// What a column of the Jacobian is of: the miss, and the integral of the gauge's fibre.
 fn seen(shot: Shot) -> vec3<real> {
     return vec3<real>(shot.miss, shot.bent.state.bent.w);
 }
 
-// Change of the strain by changes of the unknowns, relative, or the largest of these where that is larger.
+// Relative change of the strain by changes of the unknowns, or the largest relative change of an unknown if that is larger.
 fn of_strain(tap: Tap, fibre: real, by_x: vec3<real>, by_y: vec3<real>, change: vec2<real>, unit: vec2<real>) -> real {
     let relative = abs(change / unit);
     let measure = max(max(tap.least * (tap.end - tap.begin), abs(fibre)), TINY);
@@ -377,7 +371,6 @@ fn solve(tap: Tap) -> Solution {
     var shots = 0u;
     var steps = 0u;
     var lost = false;
-    // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
     var begun = (tap.turn * (tap.a + tap.hub) + tap.lift) / tap.a;
     var by_x = vec3<real>(ZERO, ZERO, ZERO);
     var by_y = by_x;
@@ -466,12 +459,11 @@ fn solve(tap: Tap) -> Solution {
         asked = z;
     }
     let bent = shot.bent.state.bent;
-    // The width of the gauge between its ends as they were rounded, which the integral has, too.
+    // The width of the gauge from its rounded ends, as in the integral.
     let width = tap.end - tap.begin;
     let measure = max(tap.least * width, abs(bent.w));
     let sizes = max(vec3<real>(abs(bent.x), abs(bent.z), measure), vec3<real>(TINY));
     let parts = shot.bent.errors / sizes;
-    // What the unknowns owe to errors of the miss (newton.rs).
     let across = shot.bent.errors.y * sqrt(sqrt(ACROSS * parts.y));
     let missed = vec2<real>(shot.bent.errors.x * abs(bent.z), shot.bent.errors.x * tap.a + across) / tap.a;
     let determinant = max(abs(by_x.x * by_y.y - by_y.x * by_x.y), TINY);
@@ -481,7 +473,6 @@ fn solve(tap: Tap) -> Solution {
     ) / determinant;
     let both = owed / scale(z);
     let unsure = max(both.x + both.y, of_strain(tap, bent.w, by_x, by_y, owed, scale(z)));
-    // What the strain changes with the place of the contact. Where that sticks, it is no unknown: strain over lever.
     let lever = shot.load.arc - HALF * (tap.begin + min(tap.end, shot.load.arc));
     var shown = abs(by_y.z);
     if STICK {

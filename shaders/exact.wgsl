@@ -1,10 +1,9 @@
 // The exact rod: collocation in deviation form. Twin of crates/kernel/src/cpu/exact/mod.rs, where the equations are derived.
 //
-// Emitted from Rust before this text: real, Nodes, N, POINTS, GAUGE_POINTS, GAUGE_WEIGHTS, the switches PLAIN, SHEAR,
-// EXTENSION, OFFSET, STICK, LAW, FAR, the sums weigh, integrate and coefficients over the nodes, one_minus_cos,
-// x_minus_sin, primitive, legendre and section.
+// Emitted from Rust before this text: real, Nodes, N, POINTS, GAUGE_POINTS, GAUGE_WEIGHTS, the switches PLAIN, SHEAR, EXTENSION, OFFSET, STICK, LAW,
+// FAR, the sums weigh, integrate and coefficients over the nodes, one_minus_cos, x_minus_sin, primitive, legendre and section.
 
-// What one sweep passes to the next; see the Rust twin.
+// State passed between sweeps; see the Rust twin.
 struct State {
     force: real,
     along: real,
@@ -39,11 +38,9 @@ fn solve(tap: Tap) -> Solution {
         let moved = sensitivity(tap, tap.arc + state.arc);
         let change = shows(felt, moved, state.step_force, state.step_other);
         let expected = rate * last;
-        // What is left if the contraction goes on: change * rate / (1 - rate). One good sweep is half believed.
         rate = max(min(max(change / last, 0.5 * rate), LARGEST_RATE), SMALLEST_RATE);
         last = max(change, TINY);
         sweeps += ONE;
-        // Where two unknowns turn around each other, or the lever grows on the way, a step may be small by chance.
         let wary = OFFSET || tap.near + state.arc > GROWN * tap.near;
         let believed = select(change, max(change, CHANCE * expected), wary);
         error = believed * rate / (1.0 - rate);
@@ -53,7 +50,6 @@ fn solve(tap: Tap) -> Solution {
         }
     }
     if LAW {
-        // What the law is off shows in the strains, and in the arc by what the force and the angle made of it.
         let x = tap.arc + state.arc;
         let turned = select(tap.angle * tap.angle, tap.angle, OFFSET);
         let moved = felt.across * (sensitivity(tap, x) - 1.0) * (abs(x) + turned);
@@ -66,7 +62,6 @@ fn solve(tap: Tap) -> Solution {
     return gauge(tap, &state, error, rounded, felt.across, sweeps);
 }
 
-// How changes of the two unknowns show in the strain.
 fn shows(felt: Shares, moved: real, force: real, other: real) -> real {
     if STICK {
         return felt.across * abs(force) + felt.along * abs(other);

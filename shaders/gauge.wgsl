@@ -1,6 +1,6 @@
 // Strain deviation and error estimate from a converged state. Twin of crates/kernel/src/cpu/exact/gauge.rs.
 
-// How an error of the arc shows in the strain, relative to max(|eps|, 1e-3 theta f_max), for a contact at 1 + x.
+// Change of the strain per error of the arc, relative to max(|eps|, 1e-3 theta f_max), for a contact at 1 + x.
 fn sensitivity(tap: Tap, x: real) -> real {
     let near = max(tap.near + x, TINY);
     let far = tap.far + x;
@@ -14,7 +14,7 @@ fn sensitivity(tap: Tap, x: real) -> real {
     return 1.0 + weight * select(clear, on_gauge, far < 0.0);
 }
 
-// How relative errors of W and of H (per W0) show in the strain; see the Rust twin.
+// Change of the strain per relative error of W and of H (per W0); see the Rust twin.
 struct Shares {
     across: real,
     along: real,
@@ -43,12 +43,10 @@ fn shares(tap: Tap) -> Shares {
     return Shares(max(across, ONE), max(moving, ONE), max(strains, ONE));
 }
 
-// How far beyond the contact the lever reaches where it has no moment.
 fn past(end: real, b2: real, g2: real, width: real) -> real {
     return end * end * b2 * b2 / (2.0 * g2 * width);
 }
 
-// Place w on the rod of a point at distance from_contact, u^2 = 1 - tau s there.
 fn place(from_contact: real, u: real, c: real, g: real) -> real {
     let root = sqrt(max(u, TINY));
     return max(from_contact, ZERO) * (1.0 + g) / (c * root * (root + g));
@@ -74,7 +72,6 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, rounded: real, a
     let farther = clamp(x / max(tap.near, TINY), -MOST_GROWTH, MOST_GROWTH);
     let slim = tap.taper * x / g2;
     let longer = farther * (2.0 + farther);
-    // A contact that has left the gauge has the lever of a clear one; the parabola and what is past it would cancel.
     let left = 0.5 * b1 * b2 * (c1 * b1 + c2 * b2) - on_gauge;
     let leaving = on_gauge * (longer + slim + longer * slim) - past(max(c2, ZERO), b2, g2, tap.width);
     let on_gauge_change = select(leaving, left, c2 > LEFT * tap.width);
@@ -146,7 +143,6 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, rounded: real, a
     } else {
         var more = tap.radius * tap.force * (lever * state.force + growth * change) + bent * sum / length;
         if OFFSET {
-            // Means of 1/(1 - tau s)^3 and 1/(1 - tau s)^2 over the bent part, now and at c = 1.
             let end = select(b2, ig2, c2 < 0.0);
             let first = select(b2, 1.0 / tap.rest, tap.far < 0.0);
             let share = select(ONE, max(tap.near, ZERO) / tap.width, tap.far < 0.0);
@@ -170,14 +166,12 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, rounded: real, a
         let lost = tap.radius * abs(h_force) * height / max(abs(tap.strain), TINY);
         error += HEIGHT_TAIL * tap.weight * lost;
     }
-    // The estimate so far is relative to the first-order strain.
     error = error / clamp(abs(1.0 + strain), 1e-3, ONE);
     var outside = state.base > MAX_ANGLE || state.fold < 0.0;
     var load = ZERO;
     if LAW {
         load = state.load;
         for (var end = 0u; end < 2u; end++) {
-            // The fibres next to the contact and at the base, which no node looks at.
             let w = real(end);
             let y = select(ONE, g, end == 1u);
             let y2 = y * y;
@@ -201,7 +195,6 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, rounded: real, a
         }
         outside = outside || state.beyond > 1.0;
     }
-    // What the material bears, and what lies beyond, is told by an equilibrium only, not by an iteration gone astray.
     let astray = !(residual < ASTRAY);
     if OFFSET && tap.rest < LEAST_REST {
         error = LOST;

@@ -1,6 +1,6 @@
 // Entry point of every tap kernel: one invocation, one tap.
 
-// Taps in this batch; invocations beyond do nothing.
+// x: taps in this batch; invocations beyond do nothing.
 @group(0) @binding(0) var<uniform> batch: vec4<u32>;
 @group(0) @binding(1) var<storage, read> taps: array<Tap>;
 @group(0) @binding(2) var<storage, read_write> solutions: array<Solution>;

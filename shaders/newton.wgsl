@@ -1,7 +1,6 @@
-// The Newton step of a contact whose force does not simply act across the centreline. Twin of
-// crates/kernel/src/cpu/exact/newton.rs.
+// The Newton step of a contact whose force does not simply act across the centreline. Twin of crates/kernel/src/cpu/exact/newton.rs.
 
-// What the step needs of the sweep; see the Rust twin.
+// Results of the sweep that the step needs; see the Rust twin.
 struct Bent {
     x: real,
     w_force: real,
@@ -15,13 +14,11 @@ struct Bent {
     sine: real,
 }
 
-// How the rod turns with one of the unknowns, at the nodes and at the base.
 struct Turned {
     nodes: Nodes,
     base: real,
 }
 
-// A Newton step; see the Rust twin.
 struct Step {
     force: real,
     other: real,
@@ -40,7 +37,6 @@ fn newton(tap: Tap, bent: Bent, state: ptr<function, State>, y: Nodes, density: 
     let spread = 2.0 * m * g4 * ig2;
     var sines: Nodes;
     var cosines: Nodes;
-    // Moment over y^-5 that a unit of H, where it is an unknown, adds through eta.
     var raised: Nodes;
     for (var i = 0u; i < N; i++) {
         let y2 = y[i] * y[i];
@@ -119,12 +115,10 @@ fn newton(tap: Tap, bent: Bent, state: ptr<function, State>, y: Nodes, density: 
     );
 }
 
-// Turn by a unit of W at a fixed shape.
 fn unit_force(tap: Tap, bent: Bent, lever: real, pivot: real) -> real {
     return select(lever + tap.ratio * bent.contact_radius * pivot, lever, STICK);
 }
 
-// Turn by a unit of c, or of H of a sticking contact, at a fixed shape.
 fn unit_other(bent: Bent, pivot: real) -> real {
     return select(bent.w_force, bent.contact_radius, STICK) * pivot;
 }

@@ -1,5 +1,5 @@
-// Sampled points on the device: the same integers as crates/core/src/scene/sampler.rs. Coordinates of unscrambled Sobol points are
-// emitted per dimension (`sobol0`, `sobol1`, …).
+// Sampled points on the device: the same integers as crates/core/src/scene/sampler.rs. Coordinates of unscrambled Sobol points are emitted per
+// dimension (`sobol0`, `sobol1`, …).
 
 // Nested uniform scramble (Laine–Karras): each bit is flipped depending on the bits above it only.
 fn owen(point: u32, seed: u32) -> u32 {

@@ -1,4 +1,4 @@
-// What a pole that is not upright asks of a planar tap beside its strain. Twin of crates/kernel/src/cpu/exact/spatial.rs.
+// Values of a planar tap, besides its strain, that a tilted pole needs. Twin of crates/kernel/src/cpu/exact/spatial.rs.
 
 struct Spatial {
     base: real,
@@ -6,7 +6,6 @@ struct Spatial {
     axial: real,
 }
 
-// The angle at the base, and the mean strain of the centreline over the gauge.
 fn spatial(tap: Tap, state: ptr<function, State>, series: Nodes, climbs: Nodes, angles: Nodes) -> Spatial {
     let x = tap.arc + state.arc;
     let c = 1.0 + x;
@@ -24,7 +23,6 @@ fn spatial(tap: Tap, state: ptr<function, State>, series: Nodes, climbs: Nodes, 
         contact_radius = tap.contact_radius - tap.slope * x;
     }
 
-    // The closed forms of the angle less its lag, with the last Newton step in them.
     var base = w_force * c * c * g4 * fma(g2, TWO, ONE) * SIXTH;
     if OFFSET {
         base += h_force * contact_radius * c * g4 * ig2 * (1.0 + g2 + g2 * g2) * THIRD;

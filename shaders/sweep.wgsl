@@ -1,6 +1,5 @@
 // One Picard sweep, with a Newton step for the two unknowns of the contact. Twin of crates/kernel/src/cpu/exact/sweep.rs.
 
-// a + b + ab: growth by a, then by b.
 fn then(a: real, b: real) -> real {
     return fma(a, b, a + b);
 }
@@ -137,7 +136,6 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     let lag = scale * weigh(bending);
     let sigma = ds * weigh(sines);
 
-    // Closed forms per unit of W and H at the base: angle, height, stretch; first at c = 1, then their change with c.
     let v = tap.rest;
     let iv = 1.0 / v;
     let hub = tap.hub;
@@ -167,7 +165,6 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     var a1 = turn * psi1 - x0 * eta1;
     var d_a1 = turn * d_psi1 + x * s1 * (psi1 + d_psi1) - x0 * d_eta1;
     if PLAIN {
-        // c^3/(3 g^2) is one term; its parts would cancel.
         a1 = x0 * iv * THIRD;
         d_a1 = a1 * then(cube, slim);
     }
@@ -198,7 +195,6 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
         }
     }
 
-    // Residuals of the closure, less the first-order solution.
     let cosine_b = one_minus_cos(base);
     let sine_b = x_minus_sin(base);
     let beta = base - tap.angle;
@@ -211,7 +207,6 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
         short = ds * weigh(shortening);
     }
     if OFFSET {
-        // The angle has moved on with the lag: its shortening to second order, without which force and lag turn around each other.
         short -= ds * weigh(nearer);
     }
     let back_more = short + hub * cosine_b;
@@ -251,7 +246,6 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     state.climb = climb;
     state.bending = bending;
 
-    // Terms that may cancel in the residuals: each is off by a rounding or so.
     var noise_across = ZERO;
     var noise_along = ZERO;
     if !PLAIN {
@@ -269,7 +263,6 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     }
     state.fold = ONE;
 
-    // Newton for (w, z), or (w, k) of a sticking contact.
     var dw = ZERO;
     var dx = ZERO;
     if OFFSET {
@@ -279,13 +272,11 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
         dx = step.other;
         state.noise_force = step.noise_force;
         state.noise_other = step.noise_other;
-        // The same of the unloaded rod, per unit of its forces.
         let b1 = eta1 + hub * psi1;
         let held = a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1;
         let sliding = (a1 + tap.ratio * (a0 + y0 * f)) * s1 - (y0 + x0 * tap.slope) * (tap.ratio * x0 * f + y0 * (b1 + tap.ratio * b0));
         state.fold = step.fold * select(sliding * tap.force, held, STICK);
     } else {
-        // Frictionless on the centreline the arc does not feel the force to first order.
         let m12 = w_force * (a1 + d_a1) * (3.0 / c + tap.taper * ig2) - tap.angle * s1;
         let m11 = tap.force * (a1 + d_a1);
         dx = along / pole_x;

@@ -13,7 +13,6 @@ fn powered(drive: f32) -> f32 {
     return 1.0;
 }
 
-// The variable over which series over the drive are smooth.
 fn variable(drive: f32) -> f32 {
     if FOURTH { return sqrt(sqrt(drive)); }
     return select(drive, drive * drive, POWER == 2u);
@@ -46,14 +45,13 @@ fn fold(n: u32, s1: f32, s2: f32, p: f32) {
     for (var k = 0u; k < PLACES; k++) { places[k] *= share; }
 }
 
-// A series over the axes: at each design's own drive, whose polynomials `over` holds; or, of drives that designs share, its coefficients over the
-// drive go to `over`. `whole`: of a function that knows no place.
+// A series over the axes: at each design's drive, whose polynomials `over` holds; or, if designs share drives, its coefficients over the drive go to
+// `over`. `whole`: the function does not depend on the place.
 fn series(start: vec2<u32>, base: f32, taper: f32, whole: bool) -> f32 {
     var at = start.x;
     var row = start.y;
     var sum = 0.0;
     for (var group = 0u; group < GROUPS; group++) {
-        // Polynomials over the drive, or sums for each of them.
         var c0 = 0.0;
         var c1 = 0.0;
         var c2 = 0.0;
@@ -107,19 +105,17 @@ fn series(start: vec2<u32>, base: f32, taper: f32, whole: bool) -> f32 {
     return sum;
 }
 
-// Where a series of branch `b` at distance `n` begins: 0 strain, 1 arc.
+// Start of a series of branch `b` at distance `n`: 0 strain, 1 arc.
 fn start_of(n: u32, b: u32, function: u32) -> vec2<u32> {
     let at = 4u * (n * BRANCHES + b) + 2u * function;
     return vec2<u32>(size(at), size(at + 1u));
 }
 
-// A polynomial and its slope.
 struct Sum { value: f32, slope: f32 }
 
-// What a tap gives, of strain and arc.
+// Strain and arc of a tap.
 struct Held { strain: f32, arc: f32 }
 
-// The polynomial of `count` powers at x.
 fn polynomial(powers: array<f32, BRANCHES>, count: u32, x: f32) -> Sum {
     var c = powers;
     var all = Sum(c[count - 1u], 0.0);
@@ -130,7 +126,7 @@ fn polynomial(powers: array<f32, BRANCHES>, count: u32, x: f32) -> Sum {
     return all;
 }
 
-// δ and c/a − 1 over driveᵉ of the tap at distance `n`. A contact with friction chooses among its branches, each of which slides at a T/P of its own.
+// δ and c/a − 1 over driveᵉ of the tap at distance `n`. A contact with friction chooses among its branches, each with a different T/P.
 fn choose(n: u32, base: f32, taper: f32) -> Held {
     let count = u32(of_distance(n, COUNT));
     let final_one = count - 1u;
@@ -170,7 +166,6 @@ fn choose(n: u32, base: f32, taper: f32) -> Held {
     return Held(select(select(strain, inwards, back), outwards, out), select(select(moved, low, back), high, out));
 }
 
-// Coefficients over the drives from values at the points.
 fn to_series(values: array<f32, POINTS>) -> array<f32, POINTS> {
     var from_points = values;
     var found: array<f32, POINTS>;
@@ -182,7 +177,7 @@ fn to_series(values: array<f32, POINTS>) -> array<f32, POINTS> {
     return found;
 }
 
-// The value at point `k` of the series that `over` holds at distance `n`.
+// The value at point `k` of the series in `over` at distance `n`.
 fn at_point(n: u32, k: u32) -> f32 {
     var sum = 0.0;
     for (var group = 0u; group < GROUPS; group++) {
@@ -193,7 +188,7 @@ fn at_point(n: u32, k: u32) -> f32 {
     return sum;
 }
 
-// κ and the arc of the tap at distance `n` to `kappa` and `arc`; the largest |δ|.
+// Reads κ and the arc of the tap at distance `n` into `kappa` and `arc`; returns the largest |δ|.
 fn read_tap(w: Design, n: u32) -> f32 {
     let a = of_distance(n, A);
     let inverse = of_distance(n, INVERSE);

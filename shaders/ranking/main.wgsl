@@ -1,5 +1,5 @@
-// Ranked rows of whole designs, read from charts: an invocation takes one design. Twin of crates/chart/src/lanes, where the derivation
-// stands. The charts are data: `numbers`, `shape` and `rows` hold them. The constants before this text (lanes/sheet.rs there) give their sizes.
+// Ranked rows of whole designs, read from charts; an invocation takes one design. Twin of crates/chart/src/lanes, which has the derivation. The
+// charts are data: `numbers`, `shape` and `rows` hold them. The constants before this text (lanes/sheet.rs there) give their sizes.
 
 struct Job {
     // Designs of this batch, bound of the rank.
@@ -18,14 +18,14 @@ struct Words { taps: array<u32, COMBINED>, invalid: u32, complete: u32 }
 // Designs with a row below the bound, and those that must be solved tap by tap, counted from 1.
 @group(0) @binding(5) var<storage, read_write> best: array<u32>;
 @group(0) @binding(6) var<storage, read_write> hard: array<u32>;
-// Values of the designs' axes that are listed.
+// Listed values of the designs' axes.
 @group(0) @binding(7) var<storage, read> axes: array<f32>;
 
 fn number(i: u32) -> f32 { return numbers[i / 4u][i % 4u]; }
 
 fn size(i: u32) -> u32 { return shape[i / 4u][i % 4u]; }
 
-// A number of distance `n`: END_LO … INVERSE, then the points of its gauge.
+// Number `k` of distance `n`: END_LO … INVERSE, then the points of its gauge.
 fn of_distance(n: u32, k: u32) -> f32 { return number(DISTANCE * n + k); }
 
 struct Whisker { D: f32, d: f32, L_a: f32, x_ss: f32, l: f32, drive: f32 }
@@ -33,13 +33,12 @@ struct Whisker { D: f32, d: f32, L_a: f32, x_ss: f32, l: f32, drive: f32 }
 // A whisker: D, τ, L_a, x1, x2, u = 1/a at the peak of the theory, drive (rad or mm) and its power e.
 struct Design { D: f32, tau: f32, L_a: f32, x1: f32, x2: f32, peak: f32, drive: f32, power: f32 }
 
-// x2 − x1.
 fn width_of(w: Whisker) -> f32 {
     let slope = 0.5 * (w.D - w.d) / w.L_a;
     return w.l * inverseSqrt(fma(slope, slope, 1.0));
 }
 
-// 0 charted, 1 tap by tap, 2 no whisker with a gauge. Next to a border of the whiskers the host decides.
+// 0 charted, 1 tap by tap, 2 not a whisker with a gauge. Close to a border of the valid whiskers the host decides.
 fn case_of(w: Whisker) -> u32 {
     let room = w.L_a - w.x_ss - w.l;
     let near = 1e-6 * w.L_a;
@@ -53,9 +52,7 @@ fn case_of(w: Whisker) -> u32 {
     return select(1u, 0u, charted);
 }
 
-// What the rows of `w` are made of.
 fn design_of(w: Whisker) -> Design {
-    // The largest counts where contacts slip off.
     var drive = w.drive;
     if !OWN { drive = drive_at(DRIVES - 1u); }
     let x2 = w.x_ss + width_of(w);
@@ -63,12 +60,10 @@ fn design_of(w: Whisker) -> Design {
     return Design(w.D, tau, w.L_a, w.x_ss, x2, peak_of(w.D, tau, w.x_ss, x2), drive, powered(drive));
 }
 
-// Notes that design `i` must be solved tap by tap.
 fn list_hard(i: u32) {
     hard[atomicAdd(&tally[1], 1u)] = i + 1u;
 }
 
-// Words, rows and lists of design `i`.
 fn rank_design(i: u32, words: ptr<function, Words>) {
     let w = whisker(i);
     let kind = case_of(w);
@@ -83,7 +78,6 @@ fn rank_design(i: u32, words: ptr<function, Words>) {
     var design = design_of(w);
     var counts = Tally();
     var found = false;
-    // Where a contact may stick its taps are no series over the drive: every drive is read on its own.
     let times = select(1u, DRIVES, APART);
     for (var j = 0u; j < times; j++) {
         if APART {
@@ -107,11 +101,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= job.count { return; }
     rank_design(id.x, &words);
     for (var k = 0u; k < COMBINED; k++) {
-        // Most combinations have no tap.
         if words.taps[k] > 0u { atomicAdd(&tally[2u + k], words.taps[k]); }
     }
     atomicAdd(&tally[COMBINED + 2u], words.invalid);
     atomicAdd(&tally[COMBINED + 3u], words.complete);
-    // Designs gone through.
     atomicAdd(&tally[COMBINED + 4u], 1u);
 }

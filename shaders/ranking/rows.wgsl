@@ -1,6 +1,6 @@
 // Words and rows of a design, from its taps.
 
-// Taps of a design per combination of words, and whether it must be solved tap by tap.
+// Taps of a design per combination of words; `hard`: it must be solved tap by tap.
 struct Tally { taps: array<u32, COMBINED>, complete: u32, hard: bool }
 
 var<private> mean: array<f32, POINTS>;
@@ -9,10 +9,10 @@ var<private> most: array<f32, POINTS>;
 var<private> spread: array<f32, PAIRS>;
 // Polynomials at a drive that designs share.
 var<private> basis: array<f32, POINTS>;
-// Of each tap: κ, then the numbers named below.
+// For each tap: κ, then the numbers named below.
 var<private> keep: array<f32, KEPT_ALL>;
 
-// Numbers kept of a tap behind its κ: f, the growths of taper and gauge, η at the peak, and the first drives at which it is above the strain limit and has slipped off.
+// Numbers kept of a tap after its κ: f, the growths of taper and gauge, η at the peak, and the first drives above the strain limit and slipped off.
 const F = POINTS;
 const STEEP = POINTS + 1u;
 const LEVER = POINTS + 2u;
@@ -20,15 +20,12 @@ const VERTEX = POINTS + 3u;
 const ABOVE = POINTS + 4u;
 const SLIPPED = POINTS + 5u;
 
-// Drive `j` of those that designs share.
 fn drive_at(j: u32) -> f32 { return number(DRIVES_AT + j); }
 
-// Place of a drive in [−1, 1] among those that designs share.
 fn common_place(drive: f32) -> f32 {
     return fma(variable(drive), COMMON_SCALE, COMMON_SHIFT);
 }
 
-// Drive `j`, its polynomials to `basis`.
 fn to_drive(j: u32) -> f32 {
     let drive = drive_at(j);
     let x = common_place(drive);
@@ -43,8 +40,8 @@ fn to_drive(j: u32) -> f32 {
     return drive;
 }
 
-// Drive over K and c/a − 1, of the series `kappa` and `arc`, at drive `j` of those that designs share (Clenshaw's recurrence).
-// Not by `basis`: Mesa's software device takes 76 s to compile one more writer of that array, and 4 s this.
+// Drive over K and c/a − 1, from the series `kappa` and `arc`, at shared drive `j` (Clenshaw's recurrence).
+// Does not use `basis`: Mesa's software device takes 76 s to compile one more writer of that array, and 4 s this.
 fn at_drive(j: u32) -> Held {
     let drive = drive_at(j);
     let x = common_place(drive);
@@ -60,7 +57,7 @@ fn at_drive(j: u32) -> Held {
     return Held(drive / (1.0 + deviation), power * (fma(x, one.arc, arc[0]) - two.arc));
 }
 
-// First drive from which the strain over f, or with `arc_asked` the arc, is beyond `limit`; it grows with the drive.
+// First drive from which the strain over f, or with `arc_asked` the arc, exceeds `limit`; it grows with the drive.
 fn first_beyond(limit: f32, arc_asked: bool) -> u32 {
     var lo = 0u;
     var hi = DRIVES;
@@ -75,10 +72,8 @@ fn first_beyond(limit: f32, arc_asked: bool) -> u32 {
     return lo;
 }
 
-// Number `k` kept of tap `n`.
 fn kept(n: u32, k: u32) -> f32 { return keep[KEPT * n + k]; }
 
-// The growth of the tap kept at `n`.
 fn growth_of(w: Design, n: u32) -> Growth {
     let inverse = of_distance(n, INVERSE);
     var hub = HUB * inverse / (1.0 + HUB * inverse);
@@ -87,7 +82,7 @@ fn growth_of(w: Design, n: u32) -> Growth {
     return Growth(kept(n, STEEP), kept(n, LEVER), hub, shear, kept(n, VERTEX));
 }
 
-// f of the theory, and how it grows, to the numbers kept of tap `n`.
+// f of the theory and its growth, to the numbers kept of tap `n`.
 fn keep_theory(w: Design, n: u32) {
     let a = of_distance(n, A);
     let inverse = of_distance(n, INVERSE);
@@ -121,7 +116,6 @@ fn kappa_at(n: u32) -> f32 {
     return sum;
 }
 
-// The mean of κ over the distances, at the drive of `basis`.
 fn mean_at() -> f32 {
     var sum = mean[0];
     if OWN { return sum; }
@@ -129,7 +123,6 @@ fn mean_at() -> f32 {
     return sum;
 }
 
-// K̄ − 1 of a row.
 fn calibration(power: f32) -> f32 {
     if FIXED_GIVEN { return FIXED; }
     return power * mean_at();
@@ -158,7 +151,6 @@ fn deviation_at() -> f32 {
     return sqrt(max(2.0 * sum, 0.0));
 }
 
-// Adds words and complete rows of a design to `words`; whether any row of it is below the bound.
 fn rows_of(w: Design, words: ptr<function, Tally>) -> bool {
     var largest = 0.0;
     for (var k = 0u; k < POINTS; k++) {
@@ -207,7 +199,7 @@ fn rows_of(w: Design, words: ptr<function, Tally>) -> bool {
         keep[KEPT * n + SLIPPED] = f32(slipped);
         complete = min(complete, slipped);
     }
-    // Also where it is no number.
+    // True also for NaN.
     (*words).hard = (*words).hard || !(largest < MOST_DEVIATION);
     if !ESTIMATES {
         for (var n = 0u; n < DISTANCES; n++) { count(w, n, complete, largest, words); }

@@ -1,12 +1,10 @@
-// The estimate's theory: f, how it grows, and where it is read backwards.
+// The estimate's theory: f, how it grows, and its inverse.
 
-// f(a/(1 + η)) over f(a), less 1, as the product of the growths of its factors; the last is η at the peak.
+// f(a/(1 + η)) over f(a), less 1, as the product of the growths of its factors; `vertex` is η at the peak.
 struct Growth { steep: f32, gauge: f32, hub: f32, shear: f32, vertex: f32 }
 
-// A growth, its slope and its curvature.
 struct Grown { value: f32, slope: f32, curvature: f32 }
 
-// u = 1/a at the peak of the theory: that of the quadratic, then Newton's steps for what the rest adds.
 fn peak_of(D: f32, tau: f32, x1: f32, x2: f32) -> f32 {
     let b1 = 1.0 / (1.0 - tau * x1);
     let b2 = 1.0 / (1.0 - tau * x2);
@@ -32,7 +30,6 @@ fn peak_of(D: f32, tau: f32, x1: f32, x2: f32) -> f32 {
     return u;
 }
 
-// Two growths together.
 fn product(a: Grown, b: Grown) -> Grown {
     let more_a = 1.0 + a.value;
     let more_b = 1.0 + b.value;
@@ -44,7 +41,6 @@ fn product(a: Grown, b: Grown) -> Grown {
     );
 }
 
-// The growth, its slope and its curvature at η.
 fn grown(g: Growth, eta: f32) -> Grown {
     var all = product(Grown(g.steep * eta, g.steep, 0.0), Grown(-(g.gauge * eta), -g.gauge, 0.0));
     if PLAIN { return all; }
@@ -59,7 +55,6 @@ fn grown(g: Growth, eta: f32) -> Grown {
 
 struct Limits { low: f32, high: f32, peak: f32 }
 
-// q from which, and up to which, the near root is within the range of interest from `lo` to `hi`, and q at the peak.
 fn bounds(g: Growth, lo: f32, hi: f32) -> Limits {
     let peak = grown(g, g.vertex).value;
     let low = select(grown(g, lo).value, 1e30, lo < g.vertex);
@@ -67,7 +62,7 @@ fn bounds(g: Growth, lo: f32, hi: f32) -> Limits {
     return Limits(low, min(high, peak), peak);
 }
 
-// Whether a q is that of a distance so far beyond a widening whisker `w` that it has a word; `n`: of which tap.
+// True if q of tap `n` gives a distance far enough beyond a widening whisker `w` to need a status word.
 fn is_out(w: Design, n: u32, g: Growth, limits: Limits, q: f32) -> bool {
     if DISPLACED || w.tau >= 0.0 { return false; }
     let reach = w.L_a * select(FAR, 1.0, g.vertex < 0.0);
@@ -76,7 +71,6 @@ fn is_out(w: Design, n: u32, g: Growth, limits: Limits, q: f32) -> bool {
 
 struct Root { eta: f32, slope: f32 }
 
-// η of the far root of a growth of `q`, and the slope there; the slope is 0 where there is none.
 fn root_of(g: Growth, q: f32, peak: f32) -> Root {
     if PLAIN {
         let linear = g.steep - g.gauge;

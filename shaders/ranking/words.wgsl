@@ -29,12 +29,12 @@ fn range_of(n: u32, every: bool, largest: f32) -> array<f32, 2> {
     return array<f32, 2>(lo * select(less, more, lo < 0.0) - 1e-7, hi * select(more, less, hi < 0.0) + 1e-7);
 }
 
-// What an estimate says of a tap: places of its combinations of words.
+// First index of the combinations of words for each result of an estimate.
 const CLEAR = 0u;
 const AMBIGUOUS = 4u;
 const ROOTLESS = 8u;
 
-// Adds the drives from `begin` to `end` of tap `n`, of which the estimate says `told`, each with the words that do not depend on it.
+// Adds the drives from `begin` to `end` of tap `n`, with result `told`, each with the words that do not depend on it.
 fn note(told: u32, n: u32, begin: u32, end: u32, words: ptr<function, Tally>) {
     let above = clamp(u32(kept(n, ABOVE)), begin, end);
     let slipped = clamp(u32(kept(n, SLIPPED)), begin, end);
@@ -61,7 +61,6 @@ fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Ta
     let limits = bounds(g, of_distance(n, END_LO), of_distance(n, END_HI));
     let farthest = -grown(g, -1.0).value;
     let beyond = lowest < max(-0.9 * farthest, BEYOND_LO) || BEYOND_HI < highest;
-    // Every drive has a root; all of them are clear of a second one, or none is.
     let certain = !beyond && highest < limits.peak;
     let away = highest < limits.low || limits.high < lowest;
     let twofold = certain && !away && limits.low < lowest && highest < limits.high;
@@ -82,7 +81,7 @@ fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Ta
     }
 }
 
-// What ranks a row, and whether every tap of it has a distance.
+// Rank of a row; `whole`: every tap of it has a distance.
 struct Row { rank: f32, whole: bool }
 
 // The row at drive `j`, ranked by its distance errors; the words of its taps are added to `words`.
@@ -106,7 +105,6 @@ fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tall
         let sigma = noise * a * whole * whole / max(kept(n, F) * root.slope, 1e-30);
         noises = fma(sigma, sigma, noises);
         let none = limits.peak < q;
-        // Nearly infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
         let lost = 1.0 + root.eta < FARTHEST || q < grown(g, -1.0).value;
         let two = q >= limits.low && q <= limits.high && !none;
         let out = lost || (!two && is_out(w, n, g, limits, q));

@@ -4,10 +4,7 @@ use super::{Job, Solution, Tap, solve};
 use vibrissa_core::error::SolveError;
 use vibrissa_kernel::gpu::check::{Passed, Seen, drawn, key};
 
-/// Compares some of the answers `found` to `taps` with those of the CPU.
-///
-/// # Errors
-/// Answers that are wrong, with figures.
+/// Compares some device answers with the CPU's f64 answers. Fails, with figures, where one is wrong.
 pub(super) fn compare(job: &Job<'_>, taps: &[Tap<'_>], found: &[Solution]) -> Result<Passed, SolveError> {
     let told = |s: &Solution| s.error <= job.tolerance;
     let drive = |i: usize| taps[i].turn.max(taps[i].lift);
@@ -22,7 +19,7 @@ pub(super) fn compare(job: &Job<'_>, taps: &[Tap<'_>], found: &[Solution]) -> Re
     seen.passed(job.tolerance)
 }
 
-/// Errors of the strain, of forces and moment, and of the arc in `found`, relative to what the tolerance is relative to, to the force, and to a.
+/// Errors of the strain (over the strain), of forces and moment (over the contact force), and of the arc (over a).
 fn errors(tap: &Tap<'_>, known: &Solution, found: &Solution) -> [f64; 3] {
     let strain = (found.strain - known.strain).abs() / known.strain.abs().max(tap.least);
     let [moment, x, y] = std::array::from_fn(|k| found.wrench[k] - known.wrench[k]);

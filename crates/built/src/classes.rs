@@ -1,5 +1,4 @@
-//! Groups the taps that are solved in one pack. Strides, steps and pieces are those of a whole pack, and the effects those of a shader, so a pack holds
-//! only taps that agree in them. The bits of a tap then depend on that tap alone.
+//! Packs taps that agree in strides, steps, pieces and effects, so that the bits of a tap depend on that tap alone.
 
 use std::collections::HashMap;
 
@@ -10,7 +9,7 @@ use super::{GRAIN, Rod, Tap, newton};
 pub struct Shape {
     /// The resting whisker is curved.
     pub curved: bool,
-    /// Something is inside.
+    /// The whisker has a core or a bore.
     pub inner: bool,
     /// The diameter is a power of the distance from the tip.
     pub power: bool,
@@ -27,8 +26,7 @@ impl Shape {
     }
 }
 
-/// Indices of the taps of each work item. `open` are the indices of all taps to solve, `steps` is the least number of steps over a whisker, and `onward`
-/// says whether a tap starts from the result of a coarser rung.
+/// Indices of the taps of each work item. `open`: taps to solve; `steps`: least over a whisker; `onward`: a coarser rung's result is the start.
 pub fn items(
     taps: &[Tap<'_>],
     open: &[usize],

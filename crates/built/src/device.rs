@@ -1,5 +1,4 @@
-//! The kernel on a device: its text, assembled for the effects of a batch, and what it is given. Twin of `lanes` and `newton`:
-//! `shaders/built.wgsl`.
+//! The kernel on a device: its text, assembled for the effects of a batch, and its buffers. Twin of `lanes` and `newton`: `shaders/built.wgsl`.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -15,25 +14,21 @@ use vibrissa_kernel::gpu::{Gpu, Program};
 use vibrissa_kernel::names;
 use vibrissa_kernel::rule::limits::{HOPELESS, LOST, ROUNDINGS, TINY};
 
-/// Numbers of a tap, in order.
 const TAP: [&str; 26] = names![
     first count a hub turn lift ratio force least pole begin end soft_theta soft_x soft_y curvature curvature_slope modulus
     core shear contact contact_slope wider tip length exponent
 ];
 
-/// Numbers of a piece.
 const PIECE: [&str; 8] = names![near far radius slope inner inner_slope gauge steps];
 
-/// Numbers of an answer.
 const ANSWER: [&str; 10] = names![strain normal tangential arc moment force_x force_y error load shots];
 
 /// Taps of a batch: some milliseconds of work on a slow device.
 pub(super) const BATCH: usize = 1 << 16;
 
-/// Largest arc that a number in single precision stands for infinity with.
+/// Stands for an infinite arc in single precision.
 const FAR: f64 = 1e30;
 
-/// The text for whiskers of one shape.
 fn text(job: &Job<'_>, Shape { curved, inner, power }: Shape, precision: Precision) -> String {
     let rounding = rounding(precision);
     let Effects { shear, extension, surface, stick, law, far } = job.effects;
@@ -92,7 +87,7 @@ fn text(job: &Job<'_>, Shape { curved, inner, power }: Shape, precision: Precisi
         let _ = writeln!(text, "const {name} = {at}u;");
     }
     text += &library(precision, lanes::TERMS, job.chart.filter(|_| law));
-    // A shader in double precision has no powers; such whiskers are left to the CPU.
+    // A shader in double precision has no `pow`; such whiskers are left to the CPU.
     let powers = if precision == Precision::F32 { "pow(x, n)" } else { "x" };
     let _ = writeln!(text, "fn power(x: real, n: real) -> real {{\n    return {powers};\n}}");
     text + include_str!("../../../shaders/built.wgsl")
@@ -126,7 +121,6 @@ fn tableau() -> (Vec<f64>, [(&'static str, usize); 7]) {
     (numbers, parts)
 }
 
-/// Solves a batch of `taps` of whiskers of one shape on `device`.
 pub(super) fn solve(
     device: &mut Gpu,
     precision: Precision,
@@ -148,10 +142,10 @@ pub(super) fn solve(
     Ok(answers.chunks_exact(words).map(read).collect())
 }
 
-/// The text of a batch, for tests that read it.
+/// Validates the text of a batch, for tests.
 ///
 /// # Errors
-/// A text that is not valid.
+/// The text is not valid WGSL.
 pub fn validated(
     (effects, shape): (Effects, Shape),
     (precision, tolerance): (Precision, f64),
@@ -169,7 +163,6 @@ fn read(answer: &[f64]) -> Solution {
     Solution { strain, normal, tangential, arc, wrench: [moment, x, y], error, load, shots }
 }
 
-/// All numbers of the taps; the tableau, and the pieces of their rods.
 fn numbers(taps: &[Tap<'_>], steps: usize) -> (Vec<f64>, Vec<f64>) {
     let mut known: HashMap<*const Rod, usize> = HashMap::new();
     let (mut pieces, parts) = tableau();

@@ -1,4 +1,4 @@
-//! Several taps side by side: what does not change while they are solved, and the rod under a load that is tried.
+//! Taps in lanes: what stays constant during a solve, and the rod under a trial load.
 
 use vibrissa_kernel::cpu::law::{Law, polynomial};
 use vibrissa_kernel::cpu::{Packed, Scalar, series};
@@ -7,18 +7,17 @@ use vibrissa_kernel::{Chart, rule::limits::TINY};
 use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Piece, Shape, Tap, newton};
 
-/// Terms of the series of 1 − cos x and x − sin x: good to 2 rad.
+/// Accurate up to |x| = 2 rad.
 pub const TERMS: usize = 14;
 
 /// The largest ratio of radii over which 1/R is linear within a step.
 pub const STEEPEST: f64 = 30.0;
 
-/// A number whose root is below every error of interest, and above underflow.
+/// A floor for squares: above underflow, and its root is below every error of interest.
 pub fn least_square(rounding: f64) -> f64 {
     if rounding > 1e-10 { 1e-36 } else { 1e-300 }
 }
 
-/// Constants in the kernel's own precision.
 pub struct Fixed<T> {
     one_minus_cos: Vec<T>,
     x_minus_sin: Vec<T>,
@@ -31,7 +30,6 @@ impl<T: Scalar> Fixed<T> {
         Self { one_minus_cos: of(2), x_minus_sin: of(3), law: chart.map(Law::new) }
     }
 
-    /// 1 − cos x and sin x.
     #[inline(always)]
     pub fn turn<P: Packed<Scalar = T>>(&self, x: P) -> [P; 2] {
         let z = x * x;
@@ -39,7 +37,6 @@ impl<T: Scalar> Fixed<T> {
     }
 }
 
-/// A piece of each whisker, and how many steps cross it.
 pub struct Lane<P> {
     near: P,
     far: P,
@@ -49,11 +46,9 @@ pub struct Lane<P> {
     steps: usize,
 }
 
-/// Taps as they are asked.
 pub struct Ground<P> {
     pub effects: Effects,
     pub shape: Shape,
-    /// Strides in which the drive is reached.
     pub strides: usize,
     pieces: Vec<Lane<P>>,
     /// R(0) − R(L_a), R(L_a), 1/L_a and n of each lane.
@@ -66,7 +61,6 @@ pub struct Ground<P> {
     pub force: P,
     pub least: P,
     pub pole: P,
-    /// x1 and x2.
     pub gauge: [P; 2],
     pub root: [P; 3],
     pub curvature: [P; 2],
@@ -77,20 +71,20 @@ pub struct Ground<P> {
     contact: [P; 2],
 }
 
-/// The rod under a load: the state at its base, in the contact frame, and what was seen on the way.
+/// The rod under a load, integrated from the contact to the base, in the contact frame.
 #[derive(Clone, Copy, Default)]
 pub struct Bent<P> {
-    /// ψ less that of the resting whisker, the way the base has moved against it, x and y, ∫ of the gauge's fibre, and where the resting base is, (c, 0) added.
+    /// ψ and the x, y of the base, as differences to the resting whisker; ∫ of the gauge's fibre strain; the resting base, (c, 0) added.
     pub state: [P; 6],
-    /// Estimated errors of the angle, the way across, and the fibre's.
+    /// Estimated errors of ψ, of y and of the fibre integral.
     pub errors: [P; 3],
-    /// Largest load of a fibre, and of a section on its chart.
+    /// Largest load of a fibre; `beyond`: that of a section on its chart.
     pub load: P,
     pub beyond: P,
 }
 
 impl<P: Packed> Bent<P> {
-    /// Takes back `before` in the lanes whose contact leaves no `length` of a piece: what lies beyond it, other lanes only integrate.
+    /// Restores `before` in lanes whose contact lies below the piece (`length` ≤ 0): other lanes integrate it, these skip it.
     #[inline(always)]
     fn keep(&mut self, length: P, before: &Self) {
         let zero = P::of(0.0);
@@ -106,13 +100,12 @@ impl<P: Packed> Bent<P> {
     }
 }
 
-/// P and T, N, at the arc c, mm.
+/// P and T, in N, at the arc c, in mm.
 #[derive(Clone, Copy, Default)]
 pub struct Load<P> {
     pub arc: P,
     pub normal: P,
     pub tangential: P,
-    /// sin α and cos α of the contact.
     pub tilt: [P; 2],
     /// R on the surface, else 0.
     pub height: P,
@@ -121,10 +114,8 @@ pub struct Load<P> {
 }
 
 impl<P: Packed> Ground<P> {
-    /// Of the taps that `lane` names, with `steps` over each whisker at least.
     pub fn new<'a>(lane: impl Fn(usize) -> &'a Tap<'a>, effects: Effects, steps: usize) -> Self {
         let pack = |f: &dyn Fn(&Tap<'a>) -> f64| P::gather(|i| f(lane(i)));
-        // All lanes have as many pieces and steps (`classes`).
         let pieces = (0..lane(0).rod.pieces.len()).map(|k| {
             let field = |f: &dyn Fn(&Piece) -> f64| pack(&|tap| f(&tap.rod.pieces[k]).min(1e30));
             Lane {
@@ -204,7 +195,6 @@ impl<P: Packed> Ground<P> {
         (radius, [tan * cos, cos])
     }
 
-    /// The load of P and T, N, at the arc c.
     #[inline(always)]
     pub fn load(&self, arc: P, normal: P, tangential: P) -> Load<P> {
         let (height, [sin, cos]) = self.touched(arc);
@@ -213,7 +203,6 @@ impl<P: Packed> Ground<P> {
         Load { arc, normal, tangential, tilt: [sin, cos], height, force }
     }
 
-    /// The rod under `load`; with its errors where `judging`.
     #[inline(always)]
     pub fn bend(&self, fixed: &Fixed<P::Scalar>, load: &Load<P>, judging: bool) -> Bent<P> {
         let (zero, one) = (P::of(0.0), P::of(1.0));
@@ -273,7 +262,6 @@ impl<P: Packed> Ground<P> {
         bent
     }
 
-    /// R at `s` by `piece`.
     #[inline(always)]
     fn of_piece(&self, piece: &Lane<P>, s: P) -> P {
         if self.shape.power {
@@ -282,7 +270,7 @@ impl<P: Packed> Ground<P> {
         piece.radius[0] + piece.radius[1] * (s - piece.near)
     }
 
-    /// Derivatives of the state by the step's own variable, of which the distance from the contact grows by `rate`; at the arc `s`.
+    /// Derivatives of the state at the arc `s` by the step variable t; `rate` = −ds/dt.
     #[inline(always)]
     fn slope(
         &self,
@@ -302,14 +290,12 @@ impl<P: Packed> Ground<P> {
         let distance = load.arc - s;
         let [versine, sine] = fixed.turn(turned);
         let (mut arm_x, mut arm_y) = (distance - along, load.height - across);
-        // d1 at rest.
         let (mut behind, mut leaned) = (zero, zero);
         if curved {
             let [base, rising] = self.curvature;
             [behind, leaned] = fixed.turn(distance * (base + of(0.5) * rising * (load.arc + s)));
             (arm_x, arm_y) = (arm_x - rest_x, arm_y - rest_y);
         }
-        // d1 less that at rest, and d1.
         let upright = one - behind;
         let (dx, dy) = match curved {
             true => (zero - upright * versine - leaned * sine, upright * sine - leaned * versine),

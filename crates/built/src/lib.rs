@@ -1,21 +1,14 @@
-//! The fast kernel of whiskers that are no cone clamped at its base (model §7): in lanes in f64, and on devices.
+//! The fast kernel of built whiskers, all but a cone clamped at its base (model §7): in lanes in f64, and on devices.
 //!
-//! # Theory
-//! From the contact to the base the rod is an initial value problem in two unknowns: the force P, and the contact arc c or the friction T. It is
-//! integrated piece by piece with the explicit method of order 8 of [`tableau`]; within a step 1/R is linear, so that on a cone the integrands of
-//! linear theory are polynomials of degree two. What is integrated is the *difference to the resting whisker*, and the closure is written without the
-//! lengths that cancel, so that small taps keep their digits in f32. Broyden's method, begun with a Jacobian of differences, closes the tap; large
-//! drives are reached in strides.
+//! From the contact to the base the rod is an initial value problem in two unknowns: the force P, and the contact arc c or the friction T. Each piece
+//! is integrated with the explicit method of order 8 of [`tableau`]; within a step 1/R is linear, so that on a cone the integrands of linear theory
+//! are quadratic. The state is the *difference to the resting whisker*, and the closure avoids lengths that cancel, so that small taps keep their
+//! digits in f32. Broyden's method, started from a finite-difference Jacobian, closes the tap; large drives are reached in strides.
 //!
-//! # Practice
-//! Each rung has more steps than the one before. A tap whose estimated error exceeds the tolerance climbs, goes on from where it ended, and what the last rung cannot tell is left to
-//! the reference, as is what lies next to a corner of the profile, the tip, or the end of the material.
-//!
-//! Taps are packed with those that agree in strides, steps and pieces (`classes`), so that the bits of one do not depend on the others.
-//!
-//! The cone's own kernel (`cpu::exact`) carries deviations from closed forms that only a clamped cone has; it is some ten times as fast.
+//! A tap whose estimated error exceeds the tolerance continues on a rung with more steps. The reference solves the rest, and contacts next to a
+//! corner of the profile, the tip, or the end of the material. The cone's kernel (`cpu::exact`) uses closed forms; it is some ten times as fast.
 
-// Index loops are what the lanes vectorise on.
+// Index loops vectorise over lanes.
 #![allow(clippy::needless_range_loop)]
 
 mod check;
@@ -42,7 +35,7 @@ use vibrissa_kernel::Solver;
 use vibrissa_kernel::cpu::{Pack, Packed, UNFUSED, fused};
 use vibrissa_kernel::gpu::Gpu;
 
-/// Effects of the model, the same of all taps of a batch; one that is off costs nothing.
+/// Effects of the model, equal for all taps of a batch; an effect that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effects {
     /// Timoshenko shear.
@@ -64,42 +57,42 @@ pub struct Effects {
 pub struct Tap<'a> {
     /// The whisker.
     pub rod: &'a Rod,
-    /// a.
+    /// Contact distance a.
     pub a: f64,
-    /// r₀; 0 where the object moves.
+    /// Hub radius r₀; 0 where the object moves.
     pub hub: f64,
-    /// θ, or 0 where the object moves.
+    /// θ; 0 where the object moves.
     pub turn: f64,
-    /// δ, or 0 where the base turns.
+    /// δ; 0 where the base turns.
     pub lift: f64,
-    /// T/P of a contact that slides.
+    /// T/P of a sliding contact.
     pub ratio: f64,
     /// P of linear theory.
     pub force: f64,
-    /// Strain that errors are relative to, at least.
+    /// Least strain that errors are relative to.
     pub least: f64,
-    /// ρ.
+    /// Pole radius ρ.
     pub pole: f64,
 }
 
-/// What a tap gives; mm, N, N mm.
+/// The answer to a tap; mm, N, N mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
     /// Mean strain of the gauge's fibre.
     pub strain: f64,
-    /// P.
+    /// Normal force P.
     pub normal: f64,
-    /// T.
+    /// Friction T.
     pub tangential: f64,
-    /// c.
+    /// Contact arc c.
     pub arc: f64,
-    /// M₀, F_x, F_y.
+    /// Base moment and forces M₀, F_x, F_y.
     pub wrench: [f64; 3],
-    /// Estimated error relative to the strain, or to what errors are measured by at least.
+    /// Estimated error relative to the strain, or to the tap's `least` where that is larger.
     pub error: f64,
     /// Largest load of a fibre; above 1 it is outside the range of the law.
     pub load: f64,
-    /// Times that the rod was integrated.
+    /// Number of integrations of the rod.
     pub shots: f64,
 }
 
@@ -117,16 +110,14 @@ impl Solution {
     };
 }
 
-/// Steps between contact and base on each rung, at least.
+/// Least steps between contact and base on each rung.
 const RUNGS: [usize; 4] = [3, 6, 14, 30];
 
-/// Taps of one work item.
 const GRAIN: usize = 64;
 
-/// Taps that are solved side by side.
 const LANES: usize = 8;
 
-/// The same on the device of `solver`, where it has one; what it cannot tell is solved on the CPU.
+/// Solves `taps` on the device of `solver`, if it has one; the CPU solves what the device cannot.
 pub fn solve_on(
     solver: &mut dyn Solver,
     taps: &[Tap<'_>],
@@ -151,7 +142,6 @@ pub fn solve_on(
     Ok(out)
 }
 
-/// A batch of them, of whiskers of one shape.
 fn batch(
     device: &mut Gpu,
     precision: Precision,
@@ -159,7 +149,6 @@ fn batch(
     (shape, taps): (Shape, &[Tap<'_>]),
 ) -> Result<Vec<Solution>, SolveError> {
     let by_cpu = |taps: &[Tap<'_>]| solve(taps, job.effects, job.tolerance, job.chart);
-    // Shaders in f64 have no powers.
     if precision == Precision::F64 && shape.power {
         return Ok(by_cpu(taps));
     }
@@ -175,7 +164,7 @@ fn batch(
     Ok(out)
 }
 
-/// The answers of the first rung to `taps` of whiskers of one shape in f64, by `device` and in lanes: for tests.
+/// First-rung answers to `taps` of whiskers of one shape in f64, by `device` and in lanes: for tests.
 #[doc(hidden)]
 pub fn first_rung(
     device: &mut Gpu,
@@ -193,7 +182,7 @@ pub fn first_rung(
     Ok([device::solve(device, Precision::F64, &job, (Shape::of(taps[0].rod), taps))?, lanes])
 }
 
-/// Solves `taps`, each to `tolerance` where a rung reaches it, with sections charted by `chart` where they are not Hooke's.
+/// Solves `taps`, each to `tolerance` where a rung reaches it; `chart` gives the section law where it is not Hooke's.
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
     let mut out = vec![Solution::FAILED; taps.len()];
     let mut ends: Vec<Option<End<f64>>> = vec![None; taps.len()];
@@ -204,7 +193,6 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
             break;
         }
         let job = Job { effects, steps, tolerance, chart };
-        // Those that go on from a rung below are packed apart from those that begin.
         let parts = classes::items(taps, &open, steps, |i| ends[i].is_some());
         let solved: Vec<Vec<Solved>> = parts
             .par_iter()
@@ -221,7 +209,6 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     out
 }
 
-/// What a batch is solved with.
 pub(crate) struct Job<'a> {
     effects: Effects,
     steps: usize,
@@ -229,13 +216,11 @@ pub(crate) struct Job<'a> {
     chart: Option<&'a Chart>,
 }
 
-/// A tap and where it goes on from, as all of a pack do or none.
+/// A tap and its end on the rung before; within a pack, all or none have one.
 type Begun<'a> = (Tap<'a>, Option<End<f64>>);
 
-/// An answer and where it ended.
 type Solved = (Solution, Option<End<f64>>);
 
-/// Solves one work item, taps of one class, with the best instruction set there is.
 fn block(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     #[cfg(target_arch = "x86_64")]
     if fused() {

@@ -7,68 +7,61 @@ use super::lanes::{Bent, Fixed, Ground, Load};
 use super::shot::Shot;
 use super::{Solution, Tap};
 
-/// Largest amount, rad or δ/a, that is shot at from the resting whisker; larger ones are reached in so many strides.
+/// Largest drive (rad, or δ/a) solved directly from the resting whisker; larger ones are reached in strides.
 pub const STRIDE: f64 = 0.3;
 
-/// Steps of a stride, at most.
 pub const STEPS: usize = 14;
 
-/// Share of the tolerance at which the iteration stops.
+/// The iteration stops at this share of the tolerance.
 pub const STOP: f64 = 0.05;
 
 /// Largest step of the force relative to itself, and of the contact over a.
 pub const LONGEST: f64 = 0.5;
 
-/// Change of an unknown for a difference of the closure, as a power of the rounding.
+/// Finite-difference step of an unknown, as a power of the rounding.
 pub const PROBE: f64 = 0.4;
 
-/// How far the end of a stride may be from where the one before points, relative to the force: past it, it may be another branch.
+/// Largest deviation of the force at the end of a stride from its extrapolation, relative; beyond it, it may be another branch.
 pub const FORESEEN: f64 = 0.5;
 
-/// Determinant of the Jacobian over that of a whisker that is hardly touched: below it the path may have folded back.
+/// Jacobian determinant over that at zero load; below this the path may have folded back.
 pub const UPRIGHT: f64 = 0.1;
 
-/// Strides at most.
 pub const MOST_STRIDES: usize = 32;
 
-/// Least P over that of linear theory that its changes are looked at relative to.
+/// Floor of P over that of linear theory when its changes are taken relative to it.
 pub const LEAST_FORCE: f64 = 1e-6;
 
-/// Weight of the rounding error of the contact's place in the error of the strain: next to the gauge the lever is short, and the error large.
+/// Weight of the rounding of the contact's place in the error of the strain: next to the gauge the lever is short, and the error large.
 pub const LEVERED: f64 = 0.5;
 
 /// Least c/a, and largest.
 pub const ARCS: [f64; 2] = [0.05, 3.0];
 
-/// Times by which errors of the integration are believed to be larger than their estimate: it is of one shot at its own load.
+/// Safety factor on integration errors: the estimate is of one shot at its load.
 pub const WARY: f64 = 3.0;
 
-/// Reciprocal of the estimated error of the way across, relative, up to which the estimate is taken as it is.
+/// The relative error estimate e of y counts as e (ACROSS e)^¼, less than e below 1e-4 (see `close`).
 pub const ACROSS: f64 = 1e4;
 
-/// Strides in which the drive of `tap` is reached.
 pub fn strides(tap: &Tap<'_>) -> usize {
     let amount = tap.turn.max(tap.lift / tap.a);
     (1..MOST_STRIDES).find(|n| amount <= STRIDE * *n as f64).unwrap_or(MOST_STRIDES)
 }
 
-/// The last step of an iteration that contracts is shorter.
+/// An iteration has contracted if its last step is shorter than this.
 pub fn contracted(tolerance: f64, rounding: f64) -> f64 {
     (2.0 * STOP * tolerance).max(1e3 * rounding)
 }
 
-/// Where an iteration ended, for one with more steps to go on from.
+/// End of an iteration; one with more steps starts from it.
 #[derive(Debug, Clone, Copy)]
 pub struct End<P> {
-    /// The unknowns.
     z: [P; 2],
-    /// The Jacobian.
     jacobian: Matrix<P>,
-    /// Its determinant for a whisker that is hardly touched.
     begun: P,
 }
 
-/// Solved taps.
 pub struct Solved<P> {
     strain: P,
     load: Load<P>,
@@ -80,7 +73,6 @@ pub struct Solved<P> {
 }
 
 impl<P: Packed> Solved<P> {
-    /// Where a lane ended; `None` where it was lost.
     pub fn end(&self, i: usize) -> Option<End<f64>> {
         let of = |x: P| x.lane(i);
         let End { z, jacobian, begun } = self.end;
@@ -91,7 +83,6 @@ impl<P: Packed> Solved<P> {
         })
     }
 
-    /// That of a lane.
     pub fn lane(&self, i: usize) -> Solution {
         let of = |x: P| x.lane(i);
         let error = of(self.error);
@@ -109,7 +100,6 @@ impl<P: Packed> Solved<P> {
 }
 
 impl<P: Packed> End<P> {
-    /// Of the ends of the lanes.
     pub fn of<'a>(lane: impl Fn(usize) -> &'a End<f64>) -> Self {
         let pack = |f: &dyn Fn(&End<f64>) -> f64| P::gather(|i| f(lane(i)));
         Self {
@@ -121,7 +111,7 @@ impl<P: Packed> End<P> {
 }
 
 impl<P: Packed> Ground<P> {
-    /// Change of the unknowns that is looked at relative to 1: of P to itself, of c to a, of T to the contact force.
+    /// Units in which changes of the unknowns are measured: P, and c in a, or T in the contact force.
     #[inline(always)]
     fn scale(&self, z: [P; 2]) -> [P; 2] {
         let force = z[0].abs().max(P::of(LEAST_FORCE));
@@ -129,7 +119,7 @@ impl<P: Packed> Ground<P> {
     }
 }
 
-/// Columns of a matrix: what each unknown changes of the miss, and of the integral of the gauge's fibre.
+/// Columns: derivatives of the miss and of the gauge's fibre integral by each unknown.
 type Matrix<P> = [[P; 3]; 2];
 
 impl<P: Packed> Shot<P> {
@@ -144,34 +134,31 @@ fn determinant<P: Packed>(j: &Matrix<P>) -> P {
     j[0][0] * j[1][1] - j[1][0] * j[0][1]
 }
 
-/// The step that brings a miss to 0.
 #[inline(always)]
 fn step<P: Packed>(j: &Matrix<P>, miss: [P; 2]) -> [P; 2] {
     let inverse = P::of(-1.0) / determinant(j);
     [inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]), inverse * (j[0][0] * miss[1] - j[0][1] * miss[0])]
 }
 
-/// The largest of these changes of the unknowns in units of `scale`, and what they change of the fibre over `measure`.
+/// The larger of these changes in units of `scale`; and the same or the change of the fibre over `measure`, whichever is larger.
 #[inline(always)]
 fn largest<P: Packed>(j: &Matrix<P>, [x, y]: [P; 2], scale: [P; 2], measure: P) -> [P; 2] {
     let size = (x / scale[0]).abs().max((y / scale[1]).abs());
     [size, size.max(((j[0][2] * x).abs() + (j[1][2] * y).abs()) / measure)]
 }
 
-/// What errors of this `fibre` are relative to.
 #[inline(always)]
 fn measure<P: Packed>(least: P, fibre: P) -> P {
     least.max(fibre.abs()).max(P::of(TINY))
 }
 
-/// Changes of both unknowns by errors of the miss of these sizes.
+/// Bounds on the changes of both unknowns by errors of the miss of these sizes.
 #[inline(always)]
 fn owed<P: Packed>(j: &Matrix<P>, [x, y]: [P; 2]) -> [P; 2] {
     let inverse = P::of(1.0) / determinant(j).abs().max(P::of(TINY));
     [inverse * (j[1][1].abs() * x + j[1][0].abs() * y), inverse * (j[0][0].abs() * y + j[0][1].abs() * x)]
 }
 
-/// Solves the taps of `ground`, from where an iteration with fewer steps ended.
 #[inline(always)]
 pub fn close<P: Packed>(
     fixed: &Fixed<P::Scalar>,
@@ -189,12 +176,11 @@ pub fn close<P: Packed>(
     let least = ground.least * width;
     let (mut z, mut before) = ([zero, zero], [zero, zero]);
     let mut shots = zero;
-    // Whether a lane has lost its way, above 0.
+    // Positive where Newton left the branch or diverged.
     let mut lost = zero;
-    // Size of the last step, measured by the strain.
     let mut owing = zero;
     let mut jacobian = [[zero; 3]; 2];
-    // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
+    // Jacobian determinant at zero load (sliding contact).
     let mut begun = (ground.turn * (ground.a + ground.hub) + ground.lift) / ground.a;
     let mut shot = Shot::default();
     for stride in 1..=strides {
@@ -229,7 +215,7 @@ pub fn close<P: Packed>(
                 begun = determinant(&jacobian);
             }
         }
-        // Steps that were small enough, above 0: such a lane stays where it is.
+        // Positive in lanes that have converged; these keep their unknowns.
         let mut done = zero;
         let mut remains = of(1e30);
         owing = remains;
@@ -254,7 +240,6 @@ pub fn close<P: Packed>(
             let taken = [next[0] - z[0], next[1] - z[1]];
             let fresh = ground.shoot(fixed, share, next, last);
             shots = shots + zero.if_less(done, zero, one);
-            // Broyden's update, in the units of the unknowns.
             let weighted = [taken[0] / (scale[0] * scale[0]), taken[1] / (scale[1] * scale[1])];
             let length = taken[0] * weighted[0] + taken[1] * weighted[1];
             let inverse = zero.if_less(length, one / length.max(of(TINY * TINY)), zero);
@@ -267,7 +252,6 @@ pub fn close<P: Packed>(
             }
             (z, shot) = (next, fresh);
         }
-        // What does not contract, folds back, or is on another branch.
         lost = remains.if_less(of(contracted(tolerance, rounding)), lost, one);
         lost = of(UPRIGHT).if_less(determinant(&jacobian) / begun, lost, one);
         let off = (z[0] - guess[0]).abs();
@@ -277,16 +261,14 @@ pub fn close<P: Packed>(
     let strain = state[3] / width;
     let measure = measure(least, state[3]);
     let relative = |error: P, of: P| error / of.max(P::of(TINY));
-    // The way across is a double integral, whose estimate is of order 5 where the method's error is of order 8
-    // (500 to 2 000 times too large): its power 5/4 keeps a margin of some hundred, of one where steps are too long.
+    // y is a double integral; its error estimate of order 5 is 500 to 2 000 times too large. The power 5/4 leaves a margin of 1 to some 100.
     let across = errors[1] * (of(ACROSS) * relative(errors[1], state[2].abs())).sqrt().sqrt();
-    // What the unknowns owe to it: much where the path is about to fold back.
     let missed = [errors[0] * state[2].abs() / ground.a, errors[0] + across / ground.a];
     let (owed, scale) = (owed(&jacobian, missed), ground.scale(z));
     let [_, of_strain] = largest(&jacobian, owed, scale, measure);
     let unsure = (owed[0] / scale[0] + owed[1] / scale[1]).max(of_strain);
     let integrated = relative(errors[0], state[0].abs()) + relative(errors[2], measure) + unsure;
-    // What the strain changes with the place of the contact. Where that sticks, it is no unknown: strain over lever.
+    // Change of the strain with the place of the contact. Where that sticks, it is not an unknown: strain over lever.
     let arc = shot.load.arc;
     let lever = arc - of(0.5) * (ground.gauge[0] + ground.gauge[1].min(arc));
     let shown = match ground.effects.stick {

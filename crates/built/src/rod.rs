@@ -1,26 +1,26 @@
-//! A built whisker as the kernel takes it: pieces along which radii are lines.
+//! A built whisker as the kernel takes it: pieces along which radii are linear.
 
 use vibrissa_core::physics::body::Body;
 
-/// A piece between two places where the whisker, or what is asked of it, is not smooth.
+/// A piece between two places where the profile, the material or the gauge changes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Piece {
-    /// Where it begins, mm.
+    /// Its beginning, mm.
     pub near: f64,
-    /// Where it ends, mm; the last does not.
+    /// Its end, mm; `f64::MAX` for the last piece.
     pub far: f64,
     /// R at its beginning, mm, and R′.
     pub radius: [f64; 2],
-    /// The same of what is inside; 0 where there is nothing.
+    /// The same of the core or bore; 0 without.
     pub inner: [f64; 2],
     /// 1 under the gauge, else 0.
     pub gauge: f64,
-    /// Share of the steps of the whole whisker that it needs.
+    /// Its share of the steps of the whole whisker.
     pub share: f64,
 }
 
 impl Piece {
-    /// Steps that cross it where the whole whisker has `steps`.
+    /// Steps over the piece, of `steps` over the whole whisker.
     pub fn steps(&self, steps: usize) -> usize {
         (steps as f64 * self.share).ceil().max(1.0) as usize
     }
@@ -31,23 +31,23 @@ impl Piece {
 pub struct Rod {
     /// From the base to the tip.
     pub pieces: Vec<Piece>,
-    /// L_a, mm.
+    /// Length L_a, mm.
     pub length: f64,
-    /// R(0), R(L_a), mm, and n, of a power of the distance from the tip.
+    /// R(0), R(L_a), mm, and n, where the diameter is a power of the distance from the tip.
     pub power: Option<[f64; 3]>,
     /// κ_base and κ_slope, 1/mm and 1/mm².
     pub curvature: [f64; 2],
-    /// 1/k_theta, 1/k_x and 1/k_y.
+    /// Root compliances 1/k_theta, 1/k_x and 1/k_y.
     pub root: [f64; 3],
     /// E of the skin and of the core, MPa.
     pub moduli: [f64; 2],
-    /// ν.
+    /// Poisson's ratio ν.
     pub nu: f64,
-    /// x1 and x2, mm.
+    /// Gauge ends x1 and x2, mm.
     pub gauge: [f64; 2],
 }
 
-/// What a ratio of e of the radii at both ends of a piece counts, in parts of its length over that of the whisker.
+/// Weight of ln(ratio of the end radii) of a piece in its share of the steps; its length over the whisker's has weight 1.
 const TAPERED: f64 = 0.15;
 
 impl Rod {
@@ -91,7 +91,7 @@ impl Rod {
         }
     }
 
-    /// R and R′ at the arc `s`, mm, by the piece that holds `within`; a power by its own formula.
+    /// R and R′ at the arc `s`, mm, by the piece that holds `within`; a power by its formula.
     pub fn radius(&self, s: f64, within: f64) -> [f64; 2] {
         if let Some([base, tip, n]) = self.power {
             let v = (1.0 - s / self.length).max(0.0);

@@ -1,10 +1,9 @@
-//! The closure of a tap: by how much a rod under a load misses the object.
+//! The closure of a tap: the distance by which a rod under a load misses the object.
 
 use vibrissa_kernel::cpu::Packed;
 
 use super::lanes::{Bent, Fixed, Ground, Load};
 
-/// Nodes and weights of Gauss's rule on [0, 1].
 pub const GAUSS: [[f64; 2]; 4] = [
     [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
     [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
@@ -12,7 +11,7 @@ pub const GAUSS: [[f64; 2]; 4] = [
     [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
 ];
 
-/// A rod that was bent, and by how much it misses the object, over a.
+/// A bent rod, and its miss over a.
 #[derive(Default)]
 pub struct Shot<P> {
     pub load: Load<P>,
@@ -21,20 +20,19 @@ pub struct Shot<P> {
     pub wrench: [P; 3],
 }
 
-/// `v` rotated by the angle of this 1 − cos and sin.
+/// `v` rotated by the angle with this 1 − cos and sin.
 #[inline(always)]
 fn rotated<P: Packed>(v: [P; 2], [versine, sine]: [P; 2]) -> [P; 2] {
     [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]]
 }
 
-/// `v` rotated back by it.
 #[inline(always)]
 fn rotated_back<P: Packed>(v: [P; 2], [versine, sine]: [P; 2]) -> [P; 2] {
     [v[0] - versine * v[0] + sine * v[1], v[1] - versine * v[1] - sine * v[0]]
 }
 
 impl<P: Packed> Ground<P> {
-    /// Shoots with the unknowns P/`force` and (c − a)/a, or T/`force` of a contact that sticks, at `share` of the drive.
+    /// Shoots with the unknowns P/`force` and (c − a)/a, or T/`force` of a sticking contact, at `share` of the drive.
     #[inline(always)]
     pub fn shoot(&self, fixed: &Fixed<P::Scalar>, share: P, z: [P; 2], judging: bool) -> Shot<P> {
         let (zero, one) = (P::of(0.0), P::of(1.0));
@@ -47,10 +45,9 @@ impl<P: Packed> Ground<P> {
         let bent = self.bend(fixed, &load, judging);
         let [turned, along, across, _, rest_x, rest_y] = bent.state;
 
-        // The base from the contact, and M₀.
         let (base_x, base_y) = (load.arc - along - rest_x, load.height - across - rest_y);
         let moment = base_x * load.force[1] - base_y * load.force[0];
-        // Turned into the frame of the resting base, of which the contact's is turned by the rest angle.
+        // From the contact's frame into that of the resting base: rotated by the rest angle.
         let (mut behind, mut leaned) = (zero, zero);
         if self.shape.curved {
             [behind, leaned] = self.rest(fixed, zero, load.arc);
@@ -61,7 +58,6 @@ impl<P: Packed> Ground<P> {
         let force = rotated(rotated_back(load.force, [behind, leaned]), by);
         let moved = rotated_back([along, across], [behind, leaned]);
 
-        // The pole's centre on the resting whisker, as touched at a, and how far it moves when it is touched at c.
         let ([pole_x, pole_y], shift) = self.poles(fixed, &load, x);
         let theta = self.turn * share;
         let [versine_t, sine_t] = fixed.turn(theta);
@@ -87,7 +83,7 @@ impl<P: Packed> Ground<P> {
         fixed.turn((to - from) * (base + P::of(0.5) * rising * (to + from)))
     }
 
-    /// The way along the resting whisker from one arc to another, by Gauss's rule of four points on each of some parts.
+    /// Vector along the resting whisker from one arc to another, by Gauss's rule of four points on each of `parts`.
     #[inline(always)]
     fn path(&self, fixed: &Fixed<P::Scalar>, from: P, to: P, parts: usize) -> [P; 2] {
         let (zero, one) = (P::of(0.0), P::of(1.0));
@@ -105,19 +101,16 @@ impl<P: Packed> Ground<P> {
         [px, py]
     }
 
-    /// The centre of the pole on the resting whisker touched at a, from its base, and how far it lies from there where that is touched at the arc
-    /// a + `x` of `load`.
+    /// The pole's centre, from the base, on the resting whisker with contact at a; and its shift for contact at the arc a + `x` of `load`.
     #[inline(always)]
     fn poles(&self, fixed: &Fixed<P::Scalar>, load: &Load<P>, x: P) -> ([P; 2], [P; 2]) {
         let zero = P::of(0.0);
         let (height, tilt) = self.touched(self.a);
-        // Of both, in the frame of the whisker where it is touched.
         let here = [self.pole * tilt[0], height + self.pole * tilt[1]];
         let there = [self.pole * load.tilt[0], load.height + self.pole * load.tilt[1]];
         if !self.shape.curved {
             return ([self.a + here[0], here[1]], [x + there[0] - here[0], there[1] - here[1]]);
         }
-        // From the base to a, and from a to c.
         let base = self.path(fixed, zero, self.a, 6);
         let way = self.path(fixed, self.a, self.a + x, 2);
         // Rot(ψ₀(a)): ψ₀ = −(the turn of the resting whisker).

@@ -20,7 +20,7 @@ pub const C: [f64; STAGES] = [
     1.0,
 ];
 
-/// What a stage begins with: the slopes of those before it, by their places, and their weights.
+/// For each stage, the earlier stages whose slopes it uses, and their weights.
 pub const A: [&[(usize, f64)]; STAGES] = [
     &[],
     &[(0, 0.052_600_151_958_767_73)],
@@ -76,7 +76,7 @@ pub const A: [&[(usize, f64)]; STAGES] = [
     ],
 ];
 
-/// Weights of the slopes in a step, and in the estimates of order 5 and 3 of its error, all per length of the step.
+/// Weights of the slopes in a step, and in its error estimates of order 5 and 3, all per length of the step.
 pub const B: [[f64; 3]; STAGES] = [
     [0.054_293_734_116_568_765, 0.013_120_044_994_194_88, -0.189_800_754_072_407_62],
     [0.0, 0.0, 0.0],

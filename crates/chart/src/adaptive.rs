@@ -1,8 +1,4 @@
-//! Interpolation on as few points as a function of several variables needs.
-//!
-//! Orders ν = (ν₁ … ν₅) form a lower set: with ν all smaller orders are in it. One Leja point belongs to each, and one surplus for each
-//! function (Chkifa, Cohen, Schwab 2014). From the middle of the box orders are added next to those whose surplus still matters
-//! (Gerstner, Griebel 2003), until none does: one tap for each order, where a tensor product takes ten.
+//! Sparse interpolation of a function of several variables.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -16,19 +12,18 @@ use crate::physics::chebyshev::{coefficients, points};
 /// Orders over each axis.
 pub type Orders = [u8; AXES];
 
-/// An interpolant of `F` functions.
+/// An interpolant of `F` functions. Its orders form a lower set; each has one Leja point and a surplus per function (Chkifa, Cohen, Schwab 2014).
+/// Orders are added next to those whose surplus still matters (Gerstner, Griebel 2003): one tap per order, where a tensor product takes ten.
 #[derive(Debug, Clone)]
 pub struct Interpolant<const F: usize> {
-    /// In the order in which they came.
     surplus: Vec<(Orders, [f64; F])>,
-    /// Those of `surplus`.
     known: FxHashSet<Orders>,
-    /// Orders that every axis may have; 1 of an axis that is a point.
+    /// Limit of the orders over each axis; 1 for an axis that is a point.
     most: [usize; AXES],
 }
 
 impl<const F: usize> Interpolant<F> {
-    /// Of nothing yet; `points` says which axes have one value only.
+    /// Without points; `points`: true for axes with one value only.
     pub fn new(points: [bool; AXES]) -> Self {
         let mut most = points.map(|point| if point { 1 } else { MOST });
         most[Quantity::Drive as usize] = most[Quantity::Drive as usize].min(ORDERS);
@@ -40,8 +35,7 @@ impl<const F: usize> Interpolant<F> {
         orders.map(|k| point(usize::from(k)))
     }
 
-    /// Orders that are asked for next: those with all smaller neighbours there, next to one with a surplus above `least`. Sorted, so that
-    /// the same is asked on every run.
+    /// Next orders to add, sorted: those with all smaller neighbours present, next to one with a surplus above `least`.
     pub fn wanted(&self, least: &[f64; F]) -> Vec<Orders> {
         if self.surplus.is_empty() {
             return vec![[0; AXES]];
@@ -71,9 +65,9 @@ impl<const F: usize> Interpolant<F> {
         })
     }
 
-    /// Takes the values at the points of `orders`.
+    /// Adds the values at the points of `orders`.
     pub fn add(&mut self, orders: &[Orders], values: &[[f64; F]]) {
-        // No order of one call is below another: what a point adds is what the interpolant before lacks there.
+        // No order of one call is below another, so each surplus is the value less the interpolant before the call.
         let lacks = |(at, value): (&Orders, &[f64; F])| {
             let mut surplus = *value;
             for (orders, known) in &self.surplus {
@@ -89,7 +83,6 @@ impl<const F: usize> Interpolant<F> {
         self.known.extend(orders);
     }
 
-    /// Chebyshev coefficients of all orders, ascending.
     fn chebyshev(&self) -> BTreeMap<Orders, [f64; F]> {
         let mut all: BTreeMap<Orders, [f64; F]> = self.surplus.iter().copied().collect();
         for axis in 0..AXES {
@@ -132,21 +125,20 @@ impl<const F: usize> Interpolant<F> {
         })
     }
 
-    /// Points it goes through.
+    /// Number of points.
     pub fn len(&self) -> usize {
         self.surplus.len()
     }
 
-    /// Whether it goes through none.
+    /// True before the first point.
     pub fn is_empty(&self) -> bool {
         self.surplus.is_empty()
     }
 }
 
-/// Points there are.
+/// Largest number of points of an axis.
 pub const MOST: usize = 24;
 
-/// Points, values and coefficients of Newton's polynomials.
 struct Table {
     points: [f64; MOST],
     /// N_j at point k, j ≤ k.
@@ -177,7 +169,7 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
     Table { points: found, newton, chebyshev }
 });
 
-/// Point `k`.
+/// Leja point `k`.
 pub fn point(k: usize) -> f64 {
     TABLE.points[k]
 }

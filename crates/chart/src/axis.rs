@@ -1,20 +1,20 @@
-//! What a tap depends on, scaled by its contact distance, and the variables over which that is smooth.
+//! The quantities a tap depends on, scaled by its contact distance, and the variables over which it is smooth.
 
 use crate::physics::chebyshev::{placed, scaled};
 
-/// Axes of a chart.
+/// Number of axes of a chart.
 pub const AXES: usize = 5;
 
-/// Most orders over the drive, which lanes carry.
+/// Largest number of orders over the drive in lanes.
 pub const ORDERS: usize = 12;
 
-/// Length over a of the gauge that stands for a point.
+/// Width over a of the narrow gauge that represents a point.
 pub const POINT: f64 = 1e-3;
 
 /// Smallest x/a of a point: the middle of its gauge where that begins at the clamp.
 pub const FIRST_PLACE: f64 = 0.5 * POINT;
 
-/// Numbers of a tap in units of its contact distance, in the order of a series: the first is the outermost.
+/// Scaled quantities of a tap, in the order of a series: the first is the outermost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// θ, rad, or δ/a.
@@ -23,7 +23,7 @@ pub enum Quantity {
     Length,
     /// D/a.
     Base,
-    /// τa.
+    /// Taper τa.
     Taper,
     /// x/a of a point of the skin.
     Place,
@@ -33,7 +33,7 @@ impl Quantity {
     /// All, in order.
     pub const ALL: [Self; AXES] = [Self::Drive, Self::Length, Self::Base, Self::Taper, Self::Place];
 
-    /// Word in a chart's file.
+    /// Name in a chart's file.
     pub fn word(self) -> &'static str {
         ["drive", "length_over_a", "D_over_a", "tau_a", "x_over_a"][self as usize]
     }
@@ -43,15 +43,15 @@ impl Quantity {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Map {
-    /// q.
+    /// y = q.
     Linear,
-    /// q².
+    /// y = q².
     Square,
     /// (1 − q)^(−1/2): the rod stiffens, and the lever of a gauge shrinks, with powers of 1 − q.
     Root,
     /// 1/(1 − q).
     Inverse,
-    /// q^(1/4): over a drive under which the skin gives way K − 1 has a part that goes as q^(−1/3).
+    /// q^(1/4): with a soft contact K − 1 has a part proportional to drive^(−1/3).
     Fourth,
 }
 
@@ -86,7 +86,7 @@ pub struct Axis {
     pub range: [f64; 2],
     /// The variable.
     pub map: Map,
-    /// Whether it is never cut: part of it is as good as none.
+    /// True if cuts must not shorten it.
     pub whole: bool,
 }
 
@@ -106,7 +106,7 @@ impl Axis {
         scaled(self.ends(), self.map.of(q))
     }
 
-    /// Whether it has one value only.
+    /// True if it has one value only.
     pub fn is_point(&self) -> bool {
         let [lo, hi] = self.range;
         hi - lo <= 1e-12 * hi.abs().max(lo.abs())

@@ -1,4 +1,4 @@
-//! What a chart holds where the plane of bending is asked for (model §6): the second gauge's strain, φ and λ, each less what linear theory has.
+//! Chart functions for a tilted pole or a second gauge (model §6): the second gauge's strain, φ and λ, each less its value in linear theory.
 
 use std::sync::atomic::AtomicBool;
 
@@ -12,7 +12,7 @@ use crate::reduce::Sweeps;
 use crate::scene::{Direction, Setup};
 use crate::status::Status;
 
-/// Box and series over `axes` of what linear theory lacks, over driveᵉ, e = `power`, each good to `error`.
+/// Charts them over `axes`, divided by driveᵉ, e = `power`, each to `error`.
 pub fn branch(
     setup: &Setup,
     (a, direction): (f64, Direction),
@@ -33,7 +33,7 @@ pub fn branch(
 }
 
 impl DistanceChart {
-    /// Its functions beside the first gauge's as a chart of their own, where it has any.
+    /// The second gauge's functions as a separate chart; None without a second gauge.
     pub fn beside(&self) -> Option<Self> {
         let built = self.beside.clone()?;
         Some(Self { branches: vec![built], ratios: Vec::new(), beside: None, ..self.clone() })

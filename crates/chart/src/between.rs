@@ -1,8 +1,5 @@
-//! Many distances read from charts at a few: between those the functions of a whisker are polynomials of a.
-//!
-//! The charts stand at Leja points of the interval of the distances, so that a finer set keeps all of a coarser one. What a whisker has at each
-//! chart is turned into its values at every distance by Lagrange's polynomials, and the mean and the covariance over any list of
-//! distances are a linear and a quadratic form of the values at the charts: a row costs about the same for 30 distances and for 1 000.
+//! Many distances read from charts at a few Leja points, by Lagrange's polynomials. Mean and covariance over distances are a linear and a quadratic
+//! form of the values at the charts: a row costs about the same for 30 distances and for 1 000.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -10,36 +7,36 @@ use super::adaptive;
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::scene::{Contact, Setup};
 
-/// Fewest distances that are read so: a chart for each of fewer costs no more.
+/// Fewest distances for which this pays; below, each has its chart.
 pub const FEWEST: usize = 16;
 
-/// Numbers of charts that are tried.
+/// Numbers of charts to try.
 pub const NODES: [usize; 5] = [9, 11, 13, 16, 20];
 
 /// Most distances.
 pub const MOST: u64 = 4096;
 
-/// Eigenvalues of a form below this share of the largest add nothing.
+/// Eigenvalues of a form below this share of the largest are dropped.
 const LEAST: f64 = 1e-14;
 
-/// How values at some distances give those at others.
+/// Maps values at the charts to those at all distances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Between {
-    /// Of each distance, the weight of each chart.
+    /// For each distance, the weight of each chart.
     pub weights: Vec<Vec<f64>>,
-    /// Of each chart in the mean over the distances.
+    /// Weight of each chart in the mean over the distances.
     pub mean: Vec<f64>,
     /// Rows F: for values v at the charts, less their mean, |F v|² is the sum of squares over the distances.
     pub squares: Vec<Vec<f64>>,
     /// Rows that give, from values at the charts, the coefficients of the polynomial over the distances.
     pub coefficients: Vec<Vec<f64>>,
-    /// Of each distance, Chebyshev's polynomials there.
+    /// For each distance, Chebyshev's polynomials there.
     pub basis: Vec<Vec<f64>>,
     /// Largest error of the strain found at distances without a chart, relative.
     pub error: f64,
 }
 
-/// Whether `distances` may be read so: many, and contacts that do not choose between sliding and sticking, which has kinks along a.
+/// True if `distances` are many, and contacts do not choose between sliding and sticking, which has kinks along a.
 pub fn fits(setup: &Setup, distances: &[f64]) -> bool {
     let smooth =
         matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0) | Contact::Stick);
@@ -48,11 +45,10 @@ pub fn fits(setup: &Setup, distances: &[f64]) -> bool {
 
 /// The first `n` distances of charts between `near` and `far`, mm.
 pub fn nodes([near, far]: [f64; 2], n: usize) -> Vec<f64> {
-    // The ends themselves, not rounded.
+    // Clamped: the ends must not round.
     (0..n).map(|k| placed([near, far], adaptive::point(k)).clamp(near, far)).collect()
 }
 
-/// Nearest and farthest of `nodes`.
 fn ends(nodes: &[f64]) -> [f64; 2] {
     nodes.iter().fold([f64::INFINITY, 0.0f64], |[lo, hi], a| [lo.min(*a), hi.max(*a)])
 }
@@ -70,7 +66,7 @@ pub fn weights(nodes: &[f64], a: f64) -> Vec<f64> {
 }
 
 impl Between {
-    /// Of `distances` read from charts at `nodes`.
+    /// `distances` read from charts at `nodes`.
     pub fn new(nodes: &[f64], distances: &[f64], error: f64) -> Self {
         let weights: Vec<Vec<f64>> = distances.iter().map(|a| weights(nodes, *a)).collect();
         let (n, count) = (nodes.len(), distances.len());
@@ -83,7 +79,6 @@ impl Between {
             .map(|k| (0..n).map(|i| form.eigenvalues[k].sqrt() * form.eigenvectors[(i, k)]).collect())
             .collect();
         let ends = ends(nodes);
-        // From values at Chebyshev's points.
         let at_points = DMatrix::from_fn(n, n, |k, i| self::weights(nodes, placed(ends, points(n)[k]))[i]);
         let back = DMatrix::from_fn(n, n, |k, j| matrix(n)[k][j]) * at_points;
         let coefficients = (0..n).map(|k| back.row(k).iter().copied().collect()).collect();

@@ -1,11 +1,11 @@
-//! How a chart is made: taps are asked where they matter, and the result is checked at points of its own.
+//! Builds a chart: solves taps where they matter, and checks the result at separate points.
 
 use super::adaptive::Interpolant;
 use super::axis::{AXES, Axis, Quantity};
 use super::series::Series;
 use crate::error::SolveError;
 
-/// Values of functions at a point, or that it has none.
+/// Values of functions at a point; None where the tap has no reading.
 pub type Value<const F: usize> = Option<[f64; F]>;
 
 /// Gives the values at points, quantities in the order of [`super::axis::Quantity`].
@@ -23,17 +23,16 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Only the error itself.
+    /// Bounds the absolute error only.
     pub fn of(error: f64) -> Self {
         Self { error, relative: f64::INFINITY, small: 1.0 }
     }
 
-    /// `error` of a value by its bounds; at most 1 where it is kept.
+    /// `error` over its bound; at most 1 if within.
     pub fn share(&self, value: f64, error: f64) -> f64 {
         (error / self.error).max(error / (self.relative * (value.abs() + self.small)))
     }
 
-    /// Surplus below which a term does not matter.
     fn least(&self) -> f64 {
         0.2 * self.error.min(self.relative * self.small)
     }
@@ -52,32 +51,29 @@ pub struct Built<const F: usize> {
 
 const TAPER: usize = Quantity::Taper as usize;
 
-/// Points that check a chart.
 const CHECKS: usize = 160;
 
-/// Times that terms are added until the check is passed.
+/// Rounds of adding terms until the check passes.
 const TRIES: usize = 5;
 
-/// Most points of a chart, where nothing else is said.
+/// Default for the most points of a chart.
 const MOST: usize = 2600;
 
-/// Times that a box is cut where it holds a point without values.
 const CUTS: usize = 16;
 
-/// Axes that are cut one after the other where the functions are too rough, where nothing else is said.
+/// Default axes to cut, one after the other, where the functions are too rough.
 const ROUGH: [usize; 1] = [TAPER];
 
-/// Where in [−1, 1] such an axis ends then: next to the apex, and next to the contact, the rod depends on its place most steeply.
+/// New end of such an axis in [−1, 1]: next to the apex, and next to the contact, the rod depends on its place most steeply.
 const SMOOTHER: f64 = 0.6;
 
-/// Share of an axis that is cut before others which is enough of it.
+/// An axis that is cut first must keep at least this share, else another is cut.
 const ENOUGH: f64 = 0.6;
 
-/// Least share of an axis that cuts leave.
+/// Least share of an axis that a cut leaves.
 const LEAST_SHARE: f64 = 0.15;
 
-/// The series of `ask` over `axes` within `bounds`. Where some points have no values the box is cut; `None` where that does not help, or
-/// the functions are not smooth enough.
+/// The series of `ask` over `axes` within `bounds`. Boxes with points without values are cut; `None` if that fails, or the functions are too rough.
 pub fn build<const F: usize>(
     axes: [Axis; AXES],
     bounds: &[Bound; F],
@@ -86,8 +82,8 @@ pub fn build<const F: usize>(
     build_of(axes, bounds, (MOST, &ROUGH), ask)
 }
 
-/// As [`build`], of `most` points at most, the axes `cuts` cut one after the other where the functions are too rough for them. If the first of these is not the
-/// taper, it is also cut before others where points have no values.
+/// [`build`] with at most `most` points; too rough functions have the axes `cuts` cut, one after the other. A first axis other than the taper is also
+/// cut before others where points have no values.
 pub fn build_of<const F: usize>(
     axes: [Axis; AXES],
     bounds: &[Bound; F],
@@ -115,10 +111,8 @@ pub fn build_of<const F: usize>(
     Ok(None)
 }
 
-/// Values at all points, or the points that have none.
 type Values<const F: usize> = Result<Vec<[f64; F]>, Vec<[f64; AXES]>>;
 
-/// What became of a box.
 enum Over<const F: usize> {
     Built(Built<F>),
     /// Points, in [−1, 1] of each axis, without values.
@@ -140,7 +134,7 @@ fn over<const F: usize>(
             x.iter().zip(&found).filter(|(_, v)| v.is_none()).map(|(x, _)| *x).collect();
         Ok(if without.is_empty() { Ok(found.into_iter().flatten().collect()) } else { Err(without) })
     };
-    // The ends and the inside of the box first: where a cut is needed it is found before much is solved.
+    // Checks come first: a necessary cut is found before much is solved.
     let checks: Vec<[f64; AXES]> = (0..CHECKS).map(|i| check(i, &points)).collect();
     let wanted = match values_at(&checks)? {
         Ok(values) => values,
@@ -191,7 +185,7 @@ pub fn check_points(axes: &[Axis; AXES], n: usize) -> Vec<[f64; AXES]> {
     (0..n).map(|i| place(check(i, &points))).collect()
 }
 
-/// Point `i` of a check: the first are corners, the others fill the box evenly (Weyl).
+/// Check point `i`: the first are corners, the others fill the box evenly (Weyl).
 pub fn check(i: usize, points: &[bool; AXES]) -> [f64; AXES] {
     // Powers of the inverse of the root of x⁶ = x + 1.
     const ROOT: f64 = 1.134_724_138_401_519_5;
@@ -214,13 +208,12 @@ fn cut(axes: &[Axis; AXES], without: &[[f64; AXES]], first: Option<&usize>) -> O
     for axis in (0..AXES).filter(|k| !axes[*k].is_point() && !axes[*k].whole) {
         let lowest = without.iter().map(|x| x[axis]).fold(1.0, f64::min);
         let highest = without.iter().map(|x| x[axis]).fold(-1.0, f64::max);
-        // A step further than the points: where the values end is between them and the others.
+        // A margin beyond the points: the border lies between them and the others.
         for ends in [
             [-1.0, lowest - 0.25 * (lowest + 1.0).clamp(0.1, 0.5)],
             [highest + 0.25 * (1.0 - highest).clamp(0.1, 0.5), 1.0],
         ] {
             let share = 0.5 * (ends[1] - ends[0]);
-            // More than any share.
             let rank = if first == Some(&axis) && share >= ENOUGH { 1.0 + share } else { share };
             if share >= LEAST_SHARE && best.is_none_or(|(most, ..)| rank > most) {
                 best = Some((rank, axis, ends));

@@ -1,4 +1,4 @@
-//! The chart of one contact distance: what every tap there gives, whatever the model.
+//! The chart of one contact distance: strain, arc and force of every tap there, for any model.
 
 use std::sync::atomic::AtomicBool;
 
@@ -20,16 +20,15 @@ use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Setup, Signal};
 
-/// Share of the tolerance that the mean over the points of a gauge may be off.
+/// Share of the tolerance for the error of the mean over the points of a gauge.
 const FOLDED: f64 = 0.02;
 
 /// Share of the tolerance where a contact chooses whether it slides.
 const CHOICE: f64 = 0.3;
 
-/// Numbers of friction coefficients that are tried between −μ and μ.
+/// Numbers of friction coefficients to try between −μ and μ.
 const NODES: [usize; 2] = [3, 5];
 
-/// Taps that check where contacts choose whether they slide.
 const CHOICES: usize = 128;
 
 /// A chart at one distance.
@@ -39,26 +38,26 @@ pub struct DistanceChart {
     pub a: f64,
     /// Direction of the pole.
     pub direction: Direction,
-    /// Gauges that it serves, and how they are read.
+    /// Gauges that it serves, and their quadrature points.
     pub gauges: Rule,
     /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
     pub power: i32,
     /// Box and series: of the model, or of a sliding contact with each of the ratios T/P of [`Self::ratios`], over the same box.
     pub branches: Vec<Built<FUNCTIONS>>,
-    /// What points of a gauge count of a whisker that is no cone of one material.
+    /// Weights of a gauge's points, for whiskers other than cones of one material.
     pub weight: Option<Weight>,
-    /// What is beside the first gauge's strain, where there is a second: functions of [`super::beside`], over a box of their own.
+    /// The functions of the second gauge, if any, over a separate box.
     pub beside: Option<Built<FUNCTIONS>>,
     /// T/P from −μ to μ of Coulomb friction, ascending; empty where a contact does not choose.
     pub ratios: Vec<f64>,
-    /// Largest error of the strain found where the contact chooses, relative; that of the series where it does not.
+    /// Largest relative error of the strain where the contact chooses; of the series where it does not.
     pub error: f64,
-    /// Of the taps solved to make and to check it.
+    /// Sweeps of the taps solved to make and to check it.
     pub sweeps: Sweeps,
 }
 
 impl DistanceChart {
-    /// The chart of `setup` at `a` mm over ranges of quantities, for gauges up to a width over a, whose strain is good to a tenth of `tolerance`.
+    /// The chart of `setup` at `a` mm over ranges of quantities, for gauges up to a width over a; strain accurate to a tenth of `tolerance`.
     pub fn new(
         setup: &Setup,
         a: f64,
@@ -70,8 +69,9 @@ impl DistanceChart {
         Self::towards(setup, (a, Direction::UPRIGHT), (ranges, width, false), job, &mut Sweeps::default())
     }
 
-    /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty. With `all_drives` the range of the drive is not cut. `None` also where the contact of one that is not upright, or is told by
-    /// two gauges, has friction; and of moments and forces at the root. With a foil `width` is that of all gauges.
+    /// Charts taps against a pole of `direction`, over driveᵉ, e = `power`; stops when `stop` is set. `sweeps` begins empty and collects the solved
+    /// taps. With `all_drives` the range of the drive is not cut. `None` also for friction with a tilted pole or two gauges, and for root moments and
+    /// forces. With a foil `width` is that of all gauges.
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
@@ -107,7 +107,7 @@ impl DistanceChart {
             Contact::Frictionless | Contact::Coulomb(0.0) => None,
             _ if spatial => return Ok(None),
             Contact::Stick => None,
-            // Whether a contact on a pole rolls is told by its turn, which no chart holds.
+            // A contact that may roll on a pole depends on its turn, which is not charted.
             Contact::Coulomb(_) if setup.model.pole_radius > 0.0 => return Ok(None),
             Contact::Coulomb(mu) => {
                 return Ok(Self::choosing(setup, a, mu, (axes, width), job, sweeps)?.and_then(served));
@@ -129,7 +129,7 @@ impl DistanceChart {
         Ok(if whole { served(chart) } else { None })
     }
 
-    /// The chart of contacts that choose whether they slide, of a friction `mu`, over `axes` or less of them.
+    /// The chart of contacts with friction `mu` that choose whether they slide, over `axes` or a part of them.
     fn choosing(
         setup: &Setup,
         a: f64,
@@ -139,7 +139,6 @@ impl DistanceChart {
         sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
         let (power, tolerance, stop) = job;
-        // By their ratios, all over one box.
         let mut known: Vec<(f64, Built<FUNCTIONS>)> = Vec::new();
         for nodes in NODES {
             let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
@@ -177,12 +176,12 @@ impl DistanceChart {
         Self { a, direction, gauges, power, branches, weight, beside, ratios, error, sweeps }
     }
 
-    /// Where it holds.
+    /// The box where it holds.
     pub fn axes(&self) -> &[Axis; AXES] {
         &self.branches[0].axes
     }
 
-    /// Whether it holds at the quantities `q`; a gauge that begins at the clamp has its points behind it.
+    /// True if it holds at the quantities `q`. A gauge that begins at the clamp has its points behind it.
     pub fn holds(&self, q: &[f64; AXES]) -> bool {
         let inside = |k: usize| match k == Quantity::Place as usize {
             true => holds([self.axes()[k].range[0] - FIRST_PLACE, self.axes()[k].range[1]], q[k]),
@@ -191,7 +190,6 @@ impl DistanceChart {
         (0..AXES).all(inside)
     }
 
-    /// Largest error of the strain where the contact chooses whether it slides.
     fn choice(&mut self, setup: &Setup, stop: &AtomicBool) -> Result<f64, SolveError> {
         let mut taps = Taps::new(setup, self.a, None, 1e-8).stopping(stop);
         let points: Vec<[f64; AXES]> = check_points(self.axes(), CHOICES);
@@ -235,7 +233,7 @@ fn polynomial(c: &[f64], x: f64) -> f64 {
     c.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// n points from −1 to 1 where the polynomial of order n − 1 is steepest bounded (Chebyshev, Lobatto).
+/// n Chebyshev–Lobatto points from −1 to 1.
 pub fn lobatto(n: usize) -> Vec<f64> {
     let at = |k: usize| 2 * k as i64 - (n as i64 - 1);
     (0..n).map(|k| (0.5 * std::f64::consts::PI * at(k) as f64 / (n - 1) as f64).sin()).collect()
@@ -249,7 +247,7 @@ pub fn matrix_at(points: &[f64]) -> Vec<Vec<f64>> {
     (0..n).map(|k| (0..n).map(|i| inverse[(k, i)]).collect()).collect()
 }
 
-/// Box and series of taps at `a` mm held by `grip`, told by gauges of `width` over a where there is a foil.
+/// Box and series of taps at `a` mm with contact `grip`; with a foil, for gauges of `width` over a.
 fn branch(
     setup: &Setup,
     (a, direction, grip): (f64, Direction, Option<Grip>),

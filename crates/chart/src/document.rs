@@ -1,4 +1,4 @@
-//! Charts as a document: for pages and robots.
+//! Charts as a JSON document, for pages and robots.
 
 use serde_json::{Value, json};
 
@@ -9,14 +9,13 @@ use super::series::{Row, Series};
 use crate::evaluate::beside_linear;
 use crate::scene::{Drive, Setup};
 
-/// Version of the format.
 const FORMAT: u32 = 2;
 
-/// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_length) T_k(x_D) T_m(x_τ) T_n(x_place) over the terms of
-/// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value. The strain is that at a point;
-/// `gauge` says at which points of a gauge it is read, and what each weighs ([`super::gauge`]). With a second gauge three functions more,
-/// over a box of their own, each with the value of linear theory that is to be added; of them ε₂ is that at a point too. With a foil x is the middle of a
-/// gauge, and its reading is the share T that the foil passes on ([`crate::physics::solid::Bonded`]) of the strain that is told.
+/// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_length) T_k(x_D) T_m(x_τ) T_n(x_place) over the terms of its
+/// branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value. The strain is that at a point; `gauge`
+/// has the points of a gauge and their weights ([`super::gauge`]). A second gauge adds three functions over a separate box, each to be added to its
+/// value of linear theory; ε₂ is that at a point too. With a foil x is the middle of a gauge, whose reading is the strain times the share T that the
+/// foil passes on ([`crate::physics::solid::Bonded`]).
 pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
     let drive = if setup.drive == Drive::Angle { "theta_rad" } else { "delta_over_a" };
     let upright = charts.iter().all(|chart| chart.direction.is_upright());
@@ -83,7 +82,6 @@ fn series(built: &Built<FUNCTIONS>) -> Value {
     json!(built.series.iter().map(terms).collect::<Vec<Value>>())
 }
 
-/// Terms as rows: orders over all axes but the last, then coefficients of ascending order over the last.
 fn terms(series: &Series) -> Value {
     json!(series.rows.iter().map(|row: &Row| json!([row.orders, row.coefficients])).collect::<Vec<_>>())
 }

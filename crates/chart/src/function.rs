@@ -1,4 +1,4 @@
-//! What a chart holds of a tap, how it vanishes with the drive, and how exact it must be.
+//! The charted functions of a tap, the power of the drive with which they vanish, and their error bounds.
 
 use super::axis::{AXES, Map, Quantity};
 use super::build::Bound;
@@ -9,33 +9,32 @@ use crate::physics::{linear::shear_length2, solid::is_solid};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
-/// What a chart holds of a tap.
+/// A charted function of a tap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
-    /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
-    /// contact as 1 − x/a does, and δ there is steep. With a foil ε is that of a grid around the point, over the share of it that the foil passes on.
+    /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f vanishes at the
+    /// contact as 1 − x/a does, and δ is steep there. With a foil ε is that of a grid around the point, over the share that the foil passes on.
     Strain,
     /// c/a − 1; times 1 − x/a with a foil.
     Arc,
-    /// P over that of the linear theory, as [`linear_force`] times cos β, less 1; times 1 − x/a with a foil.
+    /// P over that of linear theory, [`linear_force`] times cos β, less 1; times 1 − x/a with a foil.
     Force,
 }
 
-/// Functions of a chart.
+/// Number of functions of a chart.
 pub const FUNCTIONS: usize = 3;
 
-/// Share of the tolerance that the strain of a chart may be off.
+/// Share of the tolerance for the error of the strain.
 pub(super) const SHARE: f64 = 0.1;
 
-/// Share of the tolerance that the arc of a contact may be off that chooses: it tells what T holds it.
+/// Share of the tolerance for the arc of a contact that chooses: T follows from the arc.
 const HELD: f64 = 0.003;
 
-/// Error of δ/θᵉ relative to itself, and a small one: keeps SD(K) where K → 1.
+/// Error of δ/θᵉ relative to itself plus SMALL: keeps SD(K) where K → 1.
 const RELATIVE: f64 = 1e-4;
 const SMALL: f64 = 0.02;
 
-/// Power of the drive with which K − 1 vanishes: 2 where the rod does not know the sign of the force, 1 where the theory is the
-/// limit of the model, else 0.
+/// Power of the drive with which K − 1 vanishes: 2 if the rod is symmetric in the force, 1 if the theory is the model's limit, else 0.
 pub fn power(setup: &Setup) -> i32 {
     let model = &setup.model;
     let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
@@ -75,9 +74,8 @@ pub fn bounds(
     chooses: bool,
 ) -> [Bound; FUNCTIONS] {
     let most = drive.powi(power);
-    // With a foil arc and force are times 1 − x/a.
     let rest = if setup.gauge.foil.is_some() { 1.0 - place } else { 1.0 };
-    // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
+    // Close to the contact strain is small and δ may err more: by (1 − x/a)^½.
     let strain = SHARE * tolerance / most * (1.0 - place).sqrt();
     [
         match power {
@@ -89,7 +87,7 @@ pub fn bounds(
     ]
 }
 
-/// The functions of a solved tap at quantities `q`; `None` where it has none.
+/// The functions of a solved tap at quantities `q`; `None` without a reading.
 pub fn functions(
     setup: &Setup,
     (a, direction): (f64, Direction),
@@ -106,12 +104,12 @@ pub fn functions(
     };
     let force = linear_force(setup, &design(setup, None, a, q).shared?, a, amount(setup, a, q));
     let (arc, force) = (o.arc / a - 1.0, o.normal_force / (force * cos) - 1.0);
-    // A foil stiffens the rod where the gauge is: all are read as the strain is then.
+    // A foil stiffens the rod at the gauge, so arc and force vary with x/a as the strain does.
     let rest = if setup.gauge.foil.is_some() { room(q) } else { 1.0 };
     Some([room(q) * strain, rest * arc, rest * force])
 }
 
-/// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.
+/// Tolerance of solved taps: where K → 1 at small drives they must be accurate relative to K − 1.
 pub fn solved(power: i32, chooses: bool) -> f64 {
     match (power, chooses) {
         (0, false) => 1e-8,
@@ -120,7 +118,7 @@ pub fn solved(power: i32, chooses: bool) -> f64 {
     }
 }
 
-/// P of the linear theory, with shear where the model of a cone has it, of a tap at `a` mm by a drive of `amount`, N.
+/// P of linear theory, N, with shear if the model of a cone has it, of a tap at `a` mm by a drive of `amount`.
 pub fn linear_force(setup: &Setup, shared: &Shared, a: f64, amount: f64) -> f64 {
     let with_shear = setup.model.shear && setup.built.is_none();
     let shear = if with_shear { shear_length2(&shared.taper, setup.model.nu) / (a * a) } else { 0.0 };

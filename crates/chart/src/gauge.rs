@@ -1,22 +1,18 @@
-//! A gauge as a mean over points of the skin, so that a chart needs no axis for its width.
-//!
-//! The mean strain of a gauge over θ f, f its own mean, is 1 + Σ ω_g δ(x_g)/Σ ω_g with the strain of the theory as weight: at a point
-//! f ~ (1 − s)/(1 − ps)³, s = x/a, p = τa, or as [`crate::weight`] has it. A chart holds (1 − s) δ. The points are those of Gauss and Legendre.
-//!
-//! A foil is centred on its grid and stiffens the rod there: a chart knows whole grids of one length then, by their middle.
+//! A gauge as a weighted mean over Gauss–Legendre points of the skin: its strain over θ f is 1 + Σ ω_g δ(x_g)/Σ ω_g, weighted with the theory's
+//! strain, at a point ~ (1 − s)/(1 − ps)³, s = x/a, p = τa, or as in [`crate::weight`]. A chart holds (1 − s) δ; under a foil, which stiffens the
+//! rod, whole grids of one length by their middle.
 
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, Function, room};
 use crate::kernel::nodes::gauss;
 use crate::scene::Setup;
 
-/// Numbers of points that are tried.
 const POINTS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
-/// Points of the mean that others are compared with.
+/// Points of the reference mean.
 const EXACT: usize = 20;
 
-/// Places of a gauge that a chart must hold: its ends, or, where there is a foil, its middle.
+/// Places of a gauge that a chart must hold: its ends; with a foil, its middle.
 pub fn asked(setup: &Setup, [x1, x2]: [f64; 2]) -> [f64; 2] {
     match setup.gauge.foil {
         None => [x1, x2],
@@ -24,19 +20,18 @@ pub fn asked(setup: &Setup, [x1, x2]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// Gauges up to a width, and the points at which they are read.
+/// Gauges up to a width, and their quadrature points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
     /// Largest (x2 − x1)/a.
     pub width: f64,
     /// Place between x1 (0) and x2 (1), and weight, of each point.
     pub points: Vec<[f64; 2]>,
-    /// Whether gauges are known by their middle, on which arc and force depend then as the strain does.
+    /// True if gauges are charted by their middle; arc and force then depend on it as the strain does.
     pub centred: bool,
 }
 
 impl Rule {
-    /// Of `n` points.
     fn new(width: f64, n: usize) -> Self {
         let (places, weights) = gauss(n);
         Self {
@@ -46,13 +41,13 @@ impl Rule {
         }
     }
 
-    /// Of grids that a chart knows by their middle.
+    /// Grids charted by their middle.
     pub fn middle(width: f64) -> Self {
         Self { width, points: vec![[0.5, 1.0]], centred: true }
     }
 
-    /// The fewest points by which `chart` gives the mean over gauges of `width` to `error`; `None` where eight are too few. Compared are gauges at
-    /// both ends and in the middle of its points, at the corners of the other quantities.
+    /// The fewest points that give the mean over gauges of `width` to `error`; `None` if eight are too few. Compares gauges at both ends and in the
+    /// middle of the chart's points, at the corners of the other quantities.
     pub fn fewest(chart: &DistanceChart, width: f64, error: f64) -> Option<Self> {
         let exact = Self::new(width, EXACT);
         let ends = |quantity: Quantity| chart.axes()[quantity as usize].range;

@@ -1,20 +1,14 @@
-//! One smooth function in place of many taps, for every model.
+//! Taps of any model as smooth functions, in place of solving each.
 //!
-//! At one contact distance the strain at a point of the skin depends on four numbers, in units of that distance: the drive, D/a, τa and x/a
-//! ([`axis::Quantity`]); hub, pole and material are those of the rig, and a gauge is a mean of points ([`gauge`]). δ = ε/(θ f) − 1, which is 1/K − 1, the arc of the contact and its force
-//! are smooth functions of them ([`function::Function`], [`distance::DistanceChart`]): sparse Chebyshev series through some thousand taps solved in f64, asked where
-//! they matter ([`adaptive`]), checked at points of their own ([`build`]). Where a theory is the limit of the model δ vanishes with the drive, and
-//! δ over a power of it is charted, so that SD(K) keeps its relative precision where K → 1.
+//! At one contact distance the strain at a point of the skin depends on the drive, D/a, τa and x/a ([`axis::Quantity`]); a gauge is a mean of points
+//! ([`gauge`]). δ = ε/(θ f) − 1 = 1/K − 1, the arc and the force are smooth in them ([`function::Function`], [`distance::DistanceChart`]): sparse
+//! Chebyshev series through some thousand taps solved in f64 where they matter ([`adaptive`]), checked at separate points ([`build`]). δ is charted
+//! over the power of the drive with which it vanishes, so that SD(K) keeps its relative precision.
 //!
-//! With Coulomb friction the tap has a kink where sticking ends. But the sliding solutions at a given T/P are smooth, also in T/P, and a
-//! sticking contact is the one of them whose arc does not move: so charts at a few T/P between −μ and μ hold all branches, and what picks
-//! one ([`lanes`]). Compared with a chart of the sticking solution, whose T/P reaches tens on a fine tip, this needs no solve of a sticking contact.
+//! Coulomb friction puts a kink where sticking ends. But sliding solutions at a given T/P are smooth, also in T/P, and a sticking contact is the one
+//! whose arc does not move: charts at a few T/P between −μ and μ hold all branches, and [`lanes`] picks one.
 //!
-//! Measured (D 8…12, d 2…7, L_a 50, x_ss 3…15, l 1…4 mm, θ 0.5…10°, ten distances 21…48 mm, tolerance 1e-5): practical whisker 3 404
-//! coefficients for all distances, 7 867 taps solved, strain error at the checking points 5.9e-7; with Coulomb 0.3 13 713, 31 552, 1.8e-6.
-//!
-//! A [`ranker::Ranker`] ranks sweeps by them and tells rows for searches, a [`reader::Reader`] reads single taps. What lies outside the charts is
-//! solved. `vibrissa chart` writes them as JSON ([`document`]).
+//! A [`ranker::Ranker`] ranks sweeps and reads rows for searches, a [`reader::Reader`] reads single taps, [`document`] writes charts as JSON.
 
 use vibrissa_core::{design, error, estimate, physics, reduce, scene, status};
 use vibrissa_evaluate::{evaluate, progress, statistics};
@@ -44,7 +38,7 @@ use std::sync::atomic::AtomicBool;
 use crate::error::{Error, InputError};
 use crate::scene::{Contact, Direction, Layout, Study};
 
-/// Tolerance of a chart where nothing is said: that of single precision.
+/// Default tolerance of a chart: that of single precision.
 pub const TOLERANCE: f64 = 1e-5;
 
 fn refused(what: &str, key: &str, allowed: &str) -> InputError {
@@ -78,10 +72,10 @@ pub fn places(study: &Study) -> Result<(Vec<f64>, Vec<Direction>), InputError> {
     Ok(((0..layout.n_distances).map(|i| layout.distance(i)).collect(), directions))
 }
 
-/// The charts of `study` over its ranges, their strain good to a tenth of `tolerance`.
+/// The charts of `study` over its ranges, their strain accurate to a tenth of `tolerance`.
 ///
 /// # Errors
-/// As [`places`]; a model that has no chart anywhere; a backend that fails; `stop`, set from outside.
+/// As [`places`]; a model without any chart; a backend that fails; `stop`, set from outside.
 pub fn of_study(
     study: &Study,
     tolerance: f64,

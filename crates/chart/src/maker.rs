@@ -14,16 +14,14 @@ use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Direction, Setup};
 
-/// Taps that check what is read between charts.
 const CHECKS: usize = 160;
 
 /// Inverse of the golden ratio: its multiples fill an interval evenly.
 const GOLDEN: f64 = 0.618_033_988_75;
 
-/// So many times the error of a chart may be that of values between charts: they sum the errors of several.
+/// Safety factor on the error of a chart: values between charts sum the errors of several.
 const SUMMED: f64 = 3.0;
 
-/// Charts over the same ranges of designs.
 pub(super) struct Maker<'a> {
     pub setup: &'a Setup,
     /// Ranges of drive (rad or mm), a length, D, τ and x, mm and 1/mm.
@@ -33,11 +31,9 @@ pub(super) struct Maker<'a> {
     /// Drives that every chart must hold, rad or mm.
     pub drives: &'a [f64],
     pub tolerance: f64,
-    /// Taps solved so far.
     pub taps: u64,
 }
 
-/// A solved tap that checks what is read between charts.
 struct Check {
     /// a, mm.
     a: f64,
@@ -46,13 +42,10 @@ struct Check {
     values: [f64; FUNCTIONS],
 }
 
-/// What became of many distances.
 pub(super) enum Many {
-    /// Charts, and how the distances between them are read.
     Made(Vec<DistanceChart>, Between),
-    /// A distance has no chart, so that not all have one.
     Refused,
-    /// What lies between charts is not smooth enough: each distance needs its own.
+    /// Values between charts are not smooth enough: each distance needs a chart.
     Rough,
 }
 
@@ -63,7 +56,6 @@ impl Maker<'_> {
         unscaled(self.setup.drive, &ranges, chart.a)
     }
 
-    /// Where all of `charts` hold.
     pub fn within(&self, charts: &[DistanceChart]) -> [[f64; 2]; AXES] {
         let mut within = self.asked;
         for chart in charts {
@@ -74,7 +66,6 @@ impl Maker<'_> {
         within
     }
 
-    /// The chart at `a` mm, if it holds all drives, and the taps asked for it.
     fn chart(&self, a: f64) -> Result<(Option<DistanceChart>, u64), SolveError> {
         let (setup, drives) = (self.setup, self.drives);
         let (ranges, job) = (scaled(setup.drive, &self.asked, a), (power(setup), self.tolerance, &NEVER));
@@ -88,8 +79,7 @@ impl Maker<'_> {
         Ok((chart.filter(all), spent.taps))
     }
 
-    /// Charts at all of `distances`. One that is refused is that of all: the farthest distance, next to the apex, and the nearest, next to the
-    /// gauge, are tried before the others.
+    /// Charts at all of `distances`, or None if one has none. The farthest, next to the apex, and the nearest, next to the gauge, come first.
     pub fn at(&mut self, distances: &[f64]) -> Result<Option<Vec<DistanceChart>>, SolveError> {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
@@ -109,7 +99,6 @@ impl Maker<'_> {
         Ok(distances.iter().map(of).collect())
     }
 
-    /// Charts at a few distances from which all of `distances` are read.
     pub fn between(&mut self, distances: &[f64]) -> Result<Many, SolveError> {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
@@ -130,7 +119,7 @@ impl Maker<'_> {
         Ok(Many::Rough)
     }
 
-    /// Solved taps at some of `distances`, over the corners and the inside of what `charts` hold; `None` where one has no solution.
+    /// Solved taps at some of `distances`, over the corners and the inside of the charts' common box; `None` if one has no solution.
     fn checks(
         &mut self,
         distances: &[f64],
@@ -141,7 +130,6 @@ impl Maker<'_> {
         let power = power(self.setup);
         let farthest = charts.iter().map(|chart| chart.a).fold(0.0, f64::max);
         let point = |i: usize| {
-            // Distances in an order that spreads evenly.
             let a = distances[((i as f64 * GOLDEN).fract() * distances.len() as f64) as usize];
             let x = check(i, &points);
             let mut numbers: [f64; AXES] =
@@ -164,7 +152,7 @@ impl Maker<'_> {
         Ok((0..CHECKS).map(told).collect())
     }
 
-    /// Largest error of the strain at `checks` as read between `charts`; `None` where a function is off by more than it may.
+    /// Largest error of the strain at `checks` as read between `charts`; `None` if a function exceeds its bound.
     fn passed(&self, charts: &[DistanceChart], checks: &[Check]) -> Option<f64> {
         let power = power(self.setup);
         let nodes: Vec<f64> = charts.iter().map(|chart| chart.a).collect();
@@ -196,7 +184,6 @@ impl Maker<'_> {
     }
 }
 
-/// Quantities at `a` mm of numbers in mm.
 fn quantities(setup: &Setup, numbers: &[f64; AXES], a: f64) -> [f64; AXES] {
     let factors = factors(setup.drive, a);
     std::array::from_fn(|k| numbers[k] * factors[k])

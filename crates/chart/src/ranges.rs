@@ -1,4 +1,4 @@
-//! What the numbers of designs can be, and the box of a chart that holds them.
+//! Ranges of the designs, and the box of a chart that holds them.
 
 use super::axis::{AXES, FIRST_PLACE};
 use crate::design::amount;
@@ -9,37 +9,37 @@ use crate::scene::{Column, Drive, Layout, Setup};
 /// Largest x2/a of a charted tap: nearer contacts are solved.
 pub const NEAREST: f64 = 0.9;
 
-/// Slack of the box, relative to its values: sums of decimal numbers.
+/// Relative slack of the box: sums of decimal numbers.
 const SLACK: f64 = 1e-9;
 
 /// Smallest and largest D, d, L_a, x_ss and l, mm, and drive, degrees or mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(non_snake_case)]
 pub struct Wanted {
-    /// D.
+    /// Base diameter D.
     pub D: [f64; 2],
-    /// d.
+    /// Tip diameter d.
     pub d: [f64; 2],
-    /// L_a.
+    /// Length L_a.
     pub L_a: [f64; 2],
-    /// x_ss.
+    /// Gauge position x_ss.
     pub x_ss: [f64; 2],
-    /// l.
+    /// Gauge length l.
     pub l: [f64; 2],
     /// θ or δ.
     pub drive: [f64; 2],
 }
 
 impl Wanted {
-    /// Of the designs of `layout`.
+    /// Ranges of the designs of `layout`.
     pub fn of(layout: &Layout) -> Self {
         let drive = layout.bounds(Column::Drive);
         let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(Column::ALL[k]));
         Self { D: base, d: tip, L_a: length, x_ss, l: grid, drive }
     }
 
-    /// Ranges of drive (rad or mm), lengths of the rig (none vary), D, τ and points of gauges (with a foil their middles), of whiskers that reach `far` mm and whose gauges
-    /// end before `gauge_end`, and the largest x2 − x1; `None` where there are none.
+    /// Ranges of drive (rad or mm), lengths of the rig, D, τ and gauge points (with a foil their middles), for whiskers that reach `far` mm and
+    /// gauges that end before `gauge_end`; and the largest x2 − x1. `None` if empty.
     pub fn ranges(&self, setup: &Setup, far: f64, gauge_end: f64) -> Option<([[f64; 2]; AXES], f64)> {
         let longest = self.L_a.map(|length| length.max(far));
         // τ and tan α are monotonic in each of D, d and L_a.
@@ -58,7 +58,7 @@ impl Wanted {
         let [first, last] = [self.x_ss[0], (self.x_ss[1] + self.l[1]).min(gauge_end)];
         let place = match setup.gauge.foil {
             None => [first, last],
-            // A chart knows grids of one length by their middle. Their foils lie between where the rod begins and what is the end of a gauge.
+            // A chart holds grids of one length by their middle. Their foils lie between the clamp and the last end of a gauge.
             Some(_) if self.l[0] < self.l[1] => return None,
             Some(foil) => {
                 let begins = Held::new(&setup.model).c0.max(0.0) * self.D[1] + FIRST_PLACE * far;
@@ -67,7 +67,7 @@ impl Wanted {
             }
         };
         let drive = self.drive.map(|drive| amount(setup.drive, drive));
-        // Where the shape knows its length charts are of one length.
+        // A profile other than a cone depends on the length: charts are of one length.
         let length = match shaped(setup) {
             true if self.L_a[0] < self.L_a[1] => return None,
             true => self.L_a,
@@ -79,18 +79,18 @@ impl Wanted {
     }
 }
 
-/// Whether the whiskers of `setup` have a profile that is no cone: it knows its own length.
+/// True if the whiskers of `setup` have a profile other than a cone, which depends on their length.
 pub fn shaped(setup: &Setup) -> bool {
     setup.built.as_ref().is_some_and(|built| built.profile != Profile::Power(1.0))
 }
 
-/// The range, and what lies next to it.
+/// The range, widened by rounding slack.
 pub fn slackened([lo, hi]: [f64; 2]) -> [f64; 2] {
     let slack = SLACK * lo.abs().max(hi.abs());
     [lo - slack, hi + slack]
 }
 
-/// Whether `value` lies in the range, or next to it.
+/// True if `value` lies in the range, or within its slack.
 pub fn holds(range: [f64; 2], value: f64) -> bool {
     let [lo, hi] = slackened(range);
     value >= lo && value <= hi

@@ -1,4 +1,4 @@
-//! What ranks the designs of a sweep from charts, in lanes or on a device, and tells rows of searches.
+//! Ranks the designs of a sweep from charts, in lanes or on a device, and reads rows for searches.
 
 use rayon::prelude::*;
 
@@ -10,7 +10,6 @@ use crate::kernel::ranking::{Case, Charts, Sheet};
 use crate::reduce::Sweeps;
 use crate::scene::{Layout, Setup, Study, Tuple};
 
-/// Rows of one work item.
 const ROWS_EACH: usize = 1024;
 
 /// Charts of some distances of one rig, and their tables.
@@ -21,14 +20,13 @@ pub struct Ranker {
 }
 
 impl Ranker {
-    /// What ranks `study` at `tolerance`; `None` where its taps must be solved one by one.
+    /// Ranks `study` at `tolerance`; `None` if its taps must be solved one by one.
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
         let Some(scope) = Scope::new(study, layout, tolerance)? else { return Ok(None) };
         Ok(Tables::new(&scope).map(|tables| Self { scope, tables }))
     }
 
-    /// What tells rows of whiskers of `setup` as `wanted`, at `distances` mm, their strain good to a tenth of `tolerance`. `None` where rows are reduced
-    /// from taps.
+    /// Reads rows of whiskers `wanted` at `distances` mm, strain accurate to a tenth of `tolerance`; `None` if rows are reduced from taps.
     pub fn of_rows(
         setup: &Setup,
         distances: &[f64],
@@ -52,17 +50,17 @@ impl Ranker {
         tuples.par_chunks(ROWS_EACH).flat_map_iter(part).collect()
     }
 
-    /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
+    /// K − 1 of taps of easy designs, each with the place of its distance, as in the rows.
     pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
         self.tables.deviations(taps)
     }
 
-    /// Whether a device can rank by these charts: it reads one for each distance, and knows of no foil.
+    /// True if a device can rank by these charts: it reads one for each distance, without a foil.
     pub fn serves_devices(&self) -> bool {
         self.scope.between.is_none() && self.scope.setup.gauge.foil.is_none()
     }
 
-    /// Whether the words of taps are right: the f of whiskers that are no cone clamped at its base is not known to lanes and devices.
+    /// True if the words of taps are right: lanes and devices have f only for cones clamped at their base.
     pub fn tells_words(&self) -> bool {
         self.scope.setup.built.is_none()
     }
@@ -72,12 +70,12 @@ impl Ranker {
         self.scope.rank.keep
     }
 
-    /// Of the taps solved to make and to check the charts.
+    /// Sweeps of the taps solved to make and to check the charts.
     pub fn sweeps(&self) -> Sweeps {
         self.scope.sweeps()
     }
 
-    /// What `run.json` says of the charts.
+    /// Summary of the charts for `run.json`.
     pub fn summary(&self) -> Summary {
         self.scope.summary()
     }
@@ -93,7 +91,7 @@ impl Charts for Ranker {
     }
 
     fn sheet(&self) -> Option<Sheet> {
-        // Devices know the weights of a cone.
+        // Devices have the weights of a cone only.
         let cone = self.scope.charts.iter().all(|chart| chart.weight.is_none());
         cone.then(|| self.tables.sheet(&self.scope))
     }

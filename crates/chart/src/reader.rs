@@ -25,7 +25,6 @@ pub const LEAST_TAPS: u64 = 1 << 17;
 /// Most distances: each has its chart.
 pub const MOST_DISTANCES: usize = 64;
 
-/// Taps of one work item.
 const GRAIN: usize = 4096;
 
 /// Charts of some distances of one rig.
@@ -35,21 +34,20 @@ pub struct Reader {
     /// Places of the charts at a distance, by its bits.
     at: FxHashMap<u64, Vec<usize>>,
     readings: Readings,
-    /// The functions beside the first gauge's, of the same charts; empty without a second gauge.
+    /// The second gauge's functions, of the same charts; empty without a second gauge.
     beside: (Vec<DistanceChart>, Option<Readings>),
     contact: Contact,
 }
 
 impl Reader {
-    /// Charts of `setup` at `distances` mm against poles of some `directions` for whiskers as `wanted`, their strain good to a tenth of `tolerance`. `None`
-    /// where a tap is no smooth function of what it depends on, or next to none of them would be read: it is then solved.
+    /// Charts of `setup` at `distances` mm for whiskers `wanted`, accurate to a tenth of `tolerance`; `None` if not smooth, or not worth it.
     pub fn new(
         setup: &Setup,
         (distances, directions): (&[f64], &[Direction]),
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        // What holds a contact that always sticks has no chart; the ideal rod is solved as fast as it is read, in one plane.
+        // Contacts that always stick have no chart; the ideal rod in one plane solves as fast as it reads.
         let sticks = setup.model.contact == Contact::Stick;
         let planar =
             !setup.gauge.second && setup.gauge.foil.is_none() && directions.iter().all(|d| d.is_upright());
@@ -67,7 +65,7 @@ impl Reader {
         Ok((!charts.is_empty()).then_some(Self { charts, at, readings, beside, contact }))
     }
 
-    /// What the charts say of `tasks`; `None` of those outside them.
+    /// Outcomes of `tasks`; `None` outside the charts.
     pub fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
         let part = |tasks: &[Task]| {
             let mut out = vec![None; tasks.len()];
@@ -122,7 +120,7 @@ impl Reader {
         tasks.par_chunks(GRAIN).flat_map_iter(part).collect()
     }
 
-    /// Drive (rad or mm), x1/a, D/a, τa and x2/a of `task`, if it is at the distance and direction of `chart` and within it, and within what `also` is read.
+    /// Drive (rad or mm), x1/a, D/a, τa and x2/a of `task`, if it is at the distance and direction of `chart`, within it and within `also`.
     fn numbers(
         &self,
         setup: &Setup,
@@ -155,7 +153,7 @@ impl Source for Reader {
     }
 }
 
-/// The directions of the poles of `layout`, each of which has charts of its own; `None` where they are sampled with the designs.
+/// The directions of the poles of `layout`, each charted separately; `None` if they are sampled with the designs.
 pub fn directions(layout: &Layout) -> Option<Vec<Direction>> {
     let own = layout.design(0);
     let strokes = (0..layout.n_directions).map(|k| k * layout.drives_each());
@@ -163,8 +161,8 @@ pub fn directions(layout: &Layout) -> Option<Vec<Direction>> {
     shared.then(|| strokes.map(|j| layout.direction(&own, j)).collect())
 }
 
-/// Charts of `setup` at `distances` mm, against poles of each of `directions`, for whiskers as `wanted`, their strain good to a tenth of
-/// `tolerance`: those that there are. [`SolveError::Stopped`] once `stop` is set.
+/// The charts that exist at `distances` mm, against poles of `directions`, for whiskers `wanted`, strain accurate to a tenth of `tolerance`.
+/// [`SolveError::Stopped`] once `stop` is set.
 pub fn charts(
     setup: &Setup,
     (distances, directions): (&[f64], &[Direction]),
@@ -175,7 +173,7 @@ pub fn charts(
         return Ok(Vec::new());
     }
     let far = distances.iter().copied().fold(0.0, f64::max);
-    // A lean tells the sign of the drive.
+    // With a lean taps depend on the sign of the drive.
     let leans = directions.iter().any(|direction| direction.lean != 0.0);
     let power = if leans { power(setup).min(1) } else { power(setup) };
     let chart = |(a, direction): &(f64, Direction)| {

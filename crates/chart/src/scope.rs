@@ -1,4 +1,4 @@
-//! Which sweeps charts can rank, and what all their designs share.
+//! Sweeps that charts can rank, and the data their designs share.
 
 use super::axis::{AXES, Quantity};
 use super::between::{self, Between};
@@ -17,27 +17,26 @@ use crate::scene::{Convention, Drive, Geometry, Layout, Per, RankBy, Setup, Stud
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;
 
-/// Most distances of a design: each has its chart. Beyond the first number charts must be far fewer than what they read.
+/// Most distances with a chart each; the second number where a distance has at least `MANY_PAY` taps.
 const MOST_DISTANCES: [u64; 2] = [64, 1024];
 
-/// Taps at each distance that pay for a chart of many.
+/// Taps at each distance from which more than 64 charts pay.
 const MANY_PAY: u64 = 1 << 14;
 
-/// Most drives of a design.
 const MOST_DRIVES: u64 = 4096;
 
-/// What ranks the rows.
+/// The ranking.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rank {
-    /// Column.
+    /// Ranking column.
     pub by: RankBy,
     /// Rows or designs compete.
     pub per: Per,
-    /// Candidates to bring back: more than asked, because they are solved again before they are ranked.
+    /// Candidates to bring back: more than requested, because they are solved again before they are ranked.
     pub keep: usize,
 }
 
-/// What `run.json` says of charts.
+/// Charts in `run.json`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// Charts: one for each distance, or a few between which all distances are read.
@@ -60,7 +59,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of `charts`.
+    /// Summary of `charts`.
     pub fn of(charts: &[DistanceChart], kind: Drive) -> Self {
         let widest = |quantity: Quantity| {
             let ranges = charts.iter().map(|c| c.axes()[quantity as usize].range);
@@ -80,15 +79,14 @@ impl Summary {
     }
 }
 
-/// Whether rows of `setup` can be read from charts, where there are some: one gauge, distances told by a theory, and the given K, if any, the same of all
-/// designs.
+/// True if rows of `setup` can be read from charts: one gauge, distances by a theory, and a given K, if any, the same for all designs.
 fn charted(setup: &Setup) -> bool {
     let unit = setup.estimate.convention == Convention::Elongation && setup.estimate.k.is_some();
     let exact = setup.model.geometry == Geometry::Exact;
     exact && setup.estimate.theory != Theory::Exact && !unit && !setup.gauge.second
 }
 
-/// Everything that the designs of a sweep share.
+/// The data that all designs of a sweep share.
 #[derive(Debug, Clone)]
 pub struct Scope {
     /// Rig and model.
@@ -97,29 +95,28 @@ pub struct Scope {
     pub distances: Vec<f64>,
     /// One per distance, or those that `between` reads.
     pub charts: Vec<DistanceChart>,
-    /// How all distances are read from a few charts, where they are.
+    /// Reads all distances from a few charts, if present.
     pub between: Option<Between>,
     /// Ends of the widened range of interest, mm.
     pub ends: [f64; 2],
-    /// Drives of every design, rad or mm, ascending, each as asked (degrees or mm) and with its place in the layout; empty where each design has its own.
+    /// Shared drives, rad or mm, ascending, each as requested (degrees or mm) and with its place in the layout; empty if each design has its drive.
     pub drives: Vec<(f64, f64, u32)>,
-    /// What is ranked.
+    /// The ranking.
     pub rank: Rank,
     /// Smallest and largest distance, mm.
     pub(crate) reach: [f64; 2],
     /// Largest x2 − x1, mm.
     pub(crate) width: f64,
-    /// Where every chart holds: drive (rad or mm), a length, D, τ, x in mm and 1/mm.
+    /// Common box of all charts: drive (rad or mm), a length, D, τ, x in mm and 1/mm.
     pub(crate) within: [[f64; 2]; AXES],
-    /// The same with the slack of [`holds`](super::ranges::holds), and so the width.
+    /// `within` and `width` with the slack of [`holds`](super::ranges::holds).
     held: [[f64; 2]; AXES],
     widest: f64,
-    /// Whether a length of the rig is an axis.
     shaped: bool,
 }
 
 impl Scope {
-    /// Whether `study` is such that charts may rank it.
+    /// True if charts may rank `study`.
     pub fn fits(study: &Study, layout: &Layout) -> bool {
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
@@ -128,7 +125,7 @@ impl Scope {
         charted(&study.setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
 
-    /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
+    /// The scope of `study` at `tolerance`; `None` if its taps must be solved one by one.
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
         let Some(top) = study.output.top.filter(|_| Self::fits(study, layout)) else { return Ok(None) };
         let setup = &study.setup;
@@ -152,14 +149,14 @@ impl Scope {
         Ok(Some(scope))
     }
 
-    /// For rows of whiskers as `wanted`, each at its own drive; `None` where they must be reduced from taps. With the number of taps that were asked on the way.
+    /// For rows of whiskers as `wanted`, each at its own drive, with the number of taps solved; `None` if rows must be reduced from taps.
     pub fn tried(
         setup: &Setup,
         distances: &[f64],
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<(Option<Self>, u64), SolveError> {
-        // What distances are told of built whiskers is not known to lanes.
+        // Lanes cannot estimate distances of built whiskers.
         if !charted(setup)
             || setup.built.is_some()
             || !(2..=between::MOST).contains(&(distances.len() as u64))
@@ -169,7 +166,7 @@ impl Scope {
         Self::over(setup, (distances, &[]), wanted, (tolerance, MOST_DISTANCES[0]))
     }
 
-    /// Charts that serve all of `distances` and hold all of `drives` (rad or mm), and the taps asked for them; at most `most` distances have a chart each.
+    /// Charts for all of `distances` that hold all of `drives` (rad or mm), and the taps solved; at most `most` distances have a chart each.
     fn over(
         setup: &Setup,
         (distances, drives): (&[f64], &[f64]),
@@ -214,13 +211,13 @@ impl Scope {
         Ok((Some(scope), taps))
     }
 
-    /// How the design `t` is dealt with.
+    /// Easy if charts serve the design `t`, hard if it must be solved, void if it is invalid.
     pub fn case(&self, t: &Tuple) -> Case {
         if !is_whisker(t) {
             return Case::Void;
         }
         let taper = Taper::new(t.D, t.d, t.L_a);
-        // Where all designs share their drives these lie within.
+        // Shared drives lie within.
         let drive = if self.drives.is_empty() {
             amount(self.setup.drive, t.drive)
         } else {
@@ -242,7 +239,7 @@ impl Scope {
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
     }
 
-    /// What `run.json` says of the charts.
+    /// Summary of the charts for `run.json`.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::of(&self.charts, self.setup.drive);
         if let Some(between) = &self.between {
@@ -251,7 +248,7 @@ impl Scope {
         summary
     }
 
-    /// Of the taps solved to make the charts.
+    /// Sweeps of the taps solved to make the charts.
     pub fn sweeps(&self) -> Sweeps {
         let mut all = Sweeps::default();
         self.charts.iter().for_each(|chart| all.merge(&chart.sweeps));

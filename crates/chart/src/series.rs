@@ -25,12 +25,12 @@ impl Series {
         self.rows.iter().map(|r| r.coefficients.len()).sum()
     }
 
-    /// No value is larger.
+    /// Upper bound on |value|.
     pub fn bound(&self) -> f64 {
         self.rows.iter().flat_map(|r| &r.coefficients).map(|c| c.abs()).sum()
     }
 
-    /// The largest terms, so that all others together are at most `error`; and what those are together.
+    /// The largest terms, so that the others sum to at most `error`; and that sum.
     pub fn largest(&self, error: f64) -> (Self, f64) {
         let mut sizes: Vec<f64> = self.rows.iter().flat_map(|r| &r.coefficients).map(|c| c.abs()).collect();
         sizes.sort_unstable_by(f64::total_cmp);

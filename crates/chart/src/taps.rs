@@ -16,23 +16,23 @@ use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, onset::G
 use crate::reduce::Sweeps;
 use crate::scene::{Direction, Drive, Precision, Setup, Tuple};
 
-/// Solves taps at one distance for what a chart holds.
+/// Solves the taps of a chart at one distance.
 pub struct Taps<'a> {
     setup: &'a Setup,
     evaluator: Evaluator<'a>,
     /// a, mm.
     a: f64,
-    /// What holds the contact; none where the model says.
+    /// Contact; None: the model's.
     grip: Option<Grip>,
     direction: Direction,
-    /// Length of the grid, mm, where its foil makes it more than a point.
+    /// Length of the grid, mm, if a foil makes it more than a point.
     grid: Option<f64>,
-    /// Spent on them.
+    /// Sweeps spent on them.
     pub sweeps: Sweeps,
 }
 
 impl<'a> Taps<'a> {
-    /// Taps of `setup` at `a` mm, held by `grip`, to `tolerance`.
+    /// Taps of `setup` at `a` mm with contact `grip`, to `tolerance`.
     pub fn new(setup: &'a Setup, a: f64, grip: Option<Grip>, tolerance: f64) -> Self {
         let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
@@ -40,7 +40,7 @@ impl<'a> Taps<'a> {
         Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, grid: None, sweeps }
     }
 
-    /// Until `stop` is set.
+    /// Stops once `stop` is set.
     pub fn stopping(self, stop: &'a AtomicBool) -> Self {
         Self { evaluator: self.evaluator.stopping(stop), ..self }
     }
@@ -50,12 +50,12 @@ impl<'a> Taps<'a> {
         Self { direction, ..self }
     }
 
-    /// Of grids of `l` mm, where the setup has a foil.
+    /// With grids of `l` mm, if the setup has a foil.
     pub fn under_foil(self, l: f64) -> Self {
         Self { grid: self.setup.gauge.foil.map(|_| l), ..self }
     }
 
-    /// Box and series over `axes`, within `bounds`, of what `value` makes of quantities and their tap; `sweeps` become those spent.
+    /// Box and series over `axes`, within `bounds`, of `value` of quantities and their tap; sets `sweeps` to those spent.
     pub fn built<const F: usize>(
         mut self,
         axes: [Axis; AXES],
@@ -70,13 +70,13 @@ impl<'a> Taps<'a> {
         Ok(built)
     }
 
-    /// What the taps at `points`, quantities in the order of [`Quantity`], give.
+    /// Outcomes at `points`, quantities in the order of [`Quantity`].
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Outcome>, SolveError> {
         let points: Vec<(f64, [f64; AXES])> = points.iter().map(|q| (self.a, *q)).collect();
         self.solve_at(&points)
     }
 
-    /// The same, each at a distance of its own, mm.
+    /// The same, each at its distance, mm.
     pub fn solve_at(&mut self, points: &[(f64, [f64; AXES])]) -> Result<Vec<Outcome>, SolveError> {
         let designs: Vec<Design> =
             points.par_iter().map(|(a, q)| design(self.setup, self.grid, *a, q)).collect();
@@ -100,8 +100,8 @@ pub(super) fn amount(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
     q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a }
 }
 
-/// A whisker, longer than any contact, with a point of a gauge, or a grid of length `grid`, mm, and its foil, of which a tap at `a` mm has the
-/// quantities `q`. The foil passes all of the strain on: the share T that it does pass is known of every design.
+/// A whisker, longer than any contact, with a point gauge, or a grid of `grid` mm and its foil, for a tap at `a` mm with the quantities `q`. The foil
+/// passes on all of the strain here: each design applies its share T later.
 #[allow(non_snake_case)]
 pub(super) fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) -> Design {
     let of = |quantity: Quantity| a * q[quantity as usize];
@@ -121,7 +121,7 @@ pub(super) fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) 
         .built
         .as_deref()
         .map(|built| Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu)));
-    // Errors are relative to the peak where there is next to no strain; of a built whisker that of its cone serves.
+    // Errors are relative to the peak where there is next to no strain; a built whisker uses that of its cone.
     let cone = Inverse::new(StrainCurve::new(taper, gauge, setup.hub, setup.drive, 0.0));
     let mut shared = Shared::new(setup, (taper, L_a), body, (gauge, setup.hub), Some(cone.peak().1));
     shared.foil.iter_mut().for_each(|foil| foil.transfer = 1.0);

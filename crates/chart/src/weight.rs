@@ -1,7 +1,4 @@
-//! How much strain linear theory sees at each point of a gauge: the weights of the mean over it (see [`crate::gauge`]).
-//!
-//! f at a point is R/EI there times the moment m of a unit force, times what does not depend on the place. So the mean of δ over a gauge needs these
-//! two alone, whatever the rest of the whisker is; a root gives way without any share in them.
+//! Weights of a gauge's points ([`crate::gauge`]): f is R/EI times the moment m of a unit force there, times factors without the place.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -12,25 +9,25 @@ use crate::physics::real::Vector;
 use crate::scene::Setup;
 use crate::scene::built::Profile;
 
-/// Orders that are tried for what depends on the place alone, and the largest of the last of them, relative to the first, of a function that is smooth.
+/// Orders to try for factors of the place alone; a smooth function's last ones are below ROUGH, relative to the first.
 const ORDERS: usize = 24;
 const ROUGH: f64 = 1e-9;
 
-/// Of a whisker that is no cone of one material: (R/EI) m over that of a thin slice of the base under a straight whisker.
+/// (R/EI) m over that of a thin slice of the base under a straight whisker, for whiskers other than cones of one material.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Weight {
     /// L_a/a and n of a diameter that is a power of the distance from the tip.
     power: Option<[f64; 2]>,
-    /// What is inside: its radius over a is the first and the second times x/a, its modulus over that of the skin, less 1, the third.
+    /// Core or bore: radius over a = the first plus the second times x/a; the third is its modulus over that of the skin, less 1.
     inner: Option<[f64; 3]>,
     /// R/EI is in [`Self::along`].
     tabulated: bool,
-    /// Series, over the variable of the place, of what depends on nothing else; 1 where there is none.
+    /// Series, over the variable of the place, of the factors of the place alone; 1 without any.
     along: Vec<f64>,
 }
 
 impl Weight {
-    /// Of points at places of `axes` under contacts at `a` mm. Nothing where R/EI and m are those of a cone; `None` where they are not smooth.
+    /// Weights over the places of `axes` under contacts at `a` mm. `Some(None)` for a cone; `None` if R/EI or m is not smooth.
     pub fn of(setup: &Setup, a: f64, axes: &[Axis; AXES]) -> Option<Option<Self>> {
         let Some(built) = setup.built.as_deref() else { return Some(None) };
         if built.is_straight() && built.inner.is_none() && built.profile == Profile::Power(1.0) {
@@ -38,11 +35,11 @@ impl Weight {
         }
         let axis = |quantity: Quantity| &axes[quantity as usize];
         let place = axis(Quantity::Place);
-        // A gauge that begins at the clamp has its points behind it, as if the whisker went on.
+        // A gauge that begins at the clamp has its points behind it, as if the whisker continued.
         let near = a * (place.range[0] - FIRST_PLACE).max(0.0);
         let far = a * place.range[1];
         let middle = 0.5 * (near + far);
-        // Of what is asked of it here nothing depends on the diameters and the length of a tuple.
+        // Nothing read from it here depends on a tuple's diameters or length.
         let body = Body::new(built, [1.0, 1.0, f64::MAX], setup.model.material.e0(), setup.model.nu);
         if body.knots().iter().any(|knot| *knot > near && *knot < far) {
             return None;
@@ -73,7 +70,7 @@ impl Weight {
         Some(Some(Self { power, inner, tabulated, along }))
     }
 
-    /// At D/a, τa and x/a, of which `variable` is that of the place; numbers by `of`, powers by `powf`.
+    /// At D/a, τa and x/a; `variable` is that of the place; numbers by `of`, powers by `powf`.
     #[inline(always)]
     pub fn at<T>(
         &self,
@@ -88,7 +85,6 @@ impl Weight {
         let one = of(1.0);
         let mut weight = one;
         if !self.tabulated {
-            // R over that of the base.
             let radius = match self.power {
                 None => one - taper * s,
                 Some([length, n]) => {
@@ -116,7 +112,6 @@ impl Weight {
     }
 }
 
-/// The value of an axis that has one.
 fn whole(axis: &Axis) -> Option<f64> {
     axis.is_point().then_some(axis.range[0])
 }

@@ -1,4 +1,4 @@
-//! Points and polynomials that charts are made of, and distances between charts. From outside: the crate need not be compiled twice.
+//! Points and polynomials of charts, and distances between charts. From outside: the crate need not be compiled twice.
 
 use vibrissa_chart::adaptive::{MOST, newton, point, to_chebyshev};
 use vibrissa_chart::between::{Between, nodes};

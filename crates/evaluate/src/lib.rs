@@ -1,5 +1,5 @@
-//! What becomes of taps: outcomes and their statuses ([`evaluate`]), strain over the distance at one drive ([`curve`]), rows of a design
-//! ([`statistics`]). Taps are solved by the kernels, or read from a [`evaluate::Source`]; [`backend`] decides which kernels, [`taps`] solves single taps.
+//! Outcomes of taps and their statuses ([`evaluate`]), strain over the distance at one drive ([`curve`]), rows of a design ([`statistics`]). Kernels
+//! solve taps, or a [`evaluate::Source`] reads them; [`backend`] chooses the kernels, [`taps`] solves single taps.
 
 use vibrissa_core::{design, error, estimate, physics, reduce, scene, status};
 use vibrissa_kernel as kernel;

@@ -1,23 +1,23 @@
-//! What long work reports while it runs, and how it is asked to stop.
+//! Progress reports of long work, and its stop flag.
 
 use std::sync::atomic::AtomicBool;
 
 /// A stop flag that is never raised.
 pub static NEVER: AtomicBool = AtomicBool::new(false);
 
-/// Is told how far the work is.
+/// Receives the progress of work.
 pub trait Progress {
     /// `done` of `total` taps.
     fn at(&mut self, done: u64, total: u64);
 
-    /// The work goes on where `done` taps were done before it began: rates and times are those of the others.
+    /// Work resumes after `done` taps: rates and times count the others only.
     fn begin(&mut self, _done: u64) {}
 
-    /// Something worth telling, in words.
+    /// A message in words.
     fn note(&mut self, _words: &str) {}
 }
 
-/// Tells nobody.
+/// Ignores all reports.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;
 

@@ -1,8 +1,5 @@
-//! Rows of one design: K and its spread per drive and per distance, distance errors, extremes (model §4). The one reduction: sweeps over
-//! grids, lists and charts, searches and calibrations all go through it.
-//!
-//! Two passes over the taps of a design, in any order: [`Reduction::count`] gathers K, [`Reduction::calibrate`] gives every row its K̄, and
-//! [`Reduction::estimate`] gathers the errors of the distances estimated with it, or with the model's own curve.
+//! Rows of one design: K and its spread per drive and per distance, distance errors, extremes (model §4). Two passes over the taps, in any order:
+//! [`Reduction::count`] gathers K, [`Reduction::calibrate`] gives every row its K̄, [`Reduction::estimate`] gathers the errors of the distances.
 
 use crate::curve::{Curve, both::Both};
 use crate::design::{Design, amount};
@@ -17,7 +14,7 @@ use crate::status::Status;
 /// Statistics of a design at one drive, over its distances: a row of designs.csv.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DriveRow {
-    /// Taps asked.
+    /// Number of all taps.
     pub asked: u64,
     /// K − 1 of the taps that count.
     pub deviation: Spread,
@@ -34,8 +31,7 @@ pub struct DriveRow {
 }
 
 impl DriveRow {
-    /// Of taps of which so many were asked and have a distance: spread of K − 1, largest |strain| and force of those that count, errors and noise of
-    /// the distances, K̄ and all words.
+    /// `asked` taps, of which `told` have a distance; K − 1, largest |strain| and force of those that count, errors and noise, K̄ and all words.
     pub fn of(
         [asked, told]: [u64; 2],
         deviation: Spread,
@@ -53,7 +49,7 @@ impl DriveRow {
         row
     }
 
-    /// Whether every distance asked counts.
+    /// True if every distance counts.
     pub fn complete(&self) -> bool {
         self.deviation.n == self.asked
     }
@@ -63,7 +59,7 @@ impl DriveRow {
         self.figures().value(by, unit).filter(|_| self.complete())
     }
 
-    /// Its values, without what made them.
+    /// Its values.
     pub fn figures(&self) -> Figures {
         let whole = |value: Option<f64>| value.filter(|_| !self.incomplete);
         Figures {
@@ -81,7 +77,7 @@ impl DriveRow {
     }
 }
 
-/// The values of a designs row; `None` where there is none.
+/// The values of a designs row; `None` if undefined.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Figures {
     /// Taps that count.
@@ -135,27 +131,26 @@ pub struct DistanceRow {
     pub status: Status,
 }
 
-/// What turns the strain of a tap into a distance.
+/// Converts the strain of a tap into a distance.
 #[derive(Debug, Clone, Copy)]
 pub enum Told<'p> {
     /// The closed form of a theory and K̄.
     Formula,
-    /// The model's own curve of this very whisker at this drive, where there is one.
+    /// The model's curve of this very whisker at this drive, if any.
     Own(Option<&'p Curve>),
     /// The curve of another whisker.
     Other(&'p Curve),
-    /// What the model takes the strains of two gauges for, if it finds it.
+    /// The model's estimate from the strains of two gauges, if any.
     Both(Option<&'p Both>),
 }
 
 impl<'p> Told<'p> {
-    /// By place `k` of `curves`, which are empty where distances are told by a formula.
+    /// By place `k` of `curves`; by the formula if these are empty.
     pub fn by(curves: &'p [Option<Curve>], k: usize) -> Self {
         curves.get(k).map_or(Self::Formula, |curve| Self::Own(curve.as_ref()))
     }
 
-    /// The same of a tap at a pole of this direction: nobody knows that it is not upright, so that the model's own curve, that of upright
-    /// poles, is the curve of another tap.
+    /// The same for a pole of this direction. The tilt is unknown to the estimate, so a tilted tap is not of the curve's whisker.
     pub fn towards(self, direction: Direction) -> Self {
         match self {
             Self::Own(Some(curve)) if !direction.is_upright() => Self::Other(curve),
@@ -163,19 +158,19 @@ impl<'p> Told<'p> {
         }
     }
 
-    /// The same, or by what the model takes two strains for, where distances are told so.
+    /// The same, or the estimate from two strains, if `both` exists.
     pub fn or_both(self, both: Option<&'p Option<Both>>) -> Self {
         both.map_or(self, |found| Self::Both(found.as_ref()))
     }
 }
 
-/// A design on its way from taps to rows.
+/// A design in reduction from taps to rows.
 #[derive(Debug, Clone)]
 pub struct Reduction<'a> {
-    /// Reads distances; none of a design that is no whisker.
+    /// Estimates distances; None for an invalid whisker.
     estimator: Option<Estimator<'a>>,
     kind: Drive,
-    /// Length by which K is multiplied in the tables, where it has one, mm.
+    /// Length by which K is multiplied in the tables, if any, mm.
     pub elongation: Option<f64>,
     /// One per drive.
     pub drives: Vec<DriveRow>,
@@ -188,13 +183,13 @@ pub struct Reduction<'a> {
 }
 
 impl<'a> Reduction<'a> {
-    /// Of `design` at so many (distances, drives); `reach`: smallest and largest distance asked of it, mm.
+    /// For `design` with n (distances, drives); `reach`: its smallest and largest distance, mm.
     pub fn new(setup: &Setup, design: &'a Design, reach: [f64; 2], n: (usize, usize)) -> Self {
         let estimator = design.shared.as_ref().map(|s| Estimator::new(design.setup(setup), s, reach));
         Self::with(setup, design, estimator, n)
     }
 
-    /// As [`Self::new`], with readings turned into distances by `estimator`.
+    /// [`Self::new`] with readings turned into distances by `estimator`.
     pub fn with(
         setup: &Setup,
         design: &Design,
@@ -222,7 +217,7 @@ impl<'a> Reduction<'a> {
         self.carried.map_or(wrench, |root| root.about_rest(wrench))
     }
 
-    /// Reading and K of each channel of the `tap` at `a` mm, `drive` in degrees or mm; nothing of one signal.
+    /// Reading and K of each channel of the `tap` at `a` mm, `drive` in degrees or mm; None of one signal.
     pub fn of_channels(&self, (a, drive): (f64, f64), tap: &Outcome) -> Option<[[f64; 2]; MOST_CHANNELS]> {
         let estimator = self.estimator.as_ref()?;
         let contact = estimator.channels()?;
@@ -248,7 +243,7 @@ impl<'a> Reduction<'a> {
         }
     }
 
-    /// Between the passes: K̄ of every row, its own; none for a design that is no whisker.
+    /// Between the passes: sets K̄ of every row; None for an invalid whisker.
     pub fn calibrate(&mut self) {
         let estimator = self.estimator;
         for row in &mut self.drives {
@@ -266,7 +261,7 @@ impl<'a> Reduction<'a> {
         self.estimate_by(place, at, tap, Told::Formula)
     }
 
-    /// As [`Self::estimate`], by what is `told`.
+    /// [`Self::estimate`] by the method `told`.
     pub fn estimate_by(
         &mut self,
         (i, j): (usize, usize),

@@ -1,7 +1,5 @@
-//! Single taps, as often as they are asked for: each of a whisker of its own.
-//!
-//! On a CPU they are solved in blocks, each from whisker to outcome on one core, so that what lies between stays in its cache: it is
-//! ten times as large as what is asked and told.
+//! Single taps, each of another whisker. On a CPU they are solved in blocks, each from whisker to outcome on one core, so that the intermediate data,
+//! ten times as large as input and output, stay in its cache.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -22,32 +20,26 @@ use crate::scene::{RunOptions, Setup, Tuple};
 /// Taps of a block on a CPU: a work item of the kernel.
 const BLOCK: usize = 1024;
 
-/// Taps of a work item of derivatives.
 const FEW: usize = 32;
 
-/// What solves taps of one setup, from any thread.
+/// Solves taps of one setup, from any thread.
 pub struct Taps {
     setup: Setup,
     choice: Choice,
-    /// How taps are framed in lanes, where they are.
     framing: Option<Framing>,
-    /// Opened, and not in use just now.
+    /// Opened and idle.
     workers: Mutex<Vec<Worker>>,
-    /// With the charts of the first, for all.
+    /// Shared, with the chart of the first rung.
     rungs: OnceLock<Vec<Rung>>,
 }
 
-/// Refuses poles that tilt, and lean, where `setup` has no taps at them.
-///
-/// # Errors
-/// Why.
+/// Refuses tilted and leaning poles where `setup` has no taps at them, with the reason as the error.
 pub fn refuse(setup: &Setup, leaning: [bool; 2]) -> Result<(), InputError> {
     let Some(why) = setup.forbids(leaning) else { return Ok(()) };
     let key = if leaning[0] { "tilt" } else { "lean" };
     Err(InputError::new(why).key(key).allowed("0, or contact=\"frictionless\""))
 }
 
-/// What one thread solves with, and room for it.
 struct Worker {
     method: Method,
     designs: Vec<Design>,
@@ -56,7 +48,7 @@ struct Worker {
 }
 
 impl Taps {
-    /// Of `setup`, where `options` say.
+    /// For `setup`, on the backend of `options`.
     ///
     /// # Errors
     /// A backend that the machine does not have; a tolerance that it cannot keep.
@@ -66,17 +58,17 @@ impl Taps {
         Ok(Self { setup, choice, framing, workers: Mutex::default(), rungs: OnceLock::new() })
     }
 
-    /// What all taps share.
+    /// The setup of all taps.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// Where they are solved.
+    /// The backend.
     pub fn backend(&self) -> &Backend {
         &self.choice.backend
     }
 
-    /// Opens what solves them, once more.
+    /// Opens another solver of these taps.
     ///
     /// # Errors
     /// A device that does not open.
@@ -92,8 +84,8 @@ impl Taps {
         Ok(method)
     }
 
-    /// Solves as many taps as `out` has places, `tap(i)` (mm, degrees or mm) being tap i, and writes what `read` reads of their outcomes. A
-    /// tap without a solution says so in its status.
+    /// Solves as many taps as `out` has places, `tap(i)` (mm, degrees or mm) being tap i, and writes `read` of their outcomes. The status shows
+    /// unsolved taps.
     ///
     /// # Errors
     /// Threads or kernels that fail.
@@ -109,8 +101,7 @@ impl Taps {
         })
     }
 
-    /// The same with derivatives by `inputs` ([`gradient`]) of those `numbers` of each outcome, into `slopes`: of tap after tap, of number after number,
-    /// by input after input.
+    /// The same with derivatives by `inputs` ([`gradient`]) of `numbers` of each outcome, into `slopes`: ordered by tap, then number, then input.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -130,7 +121,7 @@ impl Taps {
         self.in_blocks(&mut places, |at, out| self.block(|i| tap(at + i), FEW, &one, out))
     }
 
-    /// Strains, and their derivatives by `inputs` into `slopes`: of tap after tap, by input after input.
+    /// Strains, and their derivatives by `inputs` into `slopes`: ordered by tap, then input.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -174,7 +165,6 @@ impl Taps {
         }
     }
 
-    /// Strains of closed forms, in blocks.
     fn closed(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
         self.in_blocks(out, |at, out| {
             let mut others = Vec::new();
@@ -188,7 +178,6 @@ impl Taps {
         })
     }
 
-    /// Strains of the taps `open` by solving them.
     fn open(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
@@ -204,7 +193,7 @@ impl Taps {
         Ok(())
     }
 
-    /// Does `one` for each block of `out`, which it is told the begin of.
+    /// Calls `one` for each block of `out`, with the index where it begins.
     fn in_blocks<T: Send>(
         &self,
         out: &mut [T],
@@ -223,7 +212,6 @@ impl Taps {
         self.workers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// An idle worker, or a new one.
     fn worker(&self) -> Result<Worker, Error> {
         let waiting = self.idle().pop();
         let new = || {
@@ -237,7 +225,6 @@ impl Taps {
         waiting.map_or_else(new, Ok)
     }
 
-    /// A block of strains whose taps are framed in lanes, but for those that are not.
     fn lanes(
         &self,
         framing: &Framing,
@@ -279,7 +266,6 @@ impl Taps {
     }
 }
 
-/// Each place with its own `width` slopes.
 fn beside<'a, T>(out: &'a mut [T], slopes: &'a mut [f64], width: usize) -> Vec<(&'a mut T, &'a mut [f64])> {
     let mut rest = slopes;
     let own = |place| {

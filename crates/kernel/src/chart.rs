@@ -5,15 +5,13 @@
 //! - e₀ = t + t² r(t) + b² p(β, t),
 //! - κR = b (1 + χ), χ = t c(t) + b² q(β, t).
 //!
-//! The factors t², t and b² are exact, so that both corrections keep their relative precision as the load vanishes.
-//! The polynomials interpolate the exact law at Chebyshev points and are cut where the coefficients left out stay
-//! below the accuracy asked.
+//! The factors t², t and b² are exact, so that both corrections keep their relative precision as the load vanishes. The polynomials interpolate the
+//! exact law at Chebyshev points; coefficients below the required accuracy are cut.
 
 use vibrissa_core::physics::chebyshev::{coefficients, coefficients2, points, transpose};
 use vibrissa_core::physics::section::{SectionLaw, SectionStrain};
 use vibrissa_core::scene::Material;
 
-/// Points over β and t at which the law is solved.
 const POINTS: [usize; 2] = [18, 14];
 
 /// Polynomials of one law over one range of loads.
@@ -31,22 +29,20 @@ pub struct Chart {
     pub p: Vec<Vec<f64>>,
     /// q, as p.
     pub q: Vec<Vec<f64>>,
-    /// Bound on the strain error, relative to the strain: what was cut, and what the last points show.
+    /// Bound on the strain error, relative to the strain: the part cut off, and the last coefficients.
     pub error: f64,
-    /// Whether it reaches as far as was asked.
+    /// True if it covers the whole requested range.
     pub whole: bool,
-    /// Whether some fibre has left the range of the law wherever the bending strain is the largest of the chart.
+    /// True if, wherever the bending strain is the chart's largest, some fibre has left the range of the law.
     pub covers: bool,
 }
 
-/// The law in the variables of the chart.
 struct Scaled {
     law: SectionLaw,
     unit: f64,
 }
 
 impl Scaled {
-    /// (e₀, κR) at (t, b), b > 0.
     fn at(&self, t: f64, b: f64) -> Option<(f64, f64)> {
         let s = self.law.deform(t * self.unit, 0.25 * b * self.unit)?;
         Some((s.axial, s.bending))
@@ -54,9 +50,8 @@ impl Scaled {
 }
 
 impl Chart {
-    /// The chart of `material` for |t| ≤ `axial`, b ≤ b₀ + b₁ t, cut at `accuracy` relative to the strain. A range that the
-    /// material does not bear is shortened, as is one so near to the end of what it bears that the polynomials are off by more
-    /// than `allowed`. `None` for Hooke's law, which needs none.
+    /// The chart of `material` for |t| ≤ `axial`, b ≤ b₀ + b₁ t, cut at `accuracy` relative to the strain. The range is shortened where the material
+    /// fails, or where the polynomials err by more than `allowed` close to its end. `None` for Hooke's law.
     pub fn new(
         material: &Material,
         axial: f64,
@@ -142,7 +137,7 @@ impl Chart {
     }
 }
 
-/// Cuts the tail that sums to less than `accuracy`; what was cut, at least the last coefficient.
+/// Cuts the tail that sums to less than `accuracy`; also returns the sum cut, at least the last coefficient.
 fn trimmed1(mut c: Vec<f64>, accuracy: f64) -> (Vec<f64>, f64) {
     let mut cut = c.last().copied().unwrap_or_default().abs();
     while c.len() > 1 && cut + c[c.len() - 1].abs() <= accuracy {
@@ -151,7 +146,6 @@ fn trimmed1(mut c: Vec<f64>, accuracy: f64) -> (Vec<f64>, f64) {
     (c, cut)
 }
 
-/// Cuts rows, then columns.
 fn trimmed(mut c: Vec<Vec<f64>>, accuracy: f64) -> (Vec<Vec<f64>>, f64) {
     let size = |row: &[f64]| row.iter().map(|x| x.abs()).sum::<f64>();
     let mut cut = size(&c[c.len() - 1]) + c.iter().map(|row| row[row.len() - 1].abs()).sum::<f64>();
@@ -164,7 +158,6 @@ fn trimmed(mut c: Vec<Vec<f64>>, accuracy: f64) -> (Vec<Vec<f64>>, f64) {
     (c, cut)
 }
 
-/// Ascending powers of x from Chebyshev coefficients.
 fn monomials(c: &[f64]) -> Vec<f64> {
     let n = c.len();
     let (mut before, mut now) = (vec![0.0; n], vec![0.0; n]);

@@ -1,4 +1,4 @@
-//! Which effects a kernel computes; kernels are specialised on it.
+//! The effects that a kernel computes; kernels are specialised on them.
 
 use vibrissa_core::physics::solid::is_solid;
 use vibrissa_core::scene::{Contact, Material, Model, Side};
@@ -10,7 +10,7 @@ pub struct Effects {
     pub shear: bool,
     /// Stretch of the centreline.
     pub extension: bool,
-    /// The force does not act on the centreline across it: surface contact, pole radius, friction, or one that gives way.
+    /// The force does not act on the centreline across it: surface contact, pole radius, friction, or a soft contact or clamp.
     pub offset: bool,
     /// The contact does not slip.
     pub stick: bool,
@@ -20,7 +20,7 @@ pub struct Effects {
     pub law: bool,
     /// The gauge is on the far side.
     pub far: bool,
-    /// The angle at the base and the strain of the centreline are told too: the pole is not upright, or there is a second gauge.
+    /// Also returns the angle at the base and the strain of the centreline: for a tilted pole or a second gauge.
     pub spatial: bool,
 }
 

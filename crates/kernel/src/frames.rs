@@ -1,5 +1,5 @@
-//! Taps of whiskers of their own, framed in lanes: the formulas of [`Frame`](crate::tap::Frame), and its bits. Only for taps in the middle of the
-//! domain, whose weight is surely 1; others are left to it.
+//! Frames taps of different whiskers in lanes; bit-identical to [`Frame`](crate::tap::Frame). Only for taps in the middle of the domain, whose weight
+//! is surely 1.
 
 use std::array::from_fn;
 
@@ -10,7 +10,6 @@ use vibrissa_core::design::MOST;
 use vibrissa_core::physics::{onset::Grip, solid::is_solid, taper::Taper};
 use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Model, Setup, Side};
 
-/// Taps that go through the same arithmetic.
 const LANES: usize = 4;
 
 type Lanes = Pack<f64, LANES, UNFUSED>;
@@ -18,16 +17,16 @@ type Lanes = Pack<f64, LANES, UNFUSED>;
 /// Dimensions of a tap: D, d, L_a, x_ss, l, a (mm) and the tap angle (degrees) or the displacement (mm).
 pub const DIMENSIONS: usize = 7;
 
-/// Least share of the largest linear strain at which the weight of an error is surely 1, with something to spare for rounding.
+/// Least share of the largest linear strain at which the weight of an error is surely 1, with a margin for rounding.
 const SURE: f64 = 1.001e-3;
 
 /// Lengths (mm) and drives between which no formula of the linear strain over- or underflows; no whisker has larger ones.
 const SIZES: [f64; 2] = [1e-20, MOST];
 
-/// D(a)/D, which is 1 − τa, between which the linear strain has as many digits as [`SURE`] spares.
+/// D(a)/D = 1 − τa, between which the rounding of the linear strain stays within the margin of [`SURE`].
 const RESTS: [f64; 2] = [1e-6, 1e6];
 
-/// What taps of a setup share that are framed in lanes.
+/// The setup of taps that are framed in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Framing {
     model: Model,
@@ -41,17 +40,16 @@ pub struct Framing {
 /// Taps framed in lanes.
 #[derive(Debug, Default)]
 pub struct Framed {
-    /// Dimensions of the taps, those of each kind together.
+    /// Dimensions of the taps, one column each.
     pub columns: [Vec<f64>; DIMENSIONS],
     /// The taps, as kernels take them.
     pub taps: Vec<Tap>,
-    /// Which of them are framed.
+    /// True for taps that are framed.
     pub whole: Vec<bool>,
 }
 
 impl Framing {
-    /// Of taps of `setup`; `None` where it is not known beforehand what holds a contact, where a second gauge asks for the plane of bending, and where
-    /// no kernel is asked.
+    /// Framing for `setup`; `None` where the grip is not known beforehand, with a second gauge, and where no kernel is used.
     pub fn new(setup: &Setup) -> Option<Self> {
         let Setup { model, drive, .. } = *setup;
         let hub = if drive == Drive::Displacement { 0.0 } else { setup.hub };
@@ -113,7 +111,6 @@ impl Framing {
         }
     }
 
-    /// Frames the taps of one pack.
     #[inline(always)]
     #[allow(non_snake_case)]
     fn some(&self, dimensions: [Lanes; DIMENSIONS], taps: &mut [Tap], whole: &mut [bool]) {
@@ -136,8 +133,8 @@ impl Framing {
 
     /// 1 for taps in the middle of the domain whose θ f (or δ g) is surely a thousandth of its largest value, else 0.
     ///
-    /// f is C (u − τ) n(u) w(u), n = b₁ (1 − x1 u) + b₂ (1 − x2 u) = s − t u, and less where the contact is on the gauge; w = 1 + r₀ u, or u. As
-    /// s − τ t = 2, it is nowhere above (C/t) w(1/x1).
+    /// f is C (u − τ) n(u) w(u), n = b₁ (1 − x1 u) + b₂ (1 − x2 u) = s − t u, and less where the contact is on the gauge; w = 1 + r₀ u, or u. As s −
+    /// τ t = 2, it is at most (C/t) w(1/x1).
     #[inline(always)]
     #[allow(non_snake_case)]
     fn are_sure(&self, dimensions: &[Lanes; DIMENSIONS], [x1, x2]: [Lanes; 2], tap: &Tap<Lanes>) -> Lanes {
@@ -153,7 +150,7 @@ impl Framing {
             Drive::Displacement => (x1, a),
         };
         let largest = if self.drive == Drive::Angle { of(90.0) } else { most };
-        // What is no number fails.
+        // NaN fails.
         let mut sure = x_ss.if_less(zero, zero, one);
         for size in [D, d, L_a, l, a, drive] {
             sure = least.if_less(size, sure, zero);

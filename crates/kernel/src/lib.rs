@@ -1,25 +1,17 @@
 //! The fast tap kernel: many small, independent taps, in lanes on the CPU or in invocations on the GPU.
 //!
-//! # Theory
-//! From the contact towards the base the rod is an initial value problem in two unknowns, the force P and the contact
-//! arc c. Angles are small and smooth, so that the whole tap is one collocation/Picard loop on n Gauss–Legendre nodes
-//! ([`nodes`]): integrate the angle, integrate the position, correct P and c from the two closure equations.
-//! What is carried is the *deviation from the linear solution*, so that K − 1, which is O(θ²), keeps its full
-//! relative precision in f32. The derivation stands at the top of `cpu::exact`.
+//! From the contact towards the base the rod is an initial value problem in two unknowns, the force P and the contact arc c. Angles are small and
+//! smooth, so that the whole tap is one collocation/Picard loop on n Gauss–Legendre nodes ([`nodes`]): integrate the angle, integrate the position,
+//! correct P and c from the two closure equations. The state is the *deviation from the linear solution*, so that K − 1, which is O(θ²), keeps its
+//! full relative precision in f32. The derivation is in `cpu::exact`.
 //!
-//! # Practice
-//! Taps are reduced to dimensionless groups ([`Tap`]; unit of length is the contact distance, E drops out), solved
-//! in batches by one of the [`Solver`]s, and brought back to mm and N by `tap::Frame` in f64. A batch is solved on a
-//! small rule first; the taps whose own error estimate exceeds the tolerance are solved again on a larger one
-//! ([`Rule`]); full Newton, which f64 alone has, and whatever is left are solved in f64 on the CPU. The estimate of a tap holds what the iteration left, the
-//! truncation of its rule, the error of its section chart, and what rounding makes of terms that cancel. An equilibrium
-//! of which a kernel cannot tell whether the material bears it, or whether it lies on the path from the unloaded whisker, is
-//! said to be [unsure](Solution::unsure), and the reference is asked.
+//! Taps are dimensionless ([`Tap`]; unit of length is the contact distance, E drops out) and solved in batches by a [`Solver`], on a small rule
+//! first; taps whose error estimate exceeds the tolerance climb to a larger one ([`Rule`]), the last in f64 on the CPU. The estimate includes the
+//! iteration, the truncation of the rule, the section chart, and rounding of terms that cancel. An equilibrium at which the material may fail, or
+//! that may not lie on the path from the unloaded whisker, is [unsure](Solution::unsure): the reference decides.
 //!
-//! # Cost
-//! A sweep of n nodes takes two n × n products and the work at the nodes. Frictionless Hooke taps of 0.5–10° take 3.3 sweeps of 6 nodes in
-//! f32 at 1e-5 and 4.2 of 10 nodes in f64 at 1e-8, all rungs together (`sweeps_mean` of `vibrissa bench`); counted once, with the gauge, that
-//! was 3381 and 8115 floating-point operations a tap.
+//! Frictionless Hooke taps of 0.5–10° take 3.3 sweeps of 6 nodes in f32 at 1e-5 and 4.2 of 10 nodes in f64 at 1e-8, all rungs together (`sweeps_mean`
+//! of `vibrissa bench`): with the gauge 3381 and 8115 floating-point operations a tap.
 
 /// Names as words.
 #[macro_export]
@@ -52,10 +44,10 @@ use rayon::prelude::*;
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::{Material, Precision};
 
-/// What one batch is solved with.
+/// Shared parameters of one batch.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
-    /// What the kernel computes.
+    /// Effects of the kernel.
     pub effects: Effects,
     /// Nodes, terms, sweeps.
     pub rule: &'a Rule,
@@ -70,18 +62,17 @@ pub struct Job<'a> {
 pub struct Rung {
     /// Nodes, terms, sweeps.
     pub rule: Rule,
-    /// Solved on the CPU in f64 and far below the tolerance, whatever the backend: for the few taps that the others cannot tell.
+    /// Solved on the CPU in f64, far below the tolerance, for the few taps that the other rungs cannot solve.
     pub spare: bool,
     precision: Precision,
-    /// Law of the sections, and the tolerance for which it is charted; none for Hooke's, which needs no chart.
+    /// Law of the sections, and the tolerance of its chart; None for Hooke's.
     law: Option<(Material, f64)>,
     chart: OnceLock<Option<Chart>>,
 }
 
-/// Share of the tolerance that spare rungs are solved to: they are few.
+/// Spare rungs solve to this share of the tolerance: they are few.
 const SPARE: f64 = 0.01;
 
-/// Answers that a thread looks through at least for those of the next rung.
 const SCANNED: usize = 1 << 14;
 
 impl Rung {
@@ -104,7 +95,7 @@ impl Rung {
             rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect();
         let finest = rule::smallest_tolerance(Precision::F64);
         if SPARE * tolerance >= finest {
-            // A section law that is charted more finely covers a smaller range of strain. After f32 no other rung covers the rest: the chart is as fine as the tolerance.
+            // A finer section chart covers a smaller range of strain. After f32 no other rung covers the rest: the chart is as fine as the tolerance.
             let fine = if precision == Precision::F32 { 1.0 } else { SPARE };
             let spare = |rule: &Rule| Self {
                 spare: true,
@@ -120,17 +111,16 @@ impl Rung {
         self.precision
     }
 
-    /// Whether taps with these effects climb it. What a contact that sticks lacks in f32 is precision; what others lack is nodes.
+    /// True if taps with these effects climb it: sticking contacts lack precision in f32, others lack nodes.
     fn suits(&self, effects: &Effects) -> bool {
         effects.stick || !self.spare || self.rule.nodes > rule::every_rule(Precision::F64)[0].nodes
     }
 
-    /// True if the CPU solves this rung in place of `solver`. Few taps climb so far.
     fn is_for_the_cpu(&self, solver: &dyn Solver) -> bool {
         self.spare || self.rule.full && !solver.has_full_newton()
     }
 
-    /// Section law over the range of this rung, charted when it is first asked for: few taps climb.
+    /// Section law over the range of this rung, charted on first use: few taps climb.
     pub fn chart(&self) -> Option<&Chart> {
         let chart = || {
             let (material, tolerance) = self.law.as_ref()?;
@@ -147,7 +137,7 @@ pub trait Solver: Send {
     /// Solves every tap of `taps` into the same place of `out`.
     fn solve(&mut self, job: &Job<'_>, taps: &[Tap], out: &mut Vec<Solution>) -> Result<(), SolveError>;
 
-    /// Taps that one call takes at most.
+    /// Most taps of one call.
     fn batch_limit(&self) -> usize;
 
     /// True if it has kernels for rungs of full Newton. Devices have none.
@@ -155,19 +145,18 @@ pub trait Solver: Send {
         false
     }
 
-    /// Place of the rung on which taps with these effects begin; the first, unless it costs more than it solves.
+    /// Place of the rung on which taps with these effects begin; the first, unless that rung does not pay.
     fn begin(&self, _effects: &Effects, _rungs: &[Rung]) -> usize {
         0
     }
 
-    /// Its device, where it has one: for kernels of other kinds, and to rank.
+    /// Its device, if any: for other kernels, and to rank.
     fn device(&mut self) -> Option<&mut gpu::Gpu> {
         None
     }
 }
 
-/// Share of the tolerance above which a tap's own error estimate sends it to the next rung. Where the force does not act
-/// across the centreline, estimates are up to three times too small: contacts with friction next to the gauge.
+/// Share of the tolerance above which a tap climbs: with an offset force, estimates are up to three times too small.
 pub(crate) fn trusted(effects: &Effects) -> f64 {
     match effects {
         effects if effects.offset => 0.3,
@@ -176,8 +165,7 @@ pub(crate) fn trusted(effects: &Effects) -> f64 {
     }
 }
 
-/// What to believe of a tap after a finer rung. Estimates of full Newton are generous: where it converged it is nearer than an
-/// answer whose own estimate is not trusted, even if it does not claim so.
+/// The answer to keep after a finer rung. Estimates of full Newton are generous: converged, it beats an answer whose estimate is not trusted.
 fn finer(old: &Solution, new: Solution, tolerance: f64) -> Solution {
     match (old.within(tolerance), new.within(10.0 * tolerance)) {
         (true, true) => Solution { error: new.error.min(old.error), ..new },
@@ -186,8 +174,8 @@ fn finer(old: &Solution, new: Solution, tolerance: f64) -> Solution {
     }
 }
 
-/// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. The order of `out` is
-/// that of `taps`; a tap that no rung brought below the tolerance keeps an `error` above it.
+/// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. `out` has the order of `taps`; a tap that no
+/// rung solved keeps an `error` above the tolerance.
 pub fn solve(
     solver: &mut dyn Solver,
     effects: Effects,
@@ -200,7 +188,7 @@ pub fn solve(
     let trusted = trusted(&effects);
     let mut cpu = Cpu::new(Precision::F64);
     let mut part = Vec::new();
-    // A rolling contact is solved on the CPU in f64: the little stretch that holds it is the difference of two rolled lengths.
+    // A rolling contact is solved on the CPU in f64: the small stretch that holds it is the difference of two rolled lengths.
     let double = |rung: &Rung| rung.precision == Precision::F64;
     let begin = match effects.rolls {
         true => rungs.iter().position(double).unwrap_or(rungs.len()),

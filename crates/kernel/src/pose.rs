@@ -15,7 +15,7 @@ pub struct Pose<'a, T = f64> {
     pub model: &'a Model,
     /// Side of the gauge.
     pub side: Side,
-    /// What is turned or moved.
+    /// Drive: the base turns, or the object moves.
     pub drive: Drive,
     /// r₀; 0 for a displaced object.
     pub hub: f64,
@@ -27,12 +27,12 @@ pub struct Pose<'a, T = f64> {
     pub a: T,
     /// θ or δ.
     pub amount: T,
-    /// What holds the contact.
+    /// Contact condition.
     pub grip: Grip,
 }
 
 impl<T: Number> Pose<'_, T> {
-    /// The tap that kernels solve, but that its `weight` is 1; and where its contact is before it.
+    /// The tap for kernels, with `weight` 1, and the touch before it.
     #[inline(always)]
     pub fn tap(&self) -> (Tap<T>, Touch<T>) {
         let [zero, half, one] = [0.0, 0.5, 1.0].map(T::of);
@@ -43,7 +43,7 @@ impl<T: Number> Pose<'_, T> {
         let shear = model.shear.then(|| {
             shear_length2(&self.taper, T::of(model.nu)) / (T::of(3.0 * Held::new(model).shear) * a * a)
         });
-        // Of a length that all taps have and that is mostly 0.
+        // A length of the rig, mostly 0.
         let over_a = |length: f64| if length == 0.0 { zero } else { T::of(length) / a };
         let mut groups = Groups {
             taper,
@@ -90,7 +90,7 @@ impl<T: Number> Pose<'_, T> {
             force: onset.across,
             along: onset.along,
             arc: onset.arc,
-            // Of a contact before the gauge only force and arc are read.
+            // A contact before the gauge has force and arc only.
             strain: zero.if_less(near, onset.strain, one),
         };
         (tap, touch)

@@ -1,28 +1,26 @@
-//! Designs ranked from charts: what a device must know of them, and what ranking brings.
-//!
-//! A chart is made and read above this crate; here it is numbers. [`Sheet`] has them in the order that `shaders/ranking` reads.
+//! Designs ranked from charts: the data for a device ([`Sheet`]), and the results. Charts are made and read above this crate.
 
 use vibrissa_core::scene::Tuple;
 use vibrissa_core::status::Status;
 
-/// How a design is dealt with.
+/// Path of a design in ranking.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Case {
-    /// Charted.
+    /// From charts.
     Easy,
     /// Tap by tap.
     Hard,
-    /// No whisker with a gauge.
+    /// Not a whisker with a gauge.
     Void,
 }
 
-/// What an estimate says of a tap.
+/// Results of an estimate.
 pub const TOLD: [Status; 3] = [Status::OK, Status::AMBIGUOUS, Status::NO_ROOT];
 
-/// Words of a tap that do not depend on its estimate; the last is both.
+/// Words of a tap that do not depend on its estimate; both of the last two may occur together.
 pub const WORN: [Status; 3] = [Status::OK, Status::STRAIN_LIMIT, Status::SLIPPED_OFF];
 
-/// Combinations of the words of a whisker: of each of [`TOLD`] those of [`WORN`], then `strain_limit` and `slipped_off` together.
+/// Combinations of words: for each of [`TOLD`] those of [`WORN`], then `strain_limit` and `slipped_off` together.
 pub const COMBINED: usize = 12;
 
 /// Taps per combination of status words.
@@ -30,7 +28,7 @@ pub const COMBINED: usize = 12;
 pub struct Words {
     /// In the order of [`COMBINED`].
     pub taps: [u64; COMBINED],
-    /// `invalid_geometry`.
+    /// Taps with `invalid_geometry`.
     pub invalid: u64,
 }
 
@@ -54,7 +52,7 @@ impl Words {
 pub struct Found {
     /// Rank, design, drive.
     pub rows: Vec<(f32, u64, u32)>,
-    /// Rows that are complete; designs that have one where designs compete.
+    /// Complete rows; where designs compete, designs that have one.
     pub complete: u64,
     /// Taps per status word.
     pub words: Words,
@@ -73,11 +71,11 @@ impl Found {
     }
 }
 
-/// What a finished batch brings.
+/// Results of a finished batch.
 pub struct Batch {
     /// Its designs.
     pub range: std::ops::Range<u64>,
-    /// Rows that are complete; designs that have one where designs compete.
+    /// Complete rows; where designs compete, designs that have one.
     pub complete: u64,
     /// Taps per status word.
     pub words: Words,
@@ -87,9 +85,9 @@ pub struct Batch {
     pub hard: Vec<u64>,
 }
 
-/// Charts that rank designs on the CPU, and say what a device needs to do the same.
+/// Charts that rank designs on the CPU, and give a device the data to do the same.
 pub trait Charts {
-    /// How the design `t` is dealt with.
+    /// The path of the design `t`.
     fn case(&self, t: &Tuple) -> Case;
 
     /// Rows of the designs `ks`, all easy, that rank below `bound`.
@@ -99,39 +97,38 @@ pub trait Charts {
     fn sheet(&self) -> Option<Sheet>;
 }
 
-/// Numbers of a distance before the points of its gauge, as the shader calls them: ends of the range of interest (η), what the functions are multiplied
-/// by, largest arc over driveᵉ, number of branches, where their matrix begins behind CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
+/// Numbers of a distance before the points of its gauge, by shader name: ends of the range of interest (η), factor of the functions, largest arc over
+/// driveᵉ, number of branches, where their matrix begins after CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
 pub const HEAD: [&str; 16] = crate::names![
     END_LO END_HI SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
     PLACE_AXIS PLACE_SHIFT A INVERSE
 ];
 
-/// Bounds on q beyond which a design is solved tap by tap: of one reading, which is known, and of many, of which only bounds are.
+/// Bounds on q beyond which a design is solved tap by tap: of one reading, known exactly, and of many, known by bounds.
 pub const BEYOND: [[f64; 2]; 2] = [[-0.9, 9.0], [-0.5, 0.5]];
 
-/// Share of the way to infinitely far, or to the apex, beyond which an estimate is solved.
+/// Share of the way to infinity, or to the apex, beyond which an estimate is solved.
 pub const FARTHEST: f64 = 1.1e-3;
 
 /// Charts of some distances, with all else that ranking needs, as a device reads them. Lengths in mm, drives in rad or mm.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// Constants by their names in the shader: whole numbers, switches and others.
+    /// Whole numbers, by name in the shader.
     pub counts: Vec<(&'static str, usize)>,
-    /// See [`Self::counts`].
+    /// Switches, by name in the shader.
     pub switches: Vec<(&'static str, bool)>,
-    /// See [`Self::counts`].
+    /// Real constants, by name in the shader.
     pub reals: Vec<(&'static str, f64)>,
-    /// Of each distance: [`HEAD`], then place and weight of the points of a gauge. Behind them drives and small matrices; where these begin is among the
-    /// constants.
+    /// For each distance [`HEAD`], then place and weight of the gauge's points; then drives and small matrices, whose starts are among the constants.
     pub numbers: Vec<f32>,
-    /// Where series begin, and how many orders each has: for each distance and branch two numbers of the strain, two of the arc (places in this and in
-    /// `rows`); then, group by group of a series, how many places, for each how many tapers, for each how many rows.
+    /// For each distance and branch, where the strain's and the arc's series begin (two numbers each: here and in `rows`); then, group by group of a
+    /// series, how many places, for each how many tapers, for each how many rows.
     pub shape: Vec<u32>,
     /// Coefficients of four orders over the drive, for each order over D/a; then the polynomials over the drive at the points.
     pub rows: Vec<[f32; 4]>,
     /// Numbers that an invocation keeps of its taps.
     pub kept: usize,
-    /// Rounds of loops that a design takes at most: every order of its series is one, and so is every drive of every tap.
+    /// Most loop rounds of a design: one per order of its series, and per drive of every tap.
     pub rounds: usize,
     /// rad or mm per unit of a tuple's drive.
     pub unit: f32,

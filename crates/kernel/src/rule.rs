@@ -1,4 +1,4 @@
-//! How finely a tap is solved: nodes, polynomial terms, sweeps.
+//! Resolution of a tap: nodes, polynomial terms, sweeps.
 
 use super::Effects;
 use vibrissa_core::scene::Precision;
@@ -10,16 +10,16 @@ pub struct Rule {
     pub nodes: usize,
     /// Terms of the series of 1 − cos ψ and ψ − sin ψ.
     pub terms: usize,
-    /// Full Newton: the lag settles between steps, and the Jacobian knows how it follows the unknowns. Dearer, but it reaches
-    /// taps on which a step a sweep diverges, such as a sticking contact next to a fine tip. In f64 only, and solved on the CPU.
+    /// Full Newton: the lag settles between steps, and the Jacobian includes its response. Slower, but solves taps on which one step per sweep
+    /// diverges, such as a sticking contact next to a fine tip. In f64 on the CPU only.
     pub full: bool,
     /// Most sweeps before a tap counts as not converged on this rung.
     pub sweeps: u32,
 }
 
 impl Rule {
-    /// Least number of sweeps. More than one where the first-order solution leaves out effects that do not vanish with the angle: K − K₀ is
-    /// as small as θ², and has to be right relative to itself; where it is asked for finely, a nonlinear law takes one more.
+    /// Least number of sweeps: several where the first-order solution leaves out effects that do not vanish with the angle, since K − K₀ ~ θ² must be
+    /// right relative to itself; a nonlinear law at a fine tolerance takes one more.
     pub fn least(effects: &Effects, tolerance: f64) -> u32 {
         match (effects.plain(), effects.law && tolerance < FINE) {
             (true, _) => 1,
@@ -33,7 +33,7 @@ impl Rule {
         if self.full { limits::SETTLE } else { 1 }
     }
 
-    /// Passes of the iteration for what the lag adds to the Jacobian.
+    /// Iterations for the lag's part of the Jacobian.
     pub fn passes(&self) -> u32 {
         if self.full { limits::PASSES } else { 0 }
     }
@@ -43,7 +43,7 @@ impl Rule {
         if self.full { limits::LARGEST_FULL_RATE } else { limits::LARGEST_RATE }
     }
 
-    /// Smallest contraction rate that is believed: steps of full Newton shrink faster than what they leave in the lag.
+    /// Smallest contraction rate that is believed: steps of full Newton shrink faster than the error left in the lag.
     pub fn smallest_rate(&self) -> f64 {
         if self.full { limits::LARGEST_FULL_RATE } else { limits::SMALLEST_RATE }
     }
@@ -62,8 +62,8 @@ impl Rule {
         self.nodes / 2 + 2
     }
 
-    /// Largest |ψ| (rad) at which `terms` terms of both series reach the precision they are meant for; a tap that bends further
-    /// climbs. Beyond 2 rad a rod has several equilibria, and only the path from the unloaded one tells which is meant.
+    /// Largest |ψ| (rad) for which `terms` terms of both series suffice; a tap that bends further climbs. Beyond 2 rad a rod has several equilibria,
+    /// and only the path from the unloaded one decides.
     pub fn max_angle(&self) -> f64 {
         match self.terms {
             ..9 => 1.0,
@@ -71,8 +71,7 @@ impl Rule {
         }
     }
 
-    /// Least 1 − τa that few nodes serve where the force does not act across the centreline: next to the apex the radius enters
-    /// with a high power.
+    /// Least 1 − τa that few nodes serve with an offset force: next to the apex the radius enters with a high power.
     pub fn least_rest(&self) -> f64 {
         let first = [Precision::F32, Precision::F64].iter().any(|p| every_rule(*p).first() == Some(self));
         if first { limits::SHARP } else { 0.0 }
@@ -100,8 +99,8 @@ pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
     }
 }
 
-/// All rungs that kernels are compiled for. f32 needs fewer terms; 5 of them hold to 1 rad, which most taps never reach. What these leave open is solved in f64, full
-/// Newton always on the CPU: a device would compile that kernel longer than all its others, for the few taps that need it.
+/// All rungs with compiled kernels. In f32 fewer terms suffice; 5 hold to 1 rad, which most taps never reach. Full Newton is CPU only: a device would
+/// compile that kernel longer than all its others, for few taps.
 pub fn every_rule(precision: Precision) -> Vec<Rule> {
     let rule = |nodes, terms, full, sweeps| Rule { nodes, terms, full, sweeps };
     match precision {
@@ -110,13 +109,13 @@ pub fn every_rule(precision: Precision) -> Vec<Rule> {
     }
 }
 
-/// Those of them that devices have kernels for.
+/// The rungs that devices have kernels for.
 pub fn rules_of_devices(precision: Precision) -> Vec<Rule> {
     every_rule(precision).into_iter().filter(|rule| !rule.full).collect()
 }
 
-/// Range of the section chart on rung `rung` of every rule: largest axial strain, and largest bending strain b₀ + b₁ t. Most
-/// whiskers stay within the first; the last, of f64, reaches to the ends of the material's range.
+/// Range of the section chart on this rung: largest axial strain, and largest bending strain b₀ + b₁ t. Most whiskers stay within the first; the
+/// last, of f64, reaches to the ends of the material's range.
 pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
     match every_rule(precision).iter().position(|r| r == rule) {
         Some(0) => (0.04, [0.15, 0.0]),
@@ -125,9 +124,8 @@ pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
     }
 }
 
-/// Shares of the tolerance: at which the chart of a rung is cut, and which it may be off before its range is shortened. Taps climb
-/// to the second rung also because bending and the force along the whisker nearly cancel at the gauge, which shows the errors
-/// of both.
+/// Shares of the tolerance: where a rung's chart is cut, and its largest error before its range is shortened. Taps climb to the second rung also
+/// because bending and the force along the whisker nearly cancel at the gauge, which amplifies both errors.
 pub fn chart_shares(precision: Precision, rule: &Rule) -> [f64; 2] {
     let second = every_rule(precision).get(1) == Some(rule);
     [if second { 0.004 } else { 0.02 }, 0.2]
@@ -135,7 +133,6 @@ pub fn chart_shares(precision: Precision, rule: &Rule) -> [f64; 2] {
 
 /// Guards of the iteration, the same numbers on every backend.
 pub mod limits {
-    /// Those that shaders have too, by their names there.
     macro_rules! named {
         ($($(#[$doc:meta])+ $name:ident = $x:expr;)+) => {
             $($(#[$doc])+ pub const $name: f64 = $x;)+
@@ -194,18 +191,18 @@ pub mod limits {
     pub const PASSES: u32 = 8;
     /// Largest contraction rate believed when the remaining error is extrapolated.
     pub const LARGEST_RATE: f64 = 0.9;
-    /// The same of full Newton: steps that do not shrink any more are the noise of the arithmetic.
+    /// The same of full Newton: steps that do not shrink any more are rounding noise.
     pub const LARGEST_FULL_RATE: f64 = 0.5;
     /// Smallest contraction rate believed.
     pub const SMALLEST_RATE: f64 = 0.05;
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
     pub const STOP: f64 = 0.1;
-    /// The same with any effect, whose lag goes on a little longer than the steps tell.
+    /// The same with any effect: the lag converges later than the steps.
     pub const EFFECTS_STOP: f64 = 0.05;
     /// Largest change of w in a step of full Newton, relative to 1 + |w|.
     pub const LONGEST_STEP: f64 = 0.5;
     /// Share of the tolerance at which full Newton stops, which has nodes to spare.
     pub const FULL_STOP: f64 = 0.5;
-    /// Distance of a fibre's load from 1 within which the reference is asked whether the material ends.
+    /// The reference decides whether the material ends if a fibre's load is this close to 1.
     pub const EDGE: f64 = 0.02;
 }

@@ -1,7 +1,5 @@
-//! The dimensionless tap that kernels solve, its solution, and the way there and back in f64.
-//!
-//! Unit of length is the contact distance. A displaced object (passive drive) is the same problem seen from the clamp,
-//! without a hub: the pole turns by an angle and its distance grows.
+//! The dimensionless tap that kernels solve, its solution, and the conversion in f64. Unit of length is the contact distance. A displaced object
+//! (passive drive) is the same problem seen from the clamp, without a hub: the pole turns by an angle and its distance grows.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -15,7 +13,7 @@ use vibrissa_core::scene::{Model, Side};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Tap<T = f64> {
-    /// τa.
+    /// Taper τa.
     pub taper: T,
     /// 1 − τa > 0, from f64: next to the apex the difference would lose digits in f32.
     pub rest: T,
@@ -23,7 +21,7 @@ pub struct Tap<T = f64> {
     pub angle: T,
     /// r₀/a.
     pub hub: T,
-    /// 1 − x1/a: how far the contact is beyond the gauge's near end.
+    /// 1 − x1/a: distance of the contact beyond the gauge's near end.
     pub near: T,
     /// 1 − x2/a; negative where the contact is on the gauge.
     pub far: T,
@@ -43,11 +41,11 @@ pub struct Tap<T = f64> {
     pub pole_x: T,
     /// Y₀: pole centre from the motor's axis, across the whisker.
     pub pole_y: T,
-    /// H/W of a sliding contact; ρ cos α of one that sticks, by which it rolls.
+    /// H/W of a sliding contact; ρ cos α of a sticking one, by which it rolls.
     pub ratio: T,
     /// W₀ of the first-order solution.
     pub force: T,
-    /// H₀.
+    /// H₀ of the first-order solution.
     pub along: T,
     /// x₀ = c − 1 to first order.
     pub arc: T,
@@ -55,7 +53,7 @@ pub struct Tap<T = f64> {
     pub strain: T,
 }
 
-/// What a kernel returns; the layout is the WGSL struct `Solution`, which ends before `base` where the effects are not `spatial`.
+/// A kernel's answer; the layout is the WGSL struct `Solution`, which ends before `base` where the effects are not `spatial`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Solution<T = f64> {
@@ -69,7 +67,7 @@ pub struct Solution<T = f64> {
     pub strain: T,
     /// Estimated error of the strain relative to max(|ε|, 1e-3 θ f_max).
     pub error: T,
-    /// Largest load of a fibre; above 1 the material law ends. 0 where there is no equilibrium, or the chart does not tell.
+    /// Largest load of a fibre; above 1 the material law ends. 0 without an equilibrium, or outside the chart.
     pub load: T,
     /// Sweeps spent.
     pub sweeps: T,
@@ -123,56 +121,54 @@ fields!(Tap: taper rest angle hub near far width shear weight radius contact_rad
 fields!(Solution: force along arc strain error load sweeps base axial);
 
 impl Tap {
-    /// Strain that `s` says, positive as on the contact side.
+    /// The strain of solution `s`, positive as on the contact side.
     pub fn strain(&self, s: &Solution) -> f64 {
         self.strain + self.strain * s.strain
     }
 
-    /// How far the contact has moved along the whisker: c/a − 1.
+    /// Shift of the contact along the whisker: c/a − 1.
     pub fn moved(&self, s: &Solution) -> f64 {
         self.arc + s.arc
     }
 }
 
 impl<T> Solution<T> {
-    /// How many fields a kernel returns with and without `spatial` effects.
+    /// Number of fields a kernel returns with and without `spatial` effects.
     pub const fn words(spatial: bool) -> usize {
         if spatial { 9 } else { 7 }
     }
 }
 
 impl Solution {
-    /// Whether the tap met the tolerance; false for anything that is not a number.
+    /// True if the tap met the tolerance; false for NaN or infinite values.
     pub fn within(&self, tolerance: f64) -> bool {
         self.error <= tolerance
             && [self.force, self.along, self.arc, self.strain].iter().all(|x| x.is_finite())
     }
 
-    /// Whether an equilibrium was found at which a fibre has surely left the range of its law.
+    /// True if at the equilibrium a fibre has surely left the range of its law.
     pub fn ended(&self) -> bool {
         self.load > 1.0 + EDGE
     }
 
-    /// Whether the kernel has an answer: a strain within `tolerance`, or a material that has surely ended.
+    /// True if the kernel has an answer: a strain within `tolerance`, or a material that has surely ended.
     pub fn is_told(&self, tolerance: f64) -> bool {
         !self.unsure() && (self.ended() || self.within(tolerance))
     }
 
-    /// Whether an equilibrium was found of which the kernel cannot tell what it is: outside the range of its series or of its chart,
-    /// beyond a fold of the path, or with a fibre next to the end of its law.
-    /// So is a tap of which nothing is known.
+    /// True if an equilibrium may be outside the series or chart, beyond a fold of the path, or close to the end of the law; also if unknown.
     pub fn unsure(&self) -> bool {
         self.error == f64::MAX
             || self.error == HOPELESS && self.load <= 1.0 + EDGE
             || (self.load - 1.0).abs() <= EDGE
     }
 
-    /// Whether the iteration has not come near any equilibrium: where the tip of a whisker has flicked past the object there is none.
+    /// True if the iteration came near no equilibrium: none exists once the tip has flicked past the object.
     pub fn is_astray(&self) -> bool {
         !self.unsure() && !self.ended() && !self.within(ASTRAY)
     }
 
-    /// The unknowns `share` of the way from `before` to this on from here, along the line through both.
+    /// The unknowns extrapolated from `before` through this by `share` of the difference.
     pub fn beyond(&self, before: &Self, share: f64) -> Self {
         let line = |now: f64, then: f64| now + share * (now - then);
         Self {
@@ -185,10 +181,10 @@ impl Solution {
         }
     }
 
-    /// A tap of which nothing is known; the reference is asked.
+    /// A tap not solved yet; the reference is asked.
     pub const UNKNOWN: Self = Self { error: f64::MAX, ..Self::FAILED };
 
-    /// That of the first-order solution itself.
+    /// The first-order solution itself.
     pub const UNLOADED: Self =
         Self { force: 0.0, along: 0.0, arc: 0.0, strain: 0.0, error: 0.0, ..Self::FAILED };
 
@@ -206,7 +202,7 @@ impl Solution {
     };
 }
 
-/// A tap in its own units: what is asked of the rod, and how a solution is read.
+/// A tap with its units: converts the question and the answer.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
     tap: Tap,
@@ -218,7 +214,7 @@ pub struct Frame {
     direction: (f64, f64),
     /// T/P of a sliding contact.
     friction: Option<f64>,
-    /// Where the rod begins, mm from the face of its clamp.
+    /// Beginning of the rod, mm from the face of its clamp.
     start: f64,
 }
 
@@ -239,7 +235,7 @@ pub struct Response {
     pub axial: f64,
 }
 
-/// A tap as a user describes it, with what its design shares.
+/// A tap in user units, with the data its design shares.
 #[derive(Debug, Clone, Copy)]
 pub struct Ask<'a> {
     /// Model of the rod.
@@ -254,9 +250,9 @@ pub struct Ask<'a> {
     pub a: f64,
     /// θ, rad, or δ, mm.
     pub amount: f64,
-    /// What holds the contact.
+    /// Contact condition.
     pub grip: Grip,
-    /// Where the rod begins, mm from the face of its clamp: the contact distance and `curve` are measured from there.
+    /// Beginning of the rod, mm from the face of its clamp: the contact distance and `curve` are measured from there.
     pub start: f64,
 }
 
@@ -309,7 +305,7 @@ impl Frame {
             + along * contact_radius * (1.0 + v + v * v) / (3.0 * v.powi(3))
     }
 
-    /// How far the contact has moved along the whisker: c/a − 1.
+    /// Shift of the contact along the whisker: c/a − 1.
     pub fn moved(&self, s: &Solution) -> f64 {
         self.tap.moved(s)
     }

@@ -7,12 +7,11 @@ use vibrissa_kernel::cpu::{AVX2, Pack, Packed, Scalar, UNFUSED, VECTORS};
 const KINDS: [f64; 11] =
     [0.0, -0.0, 1.0, -1.0, 0.3, 7e-20, -7e-20, 3e19, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 
-/// Numbers of every kind, the first of them at `first`.
 fn numbers<T: Scalar, const L: usize, const SET: u8>(first: usize) -> Pack<T, L, SET> {
     Pack(std::array::from_fn(|i| T::of(KINDS[(first + i) % KINDS.len()])))
 }
 
-/// The bits of both are the same, but that any NaN is like any other.
+/// The bits of both are the same; any NaN equals any other.
 fn same<T: Scalar, const L: usize, const SET: u8>(
     name: &str,
     found: Pack<T, L, SET>,

@@ -1,4 +1,4 @@
-//! Which rows of a pack are among the best.
+//! The best rows of a pack.
 
 use super::estimate::Floor;
 use super::groups::{Group, TOGETHER};
@@ -8,11 +8,11 @@ use super::{Found, LANES, Lanes, Scratch, Tables};
 use crate::kernel::cpu::Packed;
 use crate::scene::{Per, RankBy};
 
-/// Slack for rounding of what a rough look may miss.
+/// Safety factor for rounding in a rough look.
 const SAFE: f64 = 1.01;
 
 impl Rows {
-    /// Bound from below on what the spread of K is at the drives of `group`, times √(n − 1).
+    /// Lower bound on the spread of K at the drives of `group`, times √(n − 1).
     #[inline(always)]
     fn least_spread(&self, group: &Group, m: usize) -> Lanes {
         let zero = Lanes::of(0.0);
@@ -25,8 +25,7 @@ impl Rows {
         Lanes::splat(group.powers[0]) * (sum - apart).max(zero).sqrt()
     }
 
-    /// Counts the words of all taps and adds the rows below `bound`. After a rough look the lanes of designs that it does not tell, or that
-    /// may be below the bound, go to `left` instead.
+    /// Counts the words of all taps and adds the rows below `bound`. A rough look adds undecided lanes, and those that may be below, to `left`.
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     #[inline(never)]
     pub fn count_and_rank<const OWN: bool>(
@@ -102,7 +101,6 @@ impl Rows {
             let mut rank = if estimates {
                 let row = self.row::<OWN>(tables, j);
                 if let Some(floor) = &floor {
-                    // Rows that are not complete, and those of designs to be solved, do not compete.
                     let out = rootless[j].max(tally.hard).max(place.if_less(complete, of(0.0), of(1.0)));
                     let least = of(0.5).if_less(out, never, floor.at(tables, &row));
                     if (bound * bound).all_at_most(least) {
@@ -129,7 +127,7 @@ impl Rows {
                 rank = place.if_less(complete, rank, never);
             }
             if left.is_some() {
-                // The spread is a norm: it is off by no more than that of what is missed.
+                // The spread is a norm: its error is at most the norm of the missing terms.
                 let least = rank - of(SAFE) * self.own[1] * self.slack[1].sqrt() * scale;
                 tally.hard = tally.hard.max(least.if_less(bound, of(1.0), of(0.0)));
             }
@@ -166,7 +164,6 @@ impl Rows {
         if let Some(left) = left {
             left.extend((0..self.live).filter(|&lane| tally.is_hard(lane)));
         } else if (0..self.live).any(|lane| tally.is_hard(lane)) {
-            // Rows pushed before a design turned out to be hard.
             let mut at = start;
             while at < found.rows.len() {
                 let lane = ks.iter().position(|&k| k == found.rows[at].1);

@@ -7,21 +7,16 @@ use super::{Lanes, ORDERS, Tables};
 use crate::between;
 use crate::kernel::cpu::Packed;
 
-/// Distances that are read together.
 const TOGETHER: usize = 4;
 
-/// Most charts between which distances are read.
 pub(super) const MOST_CHARTS: usize = 20;
 const _: () = assert!(between::NODES[between::NODES.len() - 1] <= MOST_CHARTS);
 
-/// [`between::Between`] in single precision.
 #[derive(Debug)]
 pub(super) struct Between {
-    /// Of each group of distances, the weights of each chart.
     weights: Vec<Vec<[f32; TOGETHER]>>,
     mean: Vec<f32>,
     squares: Vec<Vec<f32>>,
-    /// Coefficients of the polynomial over the distances from values at the charts.
     coefficients: Vec<Vec<f32>>,
     pub neighbours: Vec<Neighbours>,
 }
@@ -42,7 +37,6 @@ impl Between {
         }
     }
 
-    /// Taps at all distances from those at the charts.
     #[inline(always)]
     pub fn fill<const FORCE: bool>(&self, charts: &Taps, with_arc: bool, taps: &mut Taps) {
         self.spread(&charts.kappa, &mut taps.kappa);
@@ -58,7 +52,6 @@ impl Between {
         }
     }
 
-    /// Values of all distances from `values` of the charts, as many of each.
     #[inline(always)]
     fn spread(&self, values: &[Lanes], into: &mut [Lanes]) {
         let m = values.len() / self.mean.len();
@@ -77,7 +70,7 @@ impl Between {
         }
     }
 
-    /// Coefficients over the distances of what has `values` at the charts, added to those of `into`.
+    /// Adds to `into` the coefficients over the distances for `values` at the charts.
     #[inline(always)]
     pub fn over_distances<'a>(&self, values: &[Lanes], into: &'a mut [Lanes; MOST_CHARTS]) -> &'a [Lanes] {
         for (sum, row) in into.iter_mut().zip(&self.coefficients) {
@@ -90,7 +83,6 @@ impl Between {
 }
 
 impl Rows {
-    /// Takes all distances as forms of the taps at the charts.
     #[inline(always)]
     pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &Taps) {
         let m = tables.points;

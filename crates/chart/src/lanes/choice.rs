@@ -1,14 +1,11 @@
-//! Whether a contact with friction slides, and what it gives, in lanes.
-//!
-//! It slides where the whisker moves along the object against the friction, and sticks where neither sign of it lets it move; there T/P is
-//! what holds the arc. So the sliding solutions at a few T/P between −μ and μ, smooth in T/P, tell it all.
+//! Contacts with friction slide where the whisker moves along the object against the friction; else they stick at the T/P that holds the arc. The
+//! sliding solutions at a few T/P between −μ and μ, smooth in T/P, give both.
 
 use super::Lanes;
 use super::read::{Flat, Values};
 use crate::distance::{FUNCTIONS, lobatto, matrix_at};
 use crate::kernel::cpu::Packed;
 
-/// Most branches of a contact with friction.
 const MOST_BRANCHES: usize = 5;
 
 /// For each number of branches: powers of T/(μP) from values at them.
@@ -26,7 +23,7 @@ impl Choice {
         Self { powers: (0..=MOST_BRANCHES).map(powers).collect() }
     }
 
-    /// δ, c/a − 1 and, with `FORCE`, the force over driveᵉ at each lane's own drive; and T/(μP): ±1 where it slides.
+    /// δ, c/a − 1 and, with `FORCE`, the force over driveᵉ at each lane's drive; and T/(μP): ±1 where it slides.
     #[inline(always)]
     pub fn read<const FORCE: bool>(
         &self,
@@ -40,8 +37,7 @@ impl Choice {
             return (rest::<FORCE>(functions, n - 1, high, at), of(1.0));
         }
         let low = arcs[0].at(at);
-        // 1 and −1 where a lane slides. It has the values of its branch then, as beside neighbours that all slide: the polynomial through
-        // the branches is off by roundings, and a tap must not depend on its neighbours.
+        // 1 and −1 where a lane slides: it takes its branch's value, since the polynomial's rounding would make a tap depend on its neighbours.
         let side = high.if_less(zero, zero.if_less(low, zero, of(-1.0)), of(1.0));
         if side.all_at_most(of(-1.0)) {
             return (rest::<FORCE>(functions, 0, low, at), of(-1.0));
@@ -63,7 +59,7 @@ impl Choice {
                 }
             }
         }
-        // The arc falls evenly with T.
+        // The arc falls monotonically with T.
         let mut share = (low + high) / (low - high);
         for _ in 0..4 {
             let (value, slope) = polynomial(&powers[..n], 1, share);
@@ -81,16 +77,14 @@ impl Choice {
     }
 }
 
-/// `back` where `side` is −1, `between` where it is 0, `out` where it is 1.
 #[inline(always)]
 fn by_side(side: Lanes, back: Lanes, between: Lanes, out: Lanes) -> Lanes {
     let half = Lanes::of(0.5);
     half.if_less(side, out, side.if_less(-half, back, between))
 }
 
-// Functions and no closures: what is not inlined would not be compiled for the instruction set of its caller.
+// Functions, not closures: code that is not inlined would not be compiled for the instruction set of its caller.
 
-/// The functions of branch `k`, whose arc is known.
 #[inline(always)]
 fn rest<const FORCE: bool>(
     [strains, _, forces]: &[Vec<Flat>; FUNCTIONS],
@@ -102,7 +96,6 @@ fn rest<const FORCE: bool>(
     [strains[k].at(at), arc, force]
 }
 
-/// Value and slope of function `f` at `x`, from its powers.
 #[inline(always)]
 fn polynomial(powers: &[[Lanes; FUNCTIONS]], f: usize, x: Lanes) -> (Lanes, Lanes) {
     let n = powers.len();

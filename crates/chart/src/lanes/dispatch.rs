@@ -1,15 +1,11 @@
-//! The instruction set of the lanes.
-//!
-//! What works on lanes is inlined (`#[inline(always)]`, no closure that is called twice) into functions with the attribute `target_feature`: what is
-//! neither is compiled for no particular instruction set. A part that several places need, or that is large, has the attribute itself: inlined copies
-//! of it would take most of the time of building this crate.
+//! The instruction set of the lanes. Code is inlined (no closure that is called twice) into functions with `target_feature`, else it is compiled for
+//! the baseline set. A large or shared part has the attribute itself, which saves build time.
 
 use crate::kernel::cpu;
 
-/// Instruction set of the lanes.
 pub(super) const SET: u8 = if cfg!(target_arch = "x86_64") { cpu::AVX2 } else { cpu::COMMON };
 
-/// Whether this CPU has lanes: a PC without AVX2 solves taps instead.
+/// True if this CPU has lanes: a PC without AVX2 solves taps instead.
 pub fn has_lanes() -> bool {
     cfg!(not(target_arch = "x86_64")) || cpu::fused()
 }
@@ -27,8 +23,7 @@ macro_rules! part {
     }};
 }
 
-/// Calls a function with the attribute `target_feature` where no lanes have been made yet. Panics on a CPU that has none: charts of lanes are not made
-/// there ([`has_lanes`]).
+/// Calls such a function before any lanes exist. Panics on a CPU without lanes, where charts of lanes are not made ([`has_lanes`]).
 macro_rules! by_lanes {
     ($call:expr) => {{
         assert!(crate::lanes::has_lanes());

@@ -11,10 +11,9 @@ use crate::physics::chebyshev::basis;
 use crate::scene::Drive;
 use crate::weight::Weight;
 
-/// Points that tell to which side most taps slide.
+/// Points that decide to which side most taps slide.
 const SIDES: usize = 64;
 
-/// A contact distance.
 #[derive(Debug)]
 pub(super) struct Distance {
     pub a: f32,
@@ -22,48 +21,39 @@ pub(super) struct Distance {
 }
 
 impl Distance {
-    /// Of `a` mm.
     pub fn new(a: f64) -> Self {
         Self { a: a as f32, inverse: (1.0 / a) as f32 }
     }
 }
 
-/// The chart of a distance.
 #[derive(Debug)]
 pub(super) struct Charted {
     pub a: f32,
     pub inverse: f32,
-    /// Place and weight of the points of a gauge.
     pub gauge: Vec<[f32; 2]>,
-    /// What the chart's functions are multiplied by for the drive's power in mm.
+    /// Factor of the chart's functions for the drive's power in mm.
     pub scale: f32,
-    /// Scale and shift of each variable.
     pub affine: [[f32; 2]; AXES],
     pub maps: [Map; AXES],
-    /// Values of the polynomials over the drive at the points.
     pub at_points: Vec<[f32; ORDERS]>,
-    /// Of all its series.
     pub products: Products,
-    /// Strain, arc and force, each of every branch.
     pub functions: [Vec<Flat>; FUNCTIONS],
-    /// What points count of a whisker that is no cone of one material.
     weight: Option<Weight>,
     /// Bound on c/a − 1 over driveᵉ in the chart.
     pub most_arc: f32,
-    /// What strain and arc may be off for terms that were left out.
+    /// Error bounds of strain and arc for terms that were left out.
     pub missed: [f32; 2],
-    /// Sign that the arc has where its branch holds; 0 where there is no other.
+    /// Sign of the arc where its branch holds; 0 where there is only one branch.
     pub slides: f32,
 }
 
-/// What points count of a whisker that is no cone of one material, at D/a, τa and x/a, of which `variable` is that of the place.
+/// Weight of a point, for whiskers other than cones of one material, at D/a, τa and x/a; `variable` is that of the place.
 #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
 #[inline(never)]
 fn own_weight(weights: &Weight, at: [Lanes; 3], variable: Lanes) -> Lanes {
     weights.at(at, variable, Lanes::of, power)
 }
 
-/// Powers, lane by lane.
 #[inline(always)]
 fn power(mut x: Lanes, n: f64) -> Lanes {
     for x in &mut x.0 {
@@ -73,7 +63,7 @@ fn power(mut x: Lanes, n: f64) -> Lanes {
 }
 
 impl Charted {
-    /// Of `chart`; `drives` those at the points of series over the drive.
+    /// `drives`: those at the points of series over the drive.
     pub fn new(chart: &DistanceChart, kind: Drive, drives: &[f64]) -> Self {
         let axes = chart.axes();
         let affine = |axis: &Axis| if axis.is_point() { [0.0; 2] } else { affine(axis.ends()) };
@@ -104,8 +94,7 @@ impl Charted {
         }
     }
 
-    /// Of `chart`, which is `exact`, the terms without which strain and arc at the largest drives are off by no more than `error`; of a contact that chooses, those of
-    /// sliding to the side to which most taps do.
+    /// The largest terms of `chart`, to `error` at the largest drives. A contact that chooses slides to the side to which most taps do.
     pub fn roughly(chart: &DistanceChart, exact: &Self, kind: Drive, error: f64) -> Self {
         let axes = chart.axes();
         let drive = axes[Quantity::Drive as usize].range[1];
@@ -139,8 +128,7 @@ impl Charted {
         }
     }
 
-    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge, as far as the functions
-    /// up to `last` need them.
+    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and gauge means of those over x/a, for functions up to `last`.
     #[inline(always)]
     pub fn polynomials<const OWN: bool>(
         &self,
@@ -161,7 +149,6 @@ impl Charted {
         self.products.fill::<OWN>(need, basis, products);
     }
 
-    /// The variable of axis `k`, in [−1, 1].
     #[inline(always)]
     fn variable(&self, k: usize, q: Lanes) -> Lanes {
         let one = Lanes::of(1.0);
@@ -188,8 +175,7 @@ impl Charted {
         let of = Lanes::of;
         let (one, width) = (of(1.0), far - near);
         let (mut total, mut whole, mut first) = (of(0.0), of(0.0), of(0.0));
-        // Of each point: its weight, 1 − s and (1 − p s)³, then twice its variable and two neighbouring polynomials there. All points go on together, so that none
-        // waits for its own last product.
+        // Per point: its weight, 1 − s and (1 − p s)³, then twice its variable and two neighbouring polynomials. All points advance together.
         let count = self.gauge.len().min(points.len());
         let points = &mut points[..count];
         for (point, [place, weight]) in points.iter_mut().zip(&self.gauge) {
@@ -205,7 +191,6 @@ impl Charted {
         if self.weight.is_none() {
             match &mut *points {
                 [a, b] => {
-                    // Weights of two count by their ratio: no quotient.
                     [a[0], b[0]] = [a[0] * b[2], b[0] * a[2]];
                 }
                 points => points.iter_mut().for_each(|point| point[0] = point[0] / point[2]),

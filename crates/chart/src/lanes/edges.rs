@@ -1,27 +1,25 @@
-//! From which drive on a tap is above the strain limit, or has slipped off.
+//! The drive from which a tap is above the strain limit, or has slipped off.
 
 use super::rows::{Row, Rows};
 use super::tap::TapSeries;
 use super::{Angle, Distance, LANES, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::{Pack, Packed};
 
-/// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error, and up to a fifth where the skin gives way.
+/// Iterations to rounding accuracy: each leaves some hundredths of the error, up to a fifth with a soft contact.
 const REPEATS: usize = 5;
 const REPEATS_YIELDING: usize = 10;
 
-/// Places of the drives from which a tap is above the strain limit, and has slipped off.
 #[derive(Clone, Copy)]
 pub(super) struct Edges {
     pub above: Lanes,
     pub slipped: Lanes,
-    /// 1 where a rough look does not tell.
+    /// 1 where a rough look does not decide.
     pub open: Lanes,
-    /// No lane has any of these, at drives of its own.
+    /// No lane has either edge, each at its design's drive.
     pub none: bool,
 }
 
 impl Rows {
-    /// First drives at which a tap is above the strain limit and at which it has slipped off.
     #[inline(always)]
     pub fn edges<const OWN: bool>(
         &self,
@@ -64,8 +62,7 @@ impl Rows {
         edges
     }
 
-    /// First place at which the strain is above `limit`. It is where s θ = limit · (1 + θᵉ κ(θ)), which is solved by repetition: strain is
-    /// nearly proportional to the drive.
+    /// First place with strain above `limit`: s θ = limit · (1 + θᵉ κ(θ)) by fixed-point iteration, as strain is nearly proportional to the drive.
     #[inline(always)]
     fn first_above(&self, tables: &Tables, tap: TapSeries<'_>, limit: Lanes, m: usize) -> Lanes {
         let of = Lanes::of;

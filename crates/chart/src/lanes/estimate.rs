@@ -7,10 +7,10 @@ use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::FARTHEST;
 use crate::scene::RankBy;
 
-/// Steps to a root: each leaves the cube of what there was.
+/// Steps to a root; convergence is cubic.
 const STEPS: usize = 6;
 
-/// η of the far root of a growth of `q`, and the slope there; the slope is 0 where there is none.
+/// η of the far root of a growth of `q`, and the slope there; the slope is 0 without a root.
 #[inline(always)]
 pub(super) fn root(tables: &Tables, tap: TapSeries<'_>, (q, peak): (Lanes, Lanes)) -> [Lanes; 2] {
     let of = Lanes::of;
@@ -20,8 +20,7 @@ pub(super) fn root(tables: &Tables, tap: TapSeries<'_>, (q, peak): (Lanes, Lanes
         let [eta, slope] = growth.far(q);
         return [eta, peak.if_less(q, zero, slope)];
     }
-    // f grows from the apex, or from infinitely far, to its peak: steps by the parabola at each place, halving where one leaves what is
-    // left of that.
+    // f grows from the apex, or from infinity, to its peak: steps by the parabola at each place, halving the bracket where one leaves it.
     let (mut lo, mut hi) = (growth.least(), growth.vertex);
     let (mut eta, mut slope) = (growth.vertex.if_less(zero, growth.vertex, zero), zero);
     for _ in 0..STEPS {
@@ -37,25 +36,23 @@ pub(super) fn root(tables: &Tables, tap: TapSeries<'_>, (q, peak): (Lanes, Lanes
     [eta, peak.if_less(q, zero, slope)]
 }
 
-/// What a tap's reading says of its distance.
 pub(super) struct Told {
     /// â − a, mm.
     pub error: Lanes,
-    /// Of the noise, mm.
+    /// Standard deviation of â from noise, mm.
     pub sigma: Lanes,
-    /// 1 above the peak: there is no distance.
+    /// 1 above the peak, where no distance exists.
     pub none: Lanes,
-    /// 1 where the distance is infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
+    /// 1 where the distance is infinite, or beyond: a widening whisker may read less than at its farthest contact.
     pub lost: Lanes,
-    /// 1 where the distance changes smoothly with the reading: far from the peak of f.
     smooth: Lanes,
 }
 
-/// Shares of the slope of f at the contact, and of what its factors alone give, below which a distance is not taken to be smooth.
+/// Least slope of f at the root, as shares of its slope at the contact and of the slopes of its factors, for a smooth distance.
 const SMOOTH: [f64; 2] = [0.5, 0.1];
 
 impl Told {
-    /// Of the reading `q` of `tap`, whose standard deviation is `noise` θ; `peak` is q at the peak.
+    /// `q`: the reading; `noise` θ: its standard deviation; `peak`: q at the peak.
     #[inline(always)]
     pub fn new(
         tables: &Tables,
@@ -81,7 +78,6 @@ impl Told {
 }
 
 impl Rows {
-    /// The distance that a tap of a row tells.
     #[inline(always)]
     fn distance(
         &self,
@@ -93,7 +89,6 @@ impl Rows {
         Told::new(tables, tap, (self.miss(row, tap.0, tables.points), peak, noise))
     }
 
-    /// K̄ σ/θ of a reading.
     #[inline(always)]
     fn noise(&self, tables: &Tables, row: &Row) -> Lanes {
         let k = Lanes::of(1.0) + self.calibration(row, tables.points);
@@ -126,11 +121,10 @@ impl Rows {
     }
 }
 
-/// Share of a bound on squares that is left to the error of the polynomials.
+/// Share of a bound on squares reserved for the error of the polynomials.
 const MARGIN: f64 = 0.05;
 
-/// Bounds from below on what rows are ranked by, as polynomials over the drives that designs share: distances that change smoothly with the
-/// drive alone, from a few of the drives. A row that may be among the best is estimated.
+/// Lower bounds on what ranks the rows, over shared drives, from smooth distances only. Rows that may be among the best are then estimated.
 pub(super) struct Floor {
     /// Mean of (â − a)² over driveᵉ².
     errors: [Lanes; ORDERS],
@@ -138,7 +132,6 @@ pub(super) struct Floor {
     noises: [Lanes; ORDERS],
 }
 
-/// Coefficients over the drives, times `share`, from values at the points.
 #[inline(always)]
 fn series(tables: &Tables, values: &[Lanes; ORDERS], share: Lanes) -> [Lanes; ORDERS] {
     let mut series = [Lanes::of(0.0); ORDERS];
@@ -152,13 +145,12 @@ fn series(tables: &Tables, values: &[Lanes; ORDERS], share: Lanes) -> [Lanes; OR
 }
 
 impl Floor {
-    /// Whether `tables` rank by what has one, and by enough drives.
+    /// True if rows rank by a bounded value, over enough drives.
     pub fn pays(tables: &Tables) -> bool {
         let smooth = matches!(tables.by, RankBy::ErrorRms | RankBy::NoiseRms | RankBy::TotalRms);
         smooth && tables.angles.len() > 2 * tables.points
     }
 
-    /// Of `rows` with their taps.
     #[inline(always)]
     pub fn new(tables: &Tables, rows: &Rows, taps: &Taps) -> Self {
         let (zero, half) = (Lanes::of(0.0), Lanes::of(0.5));
@@ -177,7 +169,7 @@ impl Floor {
                 (squares[k], variances[k]) = (error * error, sigma * sigma);
             }
             for k in 0..m {
-                // Without a distance they are no numbers.
+                // NaN without a distance.
                 errors[k] = errors[k] + half.if_less(smooth, squares[k], zero);
                 noises[k] = noises[k] + half.if_less(smooth, variances[k], zero);
             }

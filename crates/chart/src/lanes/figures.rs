@@ -1,4 +1,4 @@
-//! All figures of designs rows, each design at its own drive, and what limits of a search ask of its taps.
+//! All figures of designs rows, each at its design's drive, and the values that a search limits.
 
 use super::dispatch::by_lanes;
 use super::estimate::Told;
@@ -12,7 +12,7 @@ use crate::scene::Tuple;
 use crate::statistics::DriveRow;
 use crate::status::Status;
 
-/// What charts say of a designs row.
+/// Figures of a designs row, from charts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     /// The row.
@@ -24,8 +24,7 @@ pub struct Figures {
 }
 
 impl Tables {
-    /// Figures of `tuples`, all easy, each at its own drive; `None` of a row that must be solved. All taps count, also where the contact has slipped off:
-    /// the taper goes on, so that figures change smoothly there.
+    /// Figures of easy `tuples`; `None` of rows to be solved. Slipped-off contacts count as if the taper continued, so that figures are smooth.
     pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
         by_lanes!(self.figures_lanes(tuples))
     }
@@ -43,7 +42,6 @@ impl Tables {
 }
 
 impl Rows {
-    /// Figures of the rows of a pack, whose taps are in `scratch`.
     #[inline(always)]
     fn figures(&self, tables: &Tables, scratch: &Scratch, out: &mut Vec<Option<Figures>>) {
         let of = Lanes::of;
@@ -53,7 +51,6 @@ impl Rows {
         let limit = self.passed.limit;
         let mut tally = Tally::new(self.largest.if_less(Lanes::splat(MOST), zero, one));
 
-        // First pass: K and its spread, extremes.
         let [mut n, mut mean, mut spread] = [zero; 3];
         let [mut strain_max, mut force_max] = [zero; 2];
         let (mut nearest, mut farthest) = (of(1e30), zero);
@@ -73,7 +70,6 @@ impl Rows {
             (nearest, farthest) = (nearest.min(arc), farthest.max(arc));
         }
 
-        // Second pass, with K̄: errors of the distances.
         let known = of(1.5).if_less(n, one, zero);
         let (calibration, known) = match self.passed.fixed {
             Some(fixed) => (fixed, one),
@@ -134,7 +130,7 @@ impl Rows {
             }
             let (counted, told) = (n.0[lane] as u64, read.0[lane] as u64);
             let known = known.0[lane] > 0.5;
-            // K is that of what the foil does not keep over its share.
+            // The chart's K is of the strain before the foil: divide by the foil's share.
             let share = at(&self.passed.share);
             let mean = at(&power) * at(&mean);
             let mean = if share == 1.0 { mean } else { (1.0 + mean) / share - 1.0 };

@@ -1,22 +1,18 @@
 //! Designs in lanes: their rows of statistics from the charts of their distances, in f32.
 //!
-//! # Theory
-//! A chart gives δ = ε/(θ f) − 1 = 1/K − 1 of a tap as θᵉ times a series over its drive (θ, or δ in mm). At a few points over the drives
-//! that designs share this becomes (K − 1)/θᵉ, again a series Σ_k κ_k T_k: the mean of K over the distances is the series of the mean
-//! coefficients, and `SD² = θ²ᵉ Σ_kl Cov(κ_k, κ_l) T_k T_l`. A row costs a few flops however many distances it has. The covariances are
-//! centred before they are summed (Welford), so nothing cancels.
+//! A chart gives δ = ε/(θ f) − 1 = 1/K − 1 of a tap as θᵉ times a series over its drive (θ, or δ in mm). At a few points over the shared drives this
+//! becomes (K − 1)/θᵉ, again a series Σ_k κ_k T_k: the mean of K over the distances is the series of the mean coefficients, and `SD² = θ²ᵉ Σ_kl
+//! Cov(κ_k, κ_l) T_k T_l`. A row costs a few flops for any number of distances. Covariances are centred before they are summed (Welford).
 //!
-//! The estimate f(â) = K̄ε/θ in â = a/(1 + η), q = K̄/K − 1 reads f(η)/f(0) − 1 = q, whose left side is a product of growth factors
-//! composed as a + b + ab: the error â − a keeps its relative precision. Without hub, shear and displacement it is a quadratic.
+//! The estimate f(â) = K̄ε/θ in â = a/(1 + η), q = K̄/K − 1 reads f(η)/f(0) − 1 = q, a product of growth factors composed as `a + b + ab`: the error
+//! â − a keeps its relative precision. Without hub, shear and displacement it is a quadratic.
 //!
-//! Designs with drives of their own, ranked by the spread of K, get a first look: charts by their largest terms, whose error is at most the sum of
-//! the coefficients left out. It is enough where no word depends on it and the spread, a norm, is above the bound by more; the few other designs are
-//! read again in full. Of drives that designs share some neighbours are asked together (`groups`). So are distances between charts (`neighbours`), of
-//! designs with drives of their own: one by one only where a word begins or ends.
+//! Designs that each have a drive, ranked by the spread of K, get a first look by the largest terms of the charts, and a full one unless no word
+//! depends on the error and the spread is above the bound by more. Neighbouring drives (`groups`) and distances (`neighbours`) are decided together.
 //!
-//! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure (`passed`).
+//! With a foil all of this concerns the strain before the foil: K in place of K/T, with limit, noise and a given K scaled alike (`passed`).
 
-// Index loops are what the lanes vectorise on.
+// Index loops vectorise over lanes.
 #![allow(clippy::needless_range_loop)]
 
 mod best;
@@ -64,13 +60,12 @@ pub use dispatch::has_lanes;
 pub use figures::Figures;
 pub use outcome::{Read, Readings};
 
-/// Designs that go together.
+/// Designs of a pack.
 pub const LANES: usize = VECTORS;
 
-/// What strain and arc may be off, relative, where charts are read roughly.
+/// Relative error of strain and arc allowed in a rough look.
 const ROUGH: f64 = 5e-4;
 
-/// Pairs of orders.
 const PAIRS: usize = ORDERS * (ORDERS + 1) / 2;
 
 type Lanes = Pack<f32, LANES, SET>;
@@ -81,33 +76,30 @@ pub struct Tables {
     distances: Vec<Distance>,
     /// One per distance, or those that `between` reads.
     charts: Vec<Charted>,
-    /// The same with their largest terms only, where rows by the spread of K are ranked at drives of their own.
+    /// The same with their largest terms only, where rows by the spread of K are ranked at each design's drive.
     rough: Vec<Charted>,
     between: Option<Between>,
     angles: Vec<Angle>,
     /// First of the angles, and 1 over the step between them, where they are evenly spaced.
     even: Option<[f32; 2]>,
-    /// Of the angles: first all, then some at a time.
+    /// Groups of the angles: first all, then some at a time.
     groups: Vec<Group>,
-    /// Points over the drives that designs share; 1 where each has its own.
+    /// Points over the shared drives; 1 where each design has its drive.
     points: usize,
-    /// Coefficients from values at the points.
     from_points: Vec<[f32; ORDERS]>,
-    /// Drives at the points.
     grid: Vec<Stroke>,
     /// Scale and shift from θ, or θ² where e = 2, to [−1, 1] over the drives.
     affine: [f32; 2],
     power: i32,
-    /// Whether series over the drive are over its fourth root.
+    /// True if series over the drive are over its fourth root.
     fourth: bool,
-    /// Drives are shared, but every tap is read at its own.
+    /// Drives are shared, but every tap is read separately at each.
     apart: bool,
     choice: Choice,
-    /// What the estimate's theory has beside the plain formula.
     theory: EstimateTheory,
     /// 3πE/64, MPa: P per D⁴(1 − τa)(a + r₀)/a³ and radian of the linear theory.
     stiffness: f32,
-    /// 1/a of the widened range of interest, that of its near end first, 1/mm.
+    /// 1/a of the widened range of interest, its near end first, 1/mm.
     ends: [f32; 2],
     /// S/D² of the model.
     shear: f32,
@@ -123,31 +115,23 @@ pub struct Tables {
     per: Per,
 }
 
-/// What the theory of the estimate has beside the plain formula.
 #[derive(Debug, Clone, Copy)]
 struct EstimateTheory {
     /// r₀, mm.
     hub: f32,
-    /// u in place of 1 + r₀u.
     displaced: bool,
-    /// S/D².
     shear: f32,
-    /// Neither of them.
     plain: bool,
 }
 
-/// A drive in the range that all designs share.
 #[derive(Debug)]
 struct Stroke {
     /// rad or mm.
     drive: f32,
-    /// Its power e.
     power: f32,
-    /// T_k.
     basis: [f32; ORDERS],
 }
 
-/// A drive that all designs share.
 #[derive(Debug)]
 struct Angle {
     /// Degrees or mm.
@@ -155,7 +139,6 @@ struct Angle {
     stroke: Stroke,
     /// T_k T_l for k ≤ l, twice off the diagonal.
     products: [f32; PAIRS],
-    /// Place in the layout.
     place: u32,
 }
 
@@ -165,7 +148,6 @@ fn affine(ends: [f64; 2]) -> [f32; 2] {
     [(scaled(ends, 1.0) - shift) as f32, shift as f32]
 }
 
-/// First of `drives` and 1 over the step between them, where they are evenly spaced.
 fn even(drives: &[(f64, f64, u32)]) -> Option<[f32; 2]> {
     let (first, last) = (drives.first()?.0, drives.last()?.0);
     let step = (last - first) / (drives.len() - 1) as f64;
@@ -184,14 +166,14 @@ fn wide(v: &[f64]) -> [f32; ORDERS] {
 }
 
 impl Tables {
-    /// Tables of `scope`; `None` where its drives need more orders than lanes carry, and on a CPU without lanes.
+    /// Tables of `scope`; `None` where its drives need more orders than lanes have, and on a CPU without lanes.
     pub fn new(scope: &Scope) -> Option<Self> {
         if !has_lanes() {
             return None;
         }
         let setup = &scope.setup;
         let power = scope.charts.first()?.power;
-        // Where a contact may stick its taps are no series over the drive.
+        // Taps that may stick have no series over the drive.
         let chooses = scope.charts.iter().any(|c| !c.ratios.is_empty());
         let own = scope.drives.is_empty() || chooses;
         let orders = scope
@@ -206,7 +188,6 @@ impl Tables {
         let ends = [scope.drives.first(), scope.drives.last()].map(|d| d.map_or(f64::NAN, |d| d.0));
         let map = over_drives(setup, power);
         let common = ends.map(|d| map.of(d));
-        // Drives at the points; where there is one drive only they are all the same.
         let drives: Vec<f64> = points(n).into_iter().map(|x| map.back(placed(common, x))).collect();
         let shared = if own { Vec::new() } else { drives.clone() };
         let charted = |chart: &DistanceChart| Charted::new(chart, setup.drive, &shared);
@@ -268,7 +249,6 @@ impl Tables {
         })
     }
 
-    /// Place of a drive in [−1, 1], and its power e.
     #[inline(always)]
     fn over_drives(&self, drive: Lanes) -> (Lanes, Lanes) {
         let [scale, shift] = self.affine.map(Lanes::splat);
@@ -281,17 +261,11 @@ impl Tables {
     }
 }
 
-/// Memory of a pack, used again by the next.
 struct Scratch {
-    /// Chebyshev polynomials over each axis.
     pub basis: Box<Basis>,
-    /// Products of those.
     pub products: Values,
-    /// A tap per distance.
     pub taps: Taps,
-    /// A tap per chart, where distances are read between charts.
     pub charts: Taps,
-    /// Where its words begin.
     pub edges: Vec<Edges>,
     /// 1 at each drive at which a tap has no distance, where distances are estimated.
     pub rootless: Vec<Lanes>,

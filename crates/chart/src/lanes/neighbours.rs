@@ -1,5 +1,4 @@
-//! Words of distances between charts, some neighbours at a time, of designs that have a drive of their own: what is certain of all of
-//! them is counted at once, so that the cost grows little with their number.
+//! Counts status words for a run of neighbouring distances at once where a bound shows that all have the same word.
 
 use super::between::{Between, MOST_CHARTS};
 use super::dispatch::part;
@@ -11,34 +10,27 @@ use crate::between;
 use crate::kernel::cpu::Packed;
 use crate::scene::RankBy;
 
-/// Orders over the distances that are told apart; higher ones are small, and count as far as they can.
+/// Orders over the distances that are bounded group by group; higher ones are small, and count with their largest value.
 const TOLD_APART: usize = 8;
 
-/// Slack for rounding.
 const SAFE: f64 = 2e-6;
 
-/// Neighbouring distances.
 #[derive(Debug)]
 pub(super) struct Neighbours {
-    /// How many.
     count: usize,
     /// 1/a of each, 1/mm.
     inverse: [f32; NEIGHBOURS],
-    /// Of each chart its weight in each.
     weights: Vec<[f32; NEIGHBOURS]>,
-    /// Largest and smallest 1/a, 1/mm.
     ends: [f32; 2],
-    /// Of each polynomial over the distances the middle of its values, and how far they are from there.
+    /// Middle and half-width of the range of each polynomial over the distances.
     basis: [[f32; 2]; TOLD_APART],
 }
 
-/// Least and largest of `values`.
 fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
 }
 
 impl Neighbours {
-    /// Of `distances`, in their order.
     pub fn of(of: &between::Between, distances: &[f64]) -> Vec<Self> {
         let some = |from: usize| {
             let these = from..distances.len().min(from + NEIGHBOURS);
@@ -62,15 +54,14 @@ impl Neighbours {
 }
 
 impl Rows {
-    /// Adds the words of all distances between charts at the drive of each design, and says whether it did: only where no contact can slip off and no reading is
-    /// far from that of its calibration.
+    /// Adds the words of all distances at each design's drive if no contact can slip off and no reading is far from its calibration; else false.
     #[inline(always)]
     pub fn count_together(&self, tables: &Tables, row: &Row, scratch: &Scratch, tally: &mut Tally) -> bool {
         let Some(between) = &tables.between else { return false };
         if tables.by != RankBy::KSd || !self.still {
             return false;
         }
-        // All taps count, so that none is asked.
+        // Every row counts as complete, so no single tap is read.
         let calibrations = self.calibrations(&scratch.taps, &Lanes::of(1.0));
         if calibrations.usual {
             self.count_between((tables, between), row, &calibrations, &scratch.charts.kappa, tally);
@@ -151,7 +142,6 @@ impl Rows {
         }
     }
 
-    /// Adds the words of the neighbours of `places` distance by distance, those of one place side by side.
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     #[inline(never)]
     fn count_one_by_one(
@@ -177,7 +167,7 @@ impl Rows {
         }
         let design = self.design.picked(places);
         let calibrations = calibrations.picked(places);
-        // K as `Rows::count` and `Rows::edges` have it, rounded as there.
+        // K as in `Rows::count` and `Rows::edges`, rounded as there.
         let power = picked(&row.power, places);
         let k = power.mul_add(own, one);
         let f = design.strain(tables, inverse);
@@ -197,22 +187,17 @@ impl Rows {
     }
 }
 
-/// Neighbours that are asked of one lane.
 pub(super) const NEIGHBOURS: usize = 8;
 
-/// Lanes that are asked at a time.
 pub(super) const PLACES: usize = LANES / NEIGHBOURS;
 
-/// What is asked.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Place {
-    /// Of the pack.
     pub lane: usize,
-    /// Of neighbours.
     pub group: usize,
 }
 
-/// The values that `x` has in the lanes of `places`, each for all of its neighbours.
+/// The values that `x` has in the lanes of `places`, each repeated for all of its neighbours.
 #[inline(always)]
 pub(super) fn picked(x: &Lanes, places: &[Place]) -> Lanes {
     let mut all = Lanes::of(0.0);

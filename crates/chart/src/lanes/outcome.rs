@@ -9,7 +9,7 @@ use crate::distance::{DistanceChart, FUNCTIONS, Function};
 use crate::kernel::cpu::{Pack, Packed};
 use crate::scene::Drive;
 
-/// What charts say of a tap.
+/// A tap read from a chart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Read {
     /// δ = ε/(θ f) − 1, c/a − 1, and P over that of the linear theory, less 1.
@@ -28,7 +28,7 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Of `charts`, all of one model.
+    /// Readings of `charts`, all of one model.
     pub fn new(charts: &[DistanceChart], kind: Drive) -> Self {
         Self {
             charts: charts.iter().map(|chart| Charted::new(chart, kind, &[])).collect(),

@@ -1,22 +1,21 @@
-//! What the foil of a gauge passes on of the strain.
+//! The share of the strain that a gauge's foil passes on.
 
 use super::{Lanes, Tables};
 use crate::kernel::cpu::Packed;
 use crate::physics::{solid::Bonded, taper::Taper};
 use crate::scene::Tuple;
 
-/// What the foil of a gauge passes on, as the readings that a chart knows have it: all of the strain.
+/// Foil share of each design, and limits in terms of all of the strain, which charts read.
 pub(super) struct Passed {
-    /// Lanes: readings of a chart are so many times too large. 1 without a foil.
+    /// Share that the foil passes on; 1 without a foil.
     pub share: Lanes,
-    /// Their largest value.
+    /// The strain limit, so scaled.
     pub limit: Lanes,
-    /// K − 1 with which distances are told, where it is given.
+    /// K − 1 for the distances, if given, so scaled.
     pub fixed: Option<Lanes>,
 }
 
 impl Passed {
-    /// Of the designs `tuples`.
     #[inline(always)]
     pub fn new(tables: &Tables, tuples: &[Tuple]) -> Self {
         let (limit, fixed) = (Lanes::splat(tables.strain_limit), tables.fixed.map(Lanes::splat));

@@ -1,4 +1,4 @@
-//! Ranks designs, a pack at a time: a first look by rough charts, then in full what that does not tell.
+//! Ranks designs, a pack at a time: a first look by rough charts, then in full where that does not decide.
 
 use super::dispatch::by_lanes;
 use super::rows::Rows;
@@ -36,7 +36,7 @@ impl Tables {
         }
     }
 
-    /// A first look at designs with drives of their own: the places of those that rough charts do not tell, or that may rank below `bound`.
+    /// A first look at designs that each have a drive: the places of those that rough charts do not decide, or that may rank below `bound`.
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     fn look(
         &self,
@@ -46,7 +46,7 @@ impl Tables {
         found: &mut Found,
     ) -> Vec<usize> {
         let (mut left, mut from) = (Vec::with_capacity(ks.len()), 0);
-        // Where it tells few designs it is not worth it.
+        // Stops where it decides too few designs to pay.
         while !self.rough.is_empty() && bound.is_finite() && from < ks.len() && 2 * left.len() <= from {
             let to = (from + LANES).min(ks.len());
             let before = left.len();
@@ -60,7 +60,6 @@ impl Tables {
         left
     }
 
-    /// Rows of the design `k`, each read at its own drive.
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     fn rank_apart(
         &self,

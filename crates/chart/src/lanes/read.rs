@@ -6,25 +6,23 @@ use crate::axis::AXES;
 use crate::kernel::cpu::Packed;
 use crate::series::Series;
 
-/// Most products: any pair of orders, and a power of two, so that a place needs no check.
+/// Most products: any pair of orders, and a power of two, which saves bounds checks.
 const MOST_PRODUCTS: usize = 256;
 const _: () = assert!(ORDERS * ORDERS <= MOST_PRODUCTS);
 
-/// Polynomials over an axis, with room for more than any axis has orders, so that an order needs no check.
+/// Polynomials over an axis; longer than any axis has orders, which saves bounds checks.
 pub(super) type Basis = [[Lanes; MOST_ORDERS]; AXES];
 const MOST_ORDERS: usize = 32;
 const _: () = assert!(adaptive::MOST < MOST_ORDERS);
 
-/// Most points of a gauge.
 const MOST_POINTS: usize = 8;
 
-/// In place of an order over x/a: of a function of the whole tap, which knows none. What is there is 1.
+/// In place of an order over x/a, for a function of the whole tap; its polynomial is 1.
 const WHOLE: u8 = MOST_ORDERS as u8 - 1;
 
-/// Most terms of a block that is read at one drive.
 const LONGEST: usize = 8;
 
-/// Values of products, by place in [`Products`], and what the points of a gauge are folded in.
+/// Values of products, by place in [`Products`]; `points` is scratch for the mean over a gauge.
 pub(super) struct Values {
     inner: Box<[Lanes; MOST_PRODUCTS]>,
     outer: Vec<Lanes>,
@@ -32,7 +30,6 @@ pub(super) struct Values {
 }
 
 impl Values {
-    /// None yet, with room for those of `products`.
     #[inline(always)]
     pub fn new<'a>(products: impl Iterator<Item = &'a Products>) -> Self {
         let zero = Lanes::of(0.0);
@@ -45,35 +42,29 @@ impl Values {
     }
 }
 
-/// What the series over the same axes are made of: products of polynomials, made once for all of them. Every coefficient is then one multiply–add, in
-/// blocks that share their orders over drive, width and base.
+/// Products of polynomials, computed once for all series over the same axes, so that every coefficient is one multiply–add.
 #[derive(Debug, Default)]
 pub(super) struct Products {
     /// Orders over taper and place.
     inner: Vec<[u8; 2]>,
     /// Orders over drive, width and base.
     outer: Vec<[u8; 3]>,
-    /// What the first functions need, for each number of functions.
     needs: Vec<Need>,
 }
 
-/// What some functions need.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Need {
-    /// Number of inner and of outer products.
     products: [usize; 2],
-    /// Orders over each axis.
     pub sizes: [usize; AXES],
 }
 
-/// A series, its coefficients by place in [`Products`]. Blocks of as many terms come together, so that each loop knows how long it is.
+/// A series, its coefficients by place in [`Products`]. Blocks are sorted by their number of terms, so that loop lengths are constant.
 #[derive(Debug, Default)]
 pub(super) struct Flat {
     /// Number of blocks of 1, 2 … terms.
     lengths: [usize; LONGEST],
     blocks: Vec<Block>,
     terms: Vec<Term>,
-    /// Orders over the drive.
     pub orders: usize,
 }
 
@@ -82,7 +73,6 @@ pub(super) struct Flat {
 struct Block {
     /// Among the outer products.
     place: u32,
-    /// Order over the drive.
     drive: u8,
 }
 
@@ -101,7 +91,6 @@ fn place_of<T: PartialEq>(all: &mut Vec<T>, one: T) -> usize {
 }
 
 impl Products {
-    /// Adds what a function whose `series` are these needs; `point` as in [`Flat::new`].
     pub fn add<'a>(&mut self, series: impl Iterator<Item = &'a Series>, point: bool) -> Vec<Flat> {
         let mut sizes = self.needs.last().map_or([1; AXES], |need| need.sizes);
         let mut flat = |series: &Series| {
@@ -115,13 +104,12 @@ impl Products {
         flats
     }
 
-    /// What the functions up to `last`, in the order in which they were added, need.
     #[inline(always)]
     pub fn need(&self, last: usize) -> &Need {
         &self.needs[last]
     }
 
-    /// The values that `need` asks for; with `OWN` at each lane's own drive, else without their polynomials over it.
+    /// Values of the products; with `OWN` at each lane's drive, else without the polynomials over it.
     #[inline(always)]
     pub fn fill<const OWN: bool>(&self, need: &Need, basis: &mut Basis, into: &mut Values) {
         let order = |order: u8| usize::from(order) % MOST_ORDERS;
@@ -172,7 +160,7 @@ fn add_blocks<const N: usize, const OWN: bool>(
 }
 
 impl Flat {
-    /// Of `series`, a function of the `point` at which the strain is asked, or of the whole tap.
+    /// `point`: a function of the point of the strain, else of the whole tap.
     fn new(series: &Series, point: bool, products: &mut Products) -> Self {
         let mut parts: Vec<([u8; 3], Vec<Term>)> = Vec::new();
         for row in &series.rows {
@@ -198,7 +186,7 @@ impl Flat {
         flat
     }
 
-    /// Its value at each lane's own drive, where the products have that, else its coefficients over the drive.
+    /// With `OWN` its value at each lane's drive, else its coefficients over the drive.
     #[inline(always)]
     fn sums<const OWN: bool>(&self, values: &Values) -> [Lanes; ORDERS] {
         let mut sums = [Lanes::of(0.0); ORDERS];
@@ -216,20 +204,18 @@ impl Flat {
         sums
     }
 
-    /// Its coefficients over the drive.
     #[inline(always)]
     pub fn read(&self, values: &Values) -> [Lanes; ORDERS] {
         self.sums::<false>(values)
     }
 
-    /// Its value at each lane's own drive.
     #[inline(always)]
     pub fn at(&self, values: &Values) -> Lanes {
         self.sums::<true>(values)[0]
     }
 }
 
-/// T_0(x) … into `into`, at least two: those of even and of odd order apart, T_{k+2} = 2 T_2 T_k − T_{k−2}, so that one need not wait for the other.
+/// T_0(x) … into `into`, at least two; even and odd orders are independent chains, T_{k+2} = 2 T_2 T_k − T_{k−2}, and overlap.
 #[inline(always)]
 pub(super) fn polynomials(x: Lanes, n: usize, into: &mut [Lanes]) {
     let one = Lanes::of(1.0);

@@ -1,4 +1,4 @@
-//! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
+//! Rows of a pack of designs: spread of K, status words, and the best rows.
 
 use super::passed::Passed;
 use super::tap::TapSeries;
@@ -8,54 +8,46 @@ use crate::design::amount;
 use crate::kernel::cpu::{Pack, Packed};
 use crate::scene::Tuple;
 
-/// Largest deviation of the strain for which K is told.
+/// Largest deviation of the strain for which K is given.
 pub(super) const MOST: f32 = 0.95;
 
-/// Largest deviation of the strain for which it is taken to grow with the drive.
+/// Largest deviation of the strain that is taken to grow with the drive.
 const LARGEST: f32 = 0.3;
 
-/// The same where the skin gives way: its share of the deviation falls with the drive.
+/// The same with a soft contact, whose share of the deviation falls with the drive.
 const YIELDING: f32 = 0.7;
 
 impl Tables {
-    /// Largest deviation of the strain, over drives that designs share, for which it is taken to grow with the drive.
     pub(super) fn largest(&self) -> f32 {
         if self.fourth { YIELDING } else { LARGEST }
     }
 }
 
-/// Statistics of a pack over its distances.
 pub(super) struct Rows {
     pub live: usize,
     pub design: Whisker,
     pub passed: Passed,
-    /// Each design's own drive, rad or mm, and its power e.
+    /// Each design's drive, rad or mm, and its power e.
     pub own: [Lanes; 2],
-    /// Mean of κ.
     pub mean: [Lanes; ORDERS],
-    /// Least and largest κ.
     pub hull: [[Lanes; ORDERS]; 2],
     /// Sums of products of κ − mean, k ≤ l.
     pub spread: [Lanes; PAIRS],
-    /// Largest |δ|.
     pub largest: Lanes,
-    /// Mean and sum of squares of what κ may be off.
+    /// Mean and sum of squares of the error bounds of κ.
     pub slack: [Lanes; 2],
     /// No contact can move off its whisker.
     pub still: bool,
 }
 
-/// A drive.
 #[derive(Clone, Copy)]
 pub(super) struct Row {
     pub drive: Lanes,
-    /// Its power e.
     pub power: Lanes,
     basis: [Lanes; ORDERS],
 }
 
 impl Row {
-    /// At a drive that designs share.
     #[inline(always)]
     pub fn at(stroke: &Stroke, m: usize) -> Self {
         let mut basis = [Lanes::of(0.0); ORDERS];
@@ -65,7 +57,6 @@ impl Row {
         Self { drive: Lanes::splat(stroke.drive), power: Lanes::splat(stroke.power), basis }
     }
 
-    /// The polynomial through `values` at this angle.
     #[inline(always)]
     pub fn read(&self, values: &[Lanes], m: usize) -> Lanes {
         let mut sum = self.basis[0] * values[0];
@@ -77,7 +68,6 @@ impl Row {
 }
 
 impl Rows {
-    /// No designs yet.
     #[inline(always)]
     pub fn new() -> Self {
         let zero = Lanes::of(0.0);
@@ -95,8 +85,7 @@ impl Rows {
         }
     }
 
-    /// Statistics of `tuples` from the charts of `set`, the first `live` of which count; their taps, with `FORCE` all that is known of them, stay in
-    /// `scratch`.
+    /// Statistics of `tuples` from the charts of `set`; the first `live` count. Their taps, with `FORCE` complete, stay in `scratch`.
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     #[inline(never)]
     pub fn fill<const OWN: bool, const FORCE: bool>(
@@ -120,7 +109,7 @@ impl Rows {
         let (tau, slope) = (taper / diameter, of(0.5) * taper);
         let x2 = x1 + grid / slope.mul_add(slope, of(1.0)).sqrt();
         if !OWN {
-            // The largest counts where contacts slip off.
+            // For slipped-off contacts the largest drive counts.
             own = Lanes::splat(tables.angles[tables.angles.len() - 1].stroke.drive);
         }
         self.passed = Passed::new(tables, &tuples[..live]);
@@ -160,7 +149,6 @@ impl Rows {
             None => taps.add_theory::<FORCE>(tables, &design),
             Some(between) => {
                 self.push_forms(tables, between, charts);
-                // At drives of their own many distances need not be read one by one.
                 match OWN && !FORCE {
                     true => return,
                     false => self.read_between::<FORCE>(tables, scratch),
@@ -179,7 +167,6 @@ impl Rows {
         }
     }
 
-    /// Reads the taps at all distances between those at the charts.
     #[inline(always)]
     pub fn read_between<const FORCE: bool>(&self, tables: &Tables, scratch: &mut Scratch) {
         let Some(between) = &tables.between else { return };
@@ -188,7 +175,6 @@ impl Rows {
         taps.add_theory::<FORCE>(tables, &self.design);
     }
 
-    /// Takes the tap at distance `i`.
     #[inline(always)]
     fn push(&mut self, tap: TapSeries<'_>, i: usize, m: usize) {
         let share = Lanes::of(1.0 / (i + 1) as f64);
@@ -204,7 +190,6 @@ impl Rows {
         self.spread(&from_old, &from_new, m);
     }
 
-    /// Adds products of deviations.
     #[inline(always)]
     pub(super) fn spread(&mut self, a: &[Lanes; ORDERS], b: &[Lanes; ORDERS], m: usize) {
         let mut at = 0;
@@ -216,7 +201,6 @@ impl Rows {
         }
     }
 
-    /// Takes κ of `tap` into the least and largest.
     #[inline(always)]
     fn widen(&mut self, tap: TapSeries<'_>, m: usize) {
         for k in 0..m {
@@ -225,7 +209,7 @@ impl Rows {
         }
     }
 
-    /// P of the linear theory at `distance`, N.
+    /// P of linear theory at `distance`, N.
     #[inline(always)]
     pub fn linear_force(&self, tables: &Tables, distance: &Distance) -> Lanes {
         let (a, inverse) = (Lanes::splat(distance.a), Lanes::splat(distance.inverse));
@@ -236,7 +220,6 @@ impl Rows {
         self.own[0] * Lanes::splat(tables.stiffness) * square * square * reach / yielding
     }
 
-    /// Drive `j`.
     #[inline(always)]
     pub fn row<const OWN: bool>(&self, tables: &Tables, j: usize) -> Row {
         if OWN {

@@ -1,4 +1,4 @@
-//! Charts as numbers for a device: what [`Tables`] holds, in the order that `shaders/ranking` reads.
+//! Charts as numbers for a device: [`Tables`] in the order that `shaders/ranking` reads.
 
 use super::rows::MOST;
 use super::{Charted, Distance, Tables};
@@ -10,19 +10,15 @@ use crate::scene::{Drive, Per, RankBy};
 use crate::scope::Scope;
 use crate::series::Series;
 
-/// Orders over the drive that go together.
 const GROUP: usize = 4;
 
-/// Numbers kept of a tap beside the series of its K.
+/// Numbers kept of a tap besides the series of its K.
 const KEPT: usize = 6;
 
-/// Slack of ranges in single precision.
 const SLACK: f64 = 1e-6;
 
-/// Functions that rank.
 const RANKED: [Function; 2] = [Function::Strain, Function::Arc];
 
-/// Series as numbers, one behind the other.
 #[derive(Default)]
 struct Written {
     shape: Vec<u32>,
@@ -63,7 +59,7 @@ impl Written {
 }
 
 impl Tables {
-    /// The charts of `scope`, of which these tables are, one for each distance.
+    /// The charts of `scope`, from which these tables were made, one for each distance.
     pub fn sheet(&self, scope: &Scope) -> Sheet {
         let charts = &scope.charts;
         let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);
@@ -74,7 +70,6 @@ impl Tables {
         let most =
             |axis: Quantity| all().map(|series| series.sizes()[axis as usize]).max().unwrap_or(1).max(1);
         let groups = most(Quantity::Drive).max(self.points.min(GROUP)).div_ceil(GROUP);
-        // Where each series begins comes first.
         let heads = 2 * RANKED.len() * branches * charts.len();
         let mut written = Written { shape: vec![0; heads], rows: Vec::new() };
         for (n, chart) in charts.iter().enumerate() {
@@ -147,7 +142,6 @@ impl Tables {
             ("ELONGATION", self.elongation),
             ("FIXED_GIVEN", self.fixed.is_some()),
         ];
-        // Ends of ranges with their slack in single precision.
         let [below, above] = [-SLACK, SLACK].map(|slack| move |x: f64| x + slack * x.abs());
         let [drive, _, base, tau, x] = scope.within;
         let [least, most] = BEYOND[usize::from(!own)];
@@ -192,7 +186,6 @@ impl Tables {
     }
 }
 
-/// What the shader calls a column that ranks.
 fn by(by: RankBy) -> usize {
     match by {
         RankBy::KSd | RankBy::ErrorRms => 0,
@@ -203,7 +196,7 @@ fn by(by: RankBy) -> usize {
     }
 }
 
-/// Numbers of a distance; `ends` as in [`Tables`], `five`: where the matrix of five branches begins, behind that of three.
+/// Numbers of a distance; `ends` as in [`Tables`]; `five`: start of the matrix of five branches, after that of three.
 fn head(distance: &Distance, chart: &Charted, ends: [f32; 2], five: usize) -> [f32; HEAD.len()] {
     let [drive, _, base, taper, place] = chart.affine;
     let branches = chart.functions[0].len();

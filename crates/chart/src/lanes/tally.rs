@@ -3,15 +3,15 @@
 use super::{LANES, Lanes, Words};
 use crate::kernel::cpu::Packed;
 
-/// What an estimate says of a tap: places among the combinations.
+/// Results of an estimate, as indices.
 pub(super) const CLEAR: usize = 0;
 pub(super) const AMBIGUOUS: usize = 1;
 pub(super) const ROOTLESS: usize = 2;
 
-/// Drives of a tap, or distances, by their words that do not depend on the estimate: none, `strain_limit`, `slipped_off`, both.
+/// Counts by words that do not depend on the estimate: no word, `strain_limit`, `slipped_off`, both.
 pub(super) type Worn = [Lanes; 4];
 
-/// Those of the drives from `from` to `to` of a tap that is above the strain limit, and has slipped off, from these places on.
+/// Drives from `from` to `to`, for a tap that is above the strain limit from `above` on and has slipped off from `slipped` on.
 #[inline(always)]
 pub(super) fn worn([above, slipped]: [Lanes; 2], [from, to]: [Lanes; 2]) -> Worn {
     let (above, slipped) = (above.max(from).min(to), slipped.max(from).min(to));
@@ -23,19 +23,17 @@ pub(super) fn worn([above, slipped]: [Lanes; 2], [from, to]: [Lanes; 2]) -> Worn
 #[derive(Clone, Copy)]
 pub(super) struct Tally {
     pub taps: [Worn; 3],
-    /// 1 of a design that must be solved tap by tap.
+    /// 1 for a design that must be solved tap by tap.
     pub hard: Lanes,
 }
 
 impl Tally {
-    /// Nothing yet; `hard` as given.
     #[inline(always)]
     pub fn new(hard: Lanes) -> Self {
         let zero = Lanes::of(0.0);
         Self { taps: [[zero; 4]; 3], hard }
     }
 
-    /// Adds the taps of `worn`, of which the estimate says `told`, in the lanes of `share`.
     #[inline(always)]
     pub fn add(&mut self, told: usize, share: Lanes, worn: &Worn) {
         // Most packs have only clear taps.
@@ -47,8 +45,7 @@ impl Tally {
         }
     }
 
-    /// Adds the taps between the drives `from` and `to`. `told` pairs each word of the estimate with its share of the lanes. `edges` are the drives
-    /// at which the strain limit is passed and the tap slips off; most lie beyond `to`.
+    /// Adds the taps between the drives `from` and `to`; `told`: results with their share of the lanes; `edges`: strain limit and slip-off.
     #[inline(always)]
     pub fn add_between(&mut self, told: &[(usize, Lanes)], edges: [Lanes; 2], [from, to]: [Lanes; 2]) {
         if to.all_at_most(edges[0].min(edges[1])) {
@@ -64,19 +61,16 @@ impl Tally {
         }
     }
 
-    /// Adds taps without any other word.
     #[inline(always)]
     pub fn add_clean(&mut self, told: usize, taps: Lanes) {
         self.taps[told][0] = self.taps[told][0] + taps;
     }
 
-    /// Whether the design in `lane` must be solved tap by tap.
     #[inline(always)]
     pub fn is_hard(&self, lane: usize) -> bool {
         self.hard.0[lane] > 0.5
     }
 
-    /// 1 of the first `live` lanes that are not hard.
     #[inline(always)]
     pub fn counts(&self, live: usize) -> Lanes {
         let zero = Lanes::of(0.0);
@@ -87,13 +81,11 @@ impl Tally {
         zero.if_less(self.hard, zero, counts)
     }
 
-    /// Taps per combination of the lanes that `counts` marks.
     #[inline(always)]
     pub fn words(&self, counts: Lanes) -> Words {
         let zero = Lanes::of(0.0);
         let mut words = Words::default();
         for (k, sum_of) in words.taps.iter_mut().enumerate() {
-            // Most combinations have no tap.
             let taps = self.taps[k / 4][k % 4] * counts;
             if !taps.all_at_most(zero) {
                 *sum_of = sum(taps);
@@ -103,7 +95,7 @@ impl Tally {
     }
 }
 
-/// Of whole numbers; together they may be more than f32 counts.
+/// Sum of whole numbers in integers: the total may exceed what f32 counts.
 #[inline(always)]
 pub(super) fn sum(x: Lanes) -> u64 {
     let (mut sums, mut n) = ([0; LANES], LANES);

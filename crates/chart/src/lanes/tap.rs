@@ -10,31 +10,27 @@ use crate::distance::Function;
 use crate::kernel::cpu::Packed;
 use crate::scene::{RankBy, Tuple};
 
-/// Slack of a tap of which nothing is known.
+/// Slack of a tap without a known bound.
 const UNKNOWN: f64 = 1e6;
 
-/// A tap as a series over the drive, or at its own.
 #[derive(Clone, Copy)]
 pub(super) struct TapSeries<'a> {
     /// (K − 1)/θᵉ.
     pub kappa: &'a [Lanes],
     /// (c/a − 1)/θᵉ, where the contact may slip off at all.
     pub arc: &'a [Lanes],
-    /// (P over that of the linear theory − 1)/θᵉ, where it is asked for.
+    /// (P over that of the linear theory − 1)/θᵉ, where requested.
     pub force: Lanes,
-    /// Largest |δ|.
     pub largest: Lanes,
     /// f, per radian or mm.
     pub strain: Lanes,
-    /// How far κ and the arc may be off, where charts are read roughly.
+    /// Error bounds of κ and the arc, where charts are read roughly.
     pub slack: [Lanes; 2],
-    /// How f grows with η, where distances are estimated.
+    /// Growth of f with η, where distances are estimated.
     pub growth: &'a Growth,
 }
 
-/// The taps of a pack; what is read together lies together.
 pub(super) struct Taps {
-    /// Orders over the drive of each.
     m: usize,
     pub kappa: Vec<Lanes>,
     pub arc: Vec<Lanes>,
@@ -46,7 +42,6 @@ pub(super) struct Taps {
 }
 
 impl Taps {
-    /// Of `n` taps, of `m` orders over the drive each.
     pub fn new(n: usize, m: usize) -> Self {
         let zeros = |n: usize| vec![Lanes::default(); n];
         let growth = vec![Growth::default(); n];
@@ -62,13 +57,11 @@ impl Taps {
         }
     }
 
-    /// How many.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.strain.len()
     }
 
-    /// Tap `i`.
     #[inline(always)]
     pub fn at(&self, i: usize) -> TapSeries<'_> {
         let own = i * self.m..(i + 1) * self.m;
@@ -83,7 +76,7 @@ impl Taps {
         }
     }
 
-    /// Adds what the theory says of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
+    /// Adds the theory of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
     #[inline(always)]
     pub fn add_theory<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker) {
         for (strain, distance) in self.strain.iter_mut().zip(&tables.distances) {
@@ -98,8 +91,7 @@ impl Taps {
 }
 
 impl Tables {
-    /// What `chart` says of `design`, over the points or at its own drive, but for its theory; its arc where that is asked for, with `FORCE` its
-    /// force.
+    /// Reads `design` from `chart`, over the points or at its drive, without its theory; its arc if `with_arc`, with `FORCE` its force.
     #[inline(always)]
     pub(super) fn tap<const OWN: bool, const FORCE: bool>(
         &self,
@@ -143,7 +135,7 @@ impl Tables {
             // Every mean of a polynomial over the gauge is at most that of the first.
             let missed = Lanes::splat(chart.missed[0]) * basis[4][0];
             largest = power.mul_add(missed, delta.abs());
-            // m/((1 + δ)(1 + δ − m θᵉ)), where the last is far below 1: of others nothing is told.
+            // m/((1 + δ)(1 + δ − m θᵉ)), if the last term is far below 1; else no bound is known.
             let near = missed * inverse;
             let share = power * near;
             let more = share.if_less(of(0.1), one + of(1.2) * share, of(UNKNOWN));
@@ -183,7 +175,7 @@ impl Tables {
                 into_arc[0] = scale * arc.at(products);
                 taps.slack[i][1] = Lanes::splat(chart.missed[1]);
                 if chart.slides != 0.0 {
-                    // Where the arc may have the other sign another branch may hold.
+                    // Another branch may hold if the arc may have the other sign.
                     let arc = into_arc[0] * Lanes::splat(chart.slides);
                     taps.slack[i][0] = arc.if_less(taps.slack[i][1], of(UNKNOWN), slack[0]);
                 }
@@ -208,7 +200,7 @@ impl Tables {
         }
     }
 
-    /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
+    /// K − 1 of taps of easy designs, each with the place of its distance, as in the rows.
     pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
         by_lanes!(self.deviations_lanes(taps))
     }

@@ -1,4 +1,4 @@
-//! The estimate's theory of whiskers in a pack: f, where it peaks, and how it grows from a distance.
+//! The estimate's theory of whiskers in a pack: f, its peak, and its growth from a distance.
 
 use super::dispatch::part;
 use super::neighbours::{Place, picked};
@@ -12,33 +12,28 @@ pub(super) struct Whisker {
     pub diameter: Lanes,
     pub tau: Lanes,
     pub length: Lanes,
-    /// x1, x2.
     pub gauge: [Lanes; 2],
     /// u = 1/a at the peak of the theory.
     pub peak: Lanes,
     /// C, S and M of f = C (u − τ)(S − M u), to which hub, displacement and shear add factors.
     form: [Lanes; 3],
-    /// Readings of words.
     pub words: Thresholds,
 }
 
 /// f at which words begin.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Thresholds {
-    /// From it, and up to the next, the near root is within the range of interest.
+    /// From `low` to `high` the near root is within the range of interest.
     pub low: Lanes,
-    /// See [`Self::low`].
     pub high: Lanes,
-    /// At the peak.
     pub peak: Lanes,
-    /// Infinitely far.
+    /// At infinite distance.
     pub farthest: Lanes,
-    /// Where f levels off: below the first the distance of a tap beyond the peak has a word, below the second that of one before it.
+    /// f of a widening whisker at its end: below it the distance has a word; for taps beyond the peak, and before it.
     ends: [Lanes; 2],
 }
 
 impl Whisker {
-    /// Of D, τ, L_a and x1, x2.
     #[inline(always)]
     pub fn new(tables: &Tables, [diameter, tau, length]: [Lanes; 3], gauge: [Lanes; 2]) -> Self {
         let of = Lanes::of;
@@ -72,7 +67,6 @@ impl Whisker {
         whisker
     }
 
-    /// What f and words need, of the lanes of `places`.
     #[inline(always)]
     pub fn picked(&self, places: &[Place]) -> Self {
         let [scale, sum, moment] = &self.form;
@@ -92,7 +86,7 @@ impl Whisker {
         }
     }
 
-    /// f below which the distance of a tap at `a` mm has a word, that it lies beyond the whisker.
+    /// f below which the distance of a tap at `a` mm lies beyond the whisker.
     #[inline(always)]
     pub fn end(&self, a: f32) -> Lanes {
         (self.peak * Lanes::splat(a)).if_less(Lanes::splat(1.0), self.words.ends[1], self.words.ends[0])
@@ -112,7 +106,6 @@ impl Whisker {
         f * lever / (one + shear * u * u)
     }
 
-    /// How f grows from `distance`.
     #[inline(always)]
     pub fn growth(&self, tables: &Tables, distance: &Distance) -> Growth {
         let of = Lanes::of;
@@ -135,7 +128,7 @@ impl Whisker {
         growth
     }
 
-    /// Whether a contact at `chart` may move off it. Contacts move little: most whiskers are longer than any contact of theirs.
+    /// True if a contact at `chart` may move off the whisker, which most whiskers are too long for.
     #[inline(always)]
     pub fn moves(&self, power: Lanes, chart: &Charted) -> bool {
         let room = (self.length - Lanes::splat(chart.a)) * Lanes::splat(chart.inverse);
@@ -159,7 +152,7 @@ pub(super) struct Growth {
 }
 
 impl Growth {
-    /// η at the apex, or infinitely far of a whisker without one.
+    /// η at the apex, or at infinity of a whisker without one.
     #[inline(always)]
     pub fn least(&self) -> Lanes {
         let of = Lanes::of;
@@ -178,7 +171,7 @@ impl Growth {
         [linear.if_less(of(0.0), before, beyond), slope]
     }
 
-    /// The slope at the contact, and what its factors give without regard to their sign.
+    /// The slope at the contact, and the sum of the absolute slopes of the plain factors.
     #[inline(always)]
     pub fn slopes(&self) -> [Lanes; 2] {
         let other = self.hub - (self.shear + self.shear) / (Lanes::of(1.0) + self.shear);
@@ -196,7 +189,6 @@ impl Growth {
         part!(self.beyond(all, eta))
     }
 
-    /// What hub, displacement and shear make of the growth of the plain theory.
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     #[inline(never)]
     fn beyond(&self, all: [Lanes; 3], eta: Lanes) -> [Lanes; 3] {
@@ -213,7 +205,6 @@ impl Growth {
     }
 }
 
-/// Two growths, each with its slope and curvature, together.
 #[inline(always)]
 fn grow(a: [Lanes; 3], b: [Lanes; 3]) -> [Lanes; 3] {
     let one = Lanes::of(1.0);
@@ -223,7 +214,7 @@ fn grow(a: [Lanes; 3], b: [Lanes; 3]) -> [Lanes; 3] {
 }
 
 impl Tables {
-    /// u at the peak of the theory: that of the quadratic, then Newton's steps for what the rest adds.
+    /// u at the peak of the theory: that of the quadratic, then Newton's steps for the other terms.
     #[inline(always)]
     pub(super) fn peak(&self, diameter: Lanes, tau: Lanes, [x1, x2]: [Lanes; 2]) -> Lanes {
         let of = Lanes::of;
@@ -241,13 +232,13 @@ impl Tables {
             let factor = if self.theory.displaced { one / u } else { hub / (one + hub * u) };
             let below = one / (one + shear * u * u);
             let bend = two * shear * u * below;
-            // Logarithmic slope of what the quadratic lacks, and its own slope.
+            // Logarithmic slope of the factors besides the quadratic, and its slope.
             let k = factor - bend;
             let dk = -(factor * factor) - two * shear * below + bend * bend;
             let miss = room - moment * rise + rise * room * k;
             let slope = -(two * moment) + (room - moment * rise) * k + rise * room * dk;
             let step = miss / slope;
-            // Not beyond half of the way to an end.
+            // At most half of the way to an end.
             let most = of(0.5) * rise.min(room / moment);
             u = u - step.max(-most).min(most);
         }

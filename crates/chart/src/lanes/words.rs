@@ -1,4 +1,4 @@
-//! Status words of taps in a pack, where nothing else is asked of the estimate.
+//! Status words of taps in a pack, if nothing else of the estimate is needed.
 
 use super::edges::Edges;
 use super::groups::Group;
@@ -17,25 +17,23 @@ const _: () = assert!(
     (1.0 - USUAL) / (1.0 + USUAL) > 1.0 + BEYOND[0][0] && (1.0 + USUAL) / (1.0 - USUAL) < 1.0 + BEYOND[0][1]
 );
 
-/// What readings of a pack of designs are calibrated with.
 pub(super) struct Calibrations {
     /// Least and largest K̄: where some taps do not count it is anywhere among the others.
     least: Lanes,
     most: Lanes,
-    /// K̄ and the K of all taps are known.
+    /// K̄ and the K of all taps are exact.
     known: bool,
     /// No reading is as far off as [`BEYOND`].
     pub usual: bool,
 }
 
 impl Calibrations {
-    /// Those of the lanes of `places`.
     #[inline(always)]
     pub fn picked(&self, places: &[Place]) -> Self {
         Self { least: picked(&self.least, places), most: picked(&self.most, places), ..*self }
     }
 
-    /// 1 where taps have no root, one of two, or neither word, for certain; with f and K within bounds.
+    /// 1 where taps certainly have no root, an ambiguous one, or a clear one, for f and K within bounds.
     #[inline(always)]
     pub fn certain(
         &self,
@@ -64,7 +62,6 @@ impl Thresholds {
 }
 
 impl Rows {
-    /// What readings of designs that have a drive of their own are calibrated with.
     #[inline(always)]
     pub fn calibrations(&self, taps: &Taps, complete: &Lanes) -> Calibrations {
         let of = Lanes::of;
@@ -93,12 +90,12 @@ impl Rows {
             least: one + power * least,
             most: one + power * most,
             known: whole && self.slack[1].all_at_most(zero),
-            // K̄/K lies between (1 − δ)/(1 + δ) and its inverse then.
+            // K̄/K then lies between (1 − δ)/(1 + δ) and its inverse.
             usual: self.largest.all_at_most(of(USUAL)) && self.design.words.farthest.all_at_most(zero),
         }
     }
 
-    /// Adds the words of one tap of designs that have a drive of their own. A tap reads f K̄/K, which is compared with what f is where words begin.
+    /// Adds the words of one tap of designs that each have a drive. The reading f K̄/K is compared with f where words begin.
     #[inline(always)]
     pub fn count(
         &self,
@@ -139,7 +136,6 @@ impl Rows {
         if !calibrations.usual {
             let slack = power * tap.slack[0];
             let [fewest, highest] = [of(1.0 + BEYOND[0][0]), of(1.0 + BEYOND[0][1])];
-            // A widening whisker may have a word beyond its tip.
             let out = (tap.strain * calibrations.least).if_less(self.design.end(a) * (k + slack), one, zero);
             tally.hard = tally.hard.max(clear * out);
             // q below that of a contact nearly infinitely far: f K̄ − f K < −0.9 (f − f_∞) K.
@@ -152,12 +148,10 @@ impl Rows {
     }
 }
 
-/// What a group of drives gives a tap: least and largest q.
 type Reach = [Lanes; 2];
 
 impl Rows {
-    /// Least and largest q of a tap over the drives of `group`. q = (K̄ − K)(1 + δ), and K̄ − K is θᵉ times a series; where some taps do not
-    /// count, K̄ is anywhere among the others.
+    /// Least and largest q of a tap over the drives of `group`; q = (K̄ − K)(1 + δ). If some taps do not count, K̄ is anywhere among the others.
     #[inline(always)]
     fn reach(&self, group: &Group, tap: TapSeries<'_>, every: bool, m: usize) -> Reach {
         let of = Lanes::of;
@@ -184,12 +178,11 @@ impl Rows {
         let fixed = self.passed.fixed.unwrap_or(zero);
         let lo = lo * lo.if_less(zero, most, least) + fixed;
         let hi = hi * hi.if_less(zero, least, most) + fixed;
-        // 1 + δ, and rounding.
         let (less, more) = (of(0.99999) - self.largest, of(1.00001) + self.largest);
         [lo * lo.if_less(zero, more, less) - of(1e-7), hi * hi.if_less(zero, less, more) + of(1e-7)]
     }
 
-    /// Adds the words of one tap over all drives that designs share; 1 to those of `rootless_at` at which it has no distance, where that is asked for.
+    /// Adds the words of one tap over all shared drives; sets 1 in `rootless_at`, unless empty, at drives without a distance.
     #[inline(always)]
     pub fn count_shared(
         &self,
@@ -208,7 +201,6 @@ impl Rows {
         let bounds = self.design.words.bounds(tap);
         let farthest = of(1.0) - self.design.words.farthest / tap.strain;
         let (zero, one) = (of(0.0), of(1.0));
-        // 1 where a reading may lie below what the farthest contact gives.
         let [fewest, highest] = BEYOND[1];
         let beyond = (of(-0.9) * farthest).max(of(fewest));
         let beyond = least.if_less(beyond, one, of(highest).if_less(most, one, zero));
@@ -241,7 +233,7 @@ impl Rows {
                 continue;
             }
             let [low, high, peak] = bounds;
-            // Where no limit is met in the group its drives are added up first.
+            // A group without limits is summed first.
             let free = ends[1].all_at_most(edges[0].min(edges[1]));
             let mut drives = [(CLEAR, zero), (AMBIGUOUS, zero), (ROOTLESS, zero)];
             for j in group.drives.clone() {
@@ -271,7 +263,7 @@ impl Rows {
     }
 }
 
-/// 1 where a q of the range has neither word for certain, where it is ambiguous, and where it has no root.
+/// 1 where all q of the range are certainly clear, ambiguous, or without a root.
 #[inline(always)]
 fn certain([low, high, peak]: [Lanes; 3], [least, most]: Reach) -> [Lanes; 3] {
     let (zero, one) = (Lanes::of(0.0), Lanes::of(1.0));

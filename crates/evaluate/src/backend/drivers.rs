@@ -1,7 +1,5 @@
-//! GPU drivers, tried in another process first: one that crashes or hangs takes its process with it.
-//!
-//! The program starts itself once more for it, Python its interpreter with the native module alone ([`ask_by`] says how). A process that has not said
-//! how asks its drivers itself.
+//! GPU drivers, tried first in another process ([`ask_by`]), because one that crashes or hangs takes its process with it. Without [`ask_by`] this
+//! process tries them itself.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -13,16 +11,14 @@ use crate::error::{Error, InputError};
 use crate::kernel::gpu::{self, Adapter, Gpu, clock};
 use crate::scene::Precision;
 
-/// Time that a driver has for its first calls, and for each device that is opened.
+/// Limit for a driver's first calls, and for opening each device.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What the other process says last.
 const DONE: &str = "done";
 
-/// Name and driver of an adapter, and whether it runs on the CPU.
 pub(super) type Seen = (String, String, bool);
 
-/// Adapters that can be opened, hardware first; what drivers did wrong, in words.
+/// Adapters that can be opened, hardware first; driver faults in words.
 type Found = (Vec<Seen>, Vec<String>);
 
 fn seen(a: &Adapter) -> Seen {
@@ -33,13 +29,13 @@ type How = Box<dyn Fn() -> Option<Command> + Send + Sync>;
 
 static HOW: OnceLock<How> = OnceLock::new();
 
-/// From now on drivers are tried by the process that `how` describes, which is to call [`answer`]; the number of the first adapter to be
-/// opened is added as its last argument. The first call counts.
+/// From now on drivers are tried by the process that `how` describes, which must call [`answer`] with its last argument, the number of the first
+/// adapter to open. Only the first call counts.
 pub fn ask_by(how: impl Fn() -> Option<Command> + Send + Sync + 'static) {
     let _ = HOW.set(Box::new(how));
 }
 
-/// The other process: opens the adapters from number `from` on, each after a line that says which.
+/// The other process: opens the adapters from number `from` on, each after a line that names it.
 pub fn answer(from: usize) {
     // A process that hangs ends with the one that started it.
     #[cfg(target_os = "linux")]
@@ -49,13 +45,13 @@ pub fn answer(from: usize) {
     };
     for adapter in gpu::adapters().into_iter().skip(from) {
         let _ = writeln!(std::io::stdout(), "{}", serde_json::json!(seen(&adapter)));
-        // That it does not open is no crash: an error says why when it is opened again.
+        // Failing to open is not a crash; the later open reports the error.
         drop(Gpu::new(adapter, Precision::F32));
     }
     let _ = writeln!(std::io::stdout(), "{DONE}");
 }
 
-/// What another process found of the drivers, asked once; `None` where nothing says how it is started, or it does not start.
+/// The other process's result, found once; `None` without [`ask_by`], or if it does not start.
 pub(super) fn found() -> Option<&'static Found> {
     static FOUND: OnceLock<Option<Found>> = OnceLock::new();
     FOUND.get_or_init(|| HOW.get().and_then(|how| found_by(how, PATIENCE))).as_ref()
@@ -70,7 +66,7 @@ fn found_by(how: &How, patience: Duration) -> Option<Found> {
         let lines = BufReader::new(child.stdout.take()?).lines().map_while(Result::ok);
         let (tell, told) = channel();
         std::thread::spawn(move || lines.into_iter().try_for_each(|line| tell.send(line)));
-        // Each line begins a call, which has its own time; an adapter opens if another line follows.
+        // Each line begins a call, each with its time limit; an adapter opens if another line follows.
         let mut opening: Option<Seen> = None;
         let why = loop {
             let line = told.recv_timeout(patience);
@@ -88,7 +84,7 @@ fn found_by(how: &How, patience: Duration) -> Option<Found> {
                 Err(_) => break child.wait().ok().map(|status| format!("crashed ({status})")),
             }
         };
-        // What its drivers do at its end does not matter, and it may never end.
+        // Its drivers may fail or hang at its end.
         let _ = child.kill();
         std::thread::spawn(move || child.wait());
         match (why, opening) {
@@ -107,7 +103,7 @@ fn found_by(how: &How, patience: Duration) -> Option<Found> {
     }
 }
 
-/// The adapters of this process: those that another one could open, where one was asked, and what drivers did wrong.
+/// The adapters of this process, only those that the other process could open, and driver faults in words.
 pub fn look() -> (Vec<Adapter>, Vec<String>) {
     let (there, faults) = found().cloned().unzip();
     let mut faults: Vec<String> = faults.unwrap_or_default();
@@ -120,10 +116,10 @@ pub fn look() -> (Vec<Adapter>, Vec<String>) {
     (all, faults)
 }
 
-/// As [`look`], for a command that needs a GPU (`needed`) or takes those there are; what drivers did wrong is told.
+/// Adapters of [`look`]; reports driver faults.
 ///
 /// # Errors
-/// No adapter, because of what a driver did, where one is needed.
+/// A GPU is `needed`, and no adapter works because of a driver fault.
 pub fn adapters(needed: bool) -> Result<Vec<Adapter>, Error> {
     let (all, faults) = look();
     if needed && all.is_empty() && !faults.is_empty() {

@@ -1,4 +1,4 @@
-//! Which backend runs: what was asked, what the machine has, and why the one was taken.
+//! The choice of the backend, from the options and the machine, with its reason.
 
 mod drivers;
 
@@ -21,7 +21,7 @@ use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 use drivers::found;
 pub use drivers::{adapters, answer, ask_by, look};
 
-/// The backend taken, in words and numbers; part of `run.json`.
+/// The chosen backend; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Backend {
     /// gpu, cpu or reference.
@@ -34,16 +34,16 @@ pub struct Backend {
     pub driver: Option<String>,
     /// f32 or f64.
     pub precision: &'static str,
-    /// Bound on the strain error; none for the reference, which ignores it.
+    /// Bound on the strain error; None for the reference, which ignores it.
     pub tolerance: Option<f64>,
     /// CPU threads.
     pub threads: usize,
     /// Instruction set of the CPU kernels.
     pub instructions: Option<&'static str>,
-    /// Whether the adapter runs on the CPU.
+    /// True if the adapter runs on the CPU.
     #[serde(skip)]
     pub software: bool,
-    /// What was checked of the device, and what it did wrong.
+    /// Checks and faults of the device.
     #[serde(skip_serializing_if = "Log::is_empty")]
     pub device: Log,
 }
@@ -51,27 +51,24 @@ pub struct Backend {
 /// A backend chosen but not opened.
 #[derive(Debug)]
 pub struct Choice {
-    /// What will run.
+    /// The backend that will run.
     pub backend: Backend,
-    /// Seconds it took to look for adapters and to open one.
+    /// Seconds spent looking for adapters and opening one.
     pub seconds: f64,
     precision: Precision,
     adapter: Option<Adapter>,
-    /// Whether the device is compared with the CPU and hands over to it.
+    /// True if the device is compared with the CPU and hands over to it.
     watched: bool,
-    /// The device, where it has been opened.
     opened: Mutex<Option<Gpu>>,
 }
 
-/// Seconds of all CPU threads below which no driver is asked: to ask it, to open the device and to compile a shader takes 0.5 to 2 s on an H100
-/// beside 16 threads (results/2026-11-27-h100/before.md).
+/// Least work for a driver, in seconds of all CPU threads: starting one takes 0.5 to 2 s on an H100 (results/2026-11-27-h100/before.md).
 pub const PAYS: f64 = 2.0;
 
-/// Address space below which `auto` asks no driver, bytes: where it ends they fail, abort or crash, lavapipe from some 1 GB on
-/// with two threads and with more of each.
+/// Address space below which `auto` uses no driver, bytes: at its limit they fail, abort or crash, lavapipe from some 1 GB on with two threads.
 const ROOM: u64 = 8 << 30;
 
-/// Why no driver is to be asked: the address space is limited (`ulimit -v`).
+/// Why no driver may be used: the address space is limited (`ulimit -v`).
 pub fn cramped() -> Option<String> {
     // Only Linux has the file, and only there the limit matters.
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
@@ -84,12 +81,12 @@ pub fn cramped() -> Option<String> {
 }
 
 impl Backend {
-    /// The warnings of a spec and what its device did wrong.
+    /// The warnings of a spec, and the faults of its device.
     pub fn warnings(&self, of_spec: &[String]) -> Vec<String> {
         [of_spec, &self.device.get().words[..]].concat()
     }
 
-    /// What the comparison of its device with the CPU found, and what the device did wrong, a line each; nothing without a device.
+    /// The comparison of its device with the CPU, and the device's faults, a line each; empty without a device.
     pub fn compared(&self) -> String {
         let told = self.device.get();
         let mut text = String::new();
@@ -106,20 +103,19 @@ impl Backend {
 }
 
 impl Choice {
-    /// Tolerance of a chart that stands in for the kernel; `None` where each tap must be solved: by the reference, and in f64.
+    /// Tolerance of charts in place of the kernel; `None` if each tap must be solved: by the reference, and in f64.
     pub fn chart_tolerance(&self) -> Option<f64> {
         self.backend.tolerance.filter(|_| self.precision == Precision::F32)
     }
 
-    /// Decides from the options; looks for adapters only where one may be used. What `auto` takes has been opened: where that
-    /// fails it is the CPU, and the reason says why.
+    /// Decides from the options; looks for adapters only where one may be used. `auto` opens a device, or takes the CPU if that fails.
     pub fn new(options: &RunOptions) -> Result<Self, Error> {
         let begun = Instant::now();
         let choice = Self::found(options)?;
         Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
     }
 
-    /// As [`Self::new`]; `auto` takes the CPU where a device does not pay: for work of few `seconds` of all CPU threads.
+    /// [`Self::new`], but `auto` takes the CPU if a device does not pay for work of `seconds` of all CPU threads.
     pub fn for_work(options: &RunOptions, seconds: f64) -> Result<Self, Error> {
         let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
         if free && seconds < PAYS && gpu::forked().is_none() {
@@ -144,7 +140,6 @@ impl Choice {
                 if let Some(why) = cramped().or(gpu::forked().map(str::to_owned)) {
                     return Self::instead(options, why);
                 }
-                // Without hardware this process asks no driver.
                 if let Some((seen, faults)) = found()
                     && seen.iter().all(|(.., software)| *software)
                 {
@@ -163,14 +158,13 @@ impl Choice {
         }
     }
 
-    /// The CPU where `auto` cannot take a GPU, as `why` says.
     fn instead(options: &RunOptions, why: String) -> Result<Self, Error> {
         let mut cpu = Self::among(&RunOptions { adapter: None, ..options.clone() }, &[])?;
         cpu.backend.reason = why;
         Ok(cpu)
     }
 
-    /// With its device, if it has one, opened and watched: compared with the CPU, to which it hands over what it fails to do.
+    /// Opens its device, if it has one, watched: compared with the CPU, which takes over at a fault.
     fn opened(self) -> Result<Self, Error> {
         let watched = Self { watched: true, ..self };
         let opened = watched.adapter.as_ref().map(|adapter| watched.device(adapter)).transpose()?;
@@ -182,7 +176,7 @@ impl Choice {
         Ok(if self.watched { gpu.watched(self.backend.device.clone()) } else { gpu })
     }
 
-    /// As [`Self::new`] on a machine with these adapters, of which the one taken is not watched: what it does wrong ends the run, or shows.
+    /// [`Self::new`] on a machine with these adapters. The device is not watched: a fault ends the run, or shows.
     pub fn among(options: &RunOptions, adapters: &[Adapter]) -> Result<Self, Error> {
         let asked = options.backend.unwrap_or(BackendChoice::Auto);
         let precision = options.precision.unwrap_or(Precision::F32);
@@ -208,7 +202,6 @@ impl Choice {
             }
             (BackendChoice::Gpu, Some(a)) => ("gpu", Some(a), "asked for".to_owned()),
             (BackendChoice::Auto, None) => ("cpu", None, no_hardware([].into_iter(), &[])),
-            // One that is named is asked for.
             (BackendChoice::Auto, Some(a)) if a.software && options.adapter.is_none() => {
                 ("cpu", None, no_hardware(adapters.iter().map(|a| a.name.as_str()), &[]))
             }
@@ -252,7 +245,7 @@ impl Choice {
         Ok(Box::new(opened.map_or_else(|| self.device(adapter), Ok)?))
     }
 
-    /// Solves taps of `model` with `solver`, which [`Self::solver`] has opened; the reference takes none.
+    /// Solves taps of `model` with `solver` from [`Self::solver`]; the reference uses none.
     pub fn method(&self, solver: Box<dyn Solver>, model: &Model) -> Method {
         match self.backend.tolerance {
             Some(tolerance) => {
@@ -264,7 +257,6 @@ impl Choice {
     }
 }
 
-/// The tolerance in force; an error for one that the precision cannot reach.
 fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputError> {
     let (default, least) = match precision {
         Precision::F32 => (1e-5, smallest_tolerance(precision)),
@@ -281,7 +273,7 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
     Ok(t)
 }
 
-/// Why `auto` takes the CPU on a machine without a hardware adapter: its `software` ones, and what drivers did wrong.
+/// Why `auto` takes the CPU on a machine without a hardware adapter: its `software` ones, and driver faults.
 fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &[String]) -> String {
     let software: Vec<&str> = software.collect();
     let mut why: Vec<String> = faults.to_vec();
@@ -296,7 +288,7 @@ fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &[String]) -
     why.join("; ")
 }
 
-/// What there is to compute on: `adapters`, and the CPU; what drivers did wrong, in words.
+/// The devices as JSON: `adapters`, the CPU, and driver faults.
 pub fn listed(adapters: &[Adapter], faults: &[String]) -> Value {
     let one = |a: &Adapter| {
         json!({
@@ -308,7 +300,6 @@ pub fn listed(adapters: &[Adapter], faults: &[String]) -> Value {
     json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "faults": faults, "cpu": cpu })
 }
 
-/// Names of `adapters`.
 fn names(adapters: &[Adapter]) -> String {
     match adapters {
         [] => "nothing: this machine has no adapter".to_owned(),

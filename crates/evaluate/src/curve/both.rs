@@ -1,7 +1,5 @@
-//! Distance and tilt at which the model gives the strains of two gauges (model §6.4), the lean of the pole known: Newton's method on both.
-//!
-//! What is differenced are the shares ε/(θ f cos β), which are smooth and hardly change, so that a coarse step is fine enough and the noise
-//! of a kernel does no harm; f, cos β and their slopes are closed forms.
+//! Distance and tilt from the strains of two gauges (model §6.4), for a known lean of the pole: Newton's method in both, with coarse differences of
+//! the smooth shares ε/(θ f cos β).
 
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
@@ -10,33 +8,29 @@ use crate::evaluate::{Evaluator, Outcome, Task};
 use crate::scene::{Contact, Direction, Setup, Side, Theory};
 use crate::status::Status;
 
-/// Largest |tilt| that is looked for, degrees.
+/// Largest |tilt| of the search, degrees.
 const STEEPEST: f64 = 85.0;
-/// Taps by which the slopes of the strains of one are told, that one included: on the way to it the first `AIMING` will do.
+/// Taps per evaluation of strains and slopes; until the last rounds the first `AIMING` suffice.
 pub const TAPS: usize = 5;
-/// See [`TAPS`].
 const AIMING: usize = 3;
-/// Rounds of Newton's method at most.
 const ROUNDS: usize = 12;
 /// Steps of the difference quotients: of a, relative; of the tilt, degrees.
 const STEPS: [f64; 2] = [3e-3, 0.2];
 /// Longest step of a round: of a, relative; of the tilt, degrees.
 const LONGEST: [f64; 2] = [0.25, 15.0];
-/// Changes below which a root is found: of a, relative; of the tilt, degrees. A tolerance of the strain allows so many times itself.
+/// Changes at which the search ends: of a, relative, and of the tilt, degrees; or this multiple of the strain tolerance (relative, rad) if larger.
 const STILL: ([f64; 2], f64) = ([2e-7, 1e-5], 0.1);
-/// Distances that differ by less, relatively, are one.
 const SAME: f64 = 1e-3;
-/// How far from the range of interest the near root of f may lie for that of the model to be looked for.
+/// Margin around the range of interest within which f's near root starts a search for the model's.
 const NEARBY: f64 = 0.25;
-/// Taps whose distances are looked for together.
 const TOGETHER: usize = 1 << 13;
 
-/// Whether distances are told from two strains by the model itself.
+/// True if the model itself gives distances from two strains.
 pub fn asked(setup: &Setup) -> bool {
     setup.gauge.second && setup.estimate.theory == Theory::Exact
 }
 
-/// Why the model cannot tell a distance and a tilt from two strains; `None` where it can.
+/// Why the model cannot give a distance and a tilt from two strains; `None` if it can.
 pub fn forbids(contact: Contact) -> Option<&'static str> {
     match contact {
         Contact::Frictionless | Contact::Coulomb(0.0) => None,
@@ -49,18 +43,18 @@ pub fn forbids(contact: Contact) -> Option<&'static str> {
     }
 }
 
-/// Whether the model itself can tell distances of `setup`: from one strain always, from several channels never.
+/// True if the model itself can give distances for `setup`: from one strain always, from several channels never.
 pub fn possible(setup: &Setup) -> bool {
     setup.channels.is_none() && (!setup.gauge.second || forbids(setup.model.contact).is_none())
 }
 
-/// What turns the strains of the centreline, the first gauge and the second into two readings: linear in them.
+/// Maps the strains of the centreline, the first gauge and the second to two readings, linearly.
 pub type Reading<'r> = &'r dyn Fn([f64; 3]) -> [f64; 2];
 
-/// Two readings, and where their tap is looked for first.
+/// Two readings, and the start of the search for their tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoReadings {
-    /// Where the search starts.
+    /// Start of the search.
     pub start: Task,
     /// r₁ > 0 and r₂.
     pub readings: [f64; 2],
@@ -69,7 +63,7 @@ pub struct TwoReadings {
 /// The tap of two readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inverted {
-    /// Where it is.
+    /// The tap.
     pub task: Task,
     /// Rows: d r₁, d r₂; columns: da (mm), dβ (rad).
     pub slopes: [[f64; 2]; 2],
@@ -77,23 +71,22 @@ pub struct Inverted {
 
 /// Inverts the model of some designs.
 pub struct Inverter<'e, 'a> {
-    /// What taps share.
+    /// The setup of all taps.
     pub setup: &'e Setup,
     /// Solves them.
     pub evaluator: &'e mut Evaluator<'a>,
     /// The whiskers.
     pub designs: &'e [Design],
-    /// What is read.
+    /// The readings.
     pub reading: Reading<'e>,
-    /// Taps that were solved.
+    /// Taps solved so far.
     pub taps: u64,
 }
 
-/// Two readings of a tap and their slopes, as those of [`Inverted`].
 type Seen = ([f64; 2], [[f64; 2]; 2]);
 
 impl Inverter<'_, '_> {
-    /// Readings and slopes at `tasks`, each by so many taps; `None` where the model has none.
+    /// Readings and slopes at `tasks`, each from `taps` taps; `None` where the model has none.
     fn seen(&mut self, tasks: &[Task], taps: usize) -> Result<Vec<Option<Seen>>, SolveError> {
         let around: Vec<Task> =
             tasks.iter().flat_map(|task| self.around(*task).into_iter().take(taps)).collect();
@@ -148,7 +141,7 @@ impl Inverter<'_, '_> {
             let mut rest = Vec::new();
             for (mut trial, seen) in open.into_iter().zip(seen) {
                 let Some((here, slopes)) = seen else {
-                    // There is no such tap: half the way back to one that is.
+                    // No such tap: go half the way back.
                     if trial.step != [0.0; 2] {
                         trial.step = trial.step.map(|s| 0.5 * s);
                         trial.at = moved(trial.at, trial.step.map(|s| -s));
@@ -180,11 +173,10 @@ impl Inverter<'_, '_> {
     }
 }
 
-/// A tap that is looked for.
 struct Trial {
     i: usize,
     at: Task,
-    /// What led there: mm and degrees.
+    /// The step that led there: mm and degrees.
     step: [f64; 2],
 }
 
@@ -193,15 +185,13 @@ fn moved(at: Task, [a, tilt]: [f64; 2]) -> Task {
     Task { a: at.a + a, direction, ..at }
 }
 
-/// The nearest tap within `reach`.
 fn within(at: Task, reach: &impl Fn(u32) -> [f64; 2]) -> Task {
     let [near, far] = reach(at.design);
     let direction = Direction { tilt: at.direction.tilt.clamp(-STEEPEST, STEEPEST), ..at.direction };
     Task { a: at.a.max(near).min(far), direction, ..at }
 }
 
-/// Strains of a tap: of the centreline, of the first gauge, and 90° further; each positive as that of the first is. `None` where the model has
-/// none.
+/// Strains of a tap: of the centreline, of the first gauge, and of the second, 90° further; all signed as the first. `None` where the model has none.
 pub fn strains(setup: &Setup, outcome: &Outcome) -> Option<[f64; 3]> {
     let sign = if setup.gauge.side == Side::Far { -1.0 } else { 1.0 };
     let strains = [outcome.axial, outcome.strain, outcome.strain_2].map(|e| sign * e);
@@ -209,7 +199,6 @@ pub fn strains(setup: &Setup, outcome: &Outcome) -> Option<[f64; 3]> {
     there.then_some(strains)
 }
 
-/// Readings and slopes from the outcomes of [`Inverter::around`].
 fn seen(
     setup: &Setup,
     design: &Design,
@@ -218,14 +207,14 @@ fn seen(
     reading: Reading<'_>,
 ) -> Option<Seen> {
     let curve = &design.shared.as_ref()?.model;
-    // Of ε₀, ε₁, ε₂: shares of θ f cos β, less 0, cos β, sin β.
+    // Shares of θ f cos β of ε₀, ε₁, ε₂, less 0, cos β, sin β.
     let shares = |k: usize| {
         let (sin, cos) = radians(taps[k].direction)[0].sin_cos();
         let unit = amount(setup.drive, taps[k].drive) * curve.value(taps[k].a) * cos;
         strains(setup, &outcomes[k]).map(|[axial, e1, e2]| [axial / unit, e1 / unit - cos, e2 / unit - sin])
     };
     let here = shares(0)?;
-    // Through two taps beside it the parabola, through the only one there is the chord.
+    // A parabola through two neighbours, or the chord to one.
     let slope = |k: usize, step: &dyn Fn(usize) -> f64| {
         let beside = [k, k + 2].into_iter().filter(|i| *i < taps.len());
         let mut there = beside.filter_map(|i| Some((step(i), shares(i)?)));
@@ -258,7 +247,7 @@ fn solve(slopes: [[f64; 2]; 2], [x, y]: [f64; 2]) -> Option<[f64; 2]> {
     solved.iter().all(|s| s.is_finite()).then_some(solved)
 }
 
-/// What two strains are taken for.
+/// The estimate from two strains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Both {
     /// â, mm.
@@ -267,7 +256,7 @@ pub struct Both {
     slope: f64,
     /// Another distance with the same strains, mm.
     other: Option<f64>,
-    /// Whether the strains grow with the distance, and a farther one that has them is not known.
+    /// True if the strains grow with the distance, and no farther distance with the same strains is known.
     near: bool,
 }
 
@@ -279,27 +268,27 @@ impl Both {
     }
 }
 
-/// A tap whose strains are to be told.
+/// A tap whose distance is to be estimated from its strains.
 #[derive(Debug, Clone, Copy)]
 pub struct Ask {
-    /// The tap, of the design by whose model it is told.
+    /// The tap, of the design whose model is used.
     pub tap: Task,
-    /// Its strains; `None` where there is nothing to tell.
+    /// Its strains; `None` without any.
     pub strains: Option<[f64; 2]>,
-    /// Whether it is a tap of this very whisker, so that its distance and tilt are those that the model gives.
+    /// True if it is a tap of this very whisker: then the model gives its distance and tilt exactly.
     pub own: bool,
-    /// Smallest and largest distance asked of the whisker, mm.
+    /// Smallest and largest distance of the whisker's taps, mm.
     pub reach: [f64; 2],
 }
 
 impl Ask {
-    /// Of the tap of an `outcome`, by the model of its own whisker.
+    /// The tap of an `outcome`, by the model of its whisker.
     pub fn own(setup: &Setup, tap: Task, outcome: &Outcome, reach: [f64; 2]) -> Self {
         Self { tap, strains: strains(setup, outcome).map(|[_, e1, e2]| [e1, e2]), own: true, reach }
     }
 }
 
-/// What each of `asks` is taken for, and how many taps were solved for that. Nothing where distances are not told so.
+/// The estimate for each of `asks`, and the number of taps solved. Empty unless the model gives distances from two strains.
 pub fn both(
     setup: &Setup,
     evaluator: &mut Evaluator<'_>,
@@ -323,7 +312,6 @@ pub fn both(
 impl Inverter<'_, '_> {
     fn answers(&mut self, asks: &[Ask]) -> Result<Vec<Option<Both>>, SolveError> {
         let designs = self.designs;
-        // From the gauge to the tip.
         let reach = |design: u32| {
             let Design { tuple, shared, .. } = &designs[design as usize];
             [shared.as_ref().map_or(tuple.L_a, |shared| shared.gauge[0]), tuple.L_a]
@@ -361,13 +349,13 @@ impl Inverter<'_, '_> {
         Ok(found.iter().zip(&others).map(taken).collect())
     }
 
-    /// Where the other tap with the strains of `found` is looked for, if it matters: where f has its other root.
+    /// Start of the search for the other tap with the strains of `found`, if it matters: f's other root.
     fn across(&self, ask: &Ask, found: &Inverted) -> Option<Task> {
         let theory = &self.designs[found.task.design as usize].shared.as_ref()?.theory;
         let (a, peak) = (found.task.a, theory.peak().0);
         let roots = theory.roots(theory.curve().value(a))?;
         let [near, far] = [roots.near.unwrap_or(roots.far), roots.far];
-        // Next to the peak of f that of the model may be on the other side.
+        // Next to the peak of f the model's peak may be on the other side.
         let mirrored = 2.0 * peak - a;
         let beyond = |root: f64| if (root - a).abs() > SAME * a { root } else { mirrored };
         let start = if rises(found) { beyond(far).max(a) } else { beyond(near).min(a) };
@@ -377,12 +365,11 @@ impl Inverter<'_, '_> {
     }
 }
 
-/// Whether the reading grows with the distance: before the peak.
+/// True if the reading grows with the distance: before the peak.
 fn rises(found: &Inverted) -> bool {
     found.slopes[0][0] > 0.0
 }
 
-/// What is taken for the tap that was `found`, where an `other` has the same strains.
 fn taken(found: &Inverted, other: Option<&Inverted>) -> Option<Both> {
     let apart = |other: &&Inverted| (other.task.a - found.task.a).abs() > SAME * found.task.a;
     let other = other.filter(|other| rises(other) != rises(found)).filter(apart);

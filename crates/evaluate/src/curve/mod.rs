@@ -1,9 +1,5 @@
-//! The model's own curve of one whisker at one drive: |ε| over the contact distance, and how a reading is turned into a distance by it
-//! (model §4.7).
-//!
-//! What is held is the ratio of ε to the linear theory of the same model, ε/(θ f), a smooth function of u = 1/a near 1, as polynomials
-//! over pieces of u. f itself is a closed form, so that neither its peak nor its kink at the gauge's far end costs anything.
-//! [`solve()`] makes the curves that sweeps and searches ask for; the exact estimator cuts them from a surface over all drives.
+//! The model's curve of one whisker at one drive, |ε| over the contact distance, and its inverse (model §4.7). ε/(θ f), smooth in u = 1/a, is held as
+//! polynomials over pieces of u; f is a closed form with its peak and its kink at the gauge's far end.
 
 pub mod both;
 mod piece;
@@ -33,8 +29,8 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Of pieces ascending in u, each with f at its looks, where f is `of`; `amount`: the drive, rad or mm; `end`: the smallest u with a
-    /// solution, 0 where nothing was cut off.
+    /// `parts`: pieces ascending in u, each with f at its looks, f being `of`; `amount`: the drive, rad or mm; `end`: the smallest u with a solution,
+    /// 0 where nothing was cut off.
     pub fn new<'f>(
         of: StrainCurve,
         amount: f64,
@@ -50,7 +46,6 @@ impl Curve {
         Self { of, amount, pieces, end, looks }
     }
 
-    /// |ε| and d|ε|/du.
     fn at(&self, u: f64) -> (f64, f64) {
         let piece = self.pieces.iter().find(|p| u <= p.u[1]).or(self.pieces.last());
         piece.map_or((f64::NAN, f64::NAN), |piece| piece.strain(&self.of, self.amount, u))
@@ -67,7 +62,7 @@ impl Curve {
         -self.at(1.0 / a).1 / (a * a)
     }
 
-    /// The smallest |ε| beyond the peak: a smaller one comes from farther out than the distances `to` which it is known.
+    /// The smallest |ε| beyond the peak, up to the distance `to`, mm: a smaller one comes from farther out.
     pub fn weakest(&self, to: f64) -> f64 {
         self.at((1.0 / to).max(self.end)).0
     }
@@ -97,11 +92,11 @@ impl Curve {
         })
     }
 
-    /// The largest distance with this |ε|, and the next one; `None` where there is none within reach.
+    /// The largest distance with this |ε|, and the next one; `None` if none is within reach.
     pub fn roots(&self, strain: f64) -> Option<(f64, Option<f64>)> {
         let mut found = [None; 2];
         let mut next = 0;
-        // What is known of the ends is not asked again: summed another way it could lie on the other side of `strain`.
+        // Known end values are not computed again: rounded differently they could lie on the other side of `strain`.
         let mut take = |(lo, e): (f64, f64), (hi, f): (f64, f64)| {
             if next < 2 {
                 let at = |u| {
@@ -135,21 +130,20 @@ impl Curve {
         found[0].map(|far| (far, found[1]))
     }
 
-    /// |ε| of a contact infinitely far out: from the farthest one known it changes as f does.
+    /// |ε| at infinite distance: from the farthest one known it changes as f does.
     fn farthest(&self) -> f64 {
         let Some((u, strain)) = self.looks.iter().find(|look| look.1.is_finite()) else { return 0.0 };
         strain * self.of.farthest() / self.of.at_inverse(*u).0
     }
 
-    /// Whether |ε| may have a maximum after look `i`.
+    /// True if |ε| may have a maximum after look `i`.
     fn may_peak(&self, i: usize) -> bool {
         let at = |k: usize| self.looks.get(k).map_or(f64::NEG_INFINITY, |l| l.1);
         let before = if i == 0 { f64::NEG_INFINITY } else { at(i - 1) };
         at(i).max(at(i + 1)) >= before.max(at(i + 2))
     }
 
-    /// What |ε| = `strain` is taken for, with the noise and the range of interest of `by`. `own`: where the tap was, if it was one of the
-    /// very whisker of this curve; beyond the peak it is found exactly there.
+    /// The distance for |ε| = `strain`, with the noise and range of interest of `by`. `own`: distance of the tap, if it is of this very whisker.
     pub fn estimate(&self, by: &Estimator<'_>, own: Option<f64>, strain: f64) -> Estimated {
         let (mut far, mut near) = (None, None);
         if let Some((first, second)) = self.roots(strain) {

@@ -5,11 +5,10 @@ use std::sync::LazyLock;
 use crate::physics::chebyshev::{basis, placed, scaled, series, transpose};
 use crate::physics::linear::StrainCurve;
 
-/// Coefficients of a smooth piece at most.
+/// Most coefficients of a smooth piece.
 pub const NODES: usize = 16;
 /// Steps of a smooth piece between whose ends there is at most one extremum.
 pub const LOOKS: usize = 12;
-/// Places in u that differ by less, relatively, are one.
 const SAME: f64 = 1e-14;
 /// T_i at the looks of a piece: row i, column of the look.
 static AT_LOOKS: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| {
@@ -27,29 +26,28 @@ pub fn look(range: [f64; 2], k: usize) -> f64 {
 pub struct Piece {
     /// The interval.
     pub u: [f64; 2],
-    /// What is known of the ratio.
+    /// The ratio.
     pub ratio: Ratio,
 }
 
-/// How the ratio is known.
+/// Representation of the ratio.
 #[derive(Debug, Clone)]
 pub enum Ratio {
     /// Chebyshev coefficients.
     Smooth([f64; NODES]),
-    /// (u, ratio) of taps, NaN of those without a solution: a boundary between sticking and sliding runs through the piece, or the
-    /// end of what the model can do.
+    /// (u, ratio) of taps, NaN without a solution: the piece holds a boundary between sticking and sliding, or the end of the model's solutions.
     Rough(Vec<(f64, f64)>),
 }
 
 impl Ratio {
-    /// Of so many coefficients or fewer.
+    /// From at most `NODES` coefficients.
     pub fn smooth(coefficients: &[f64]) -> Self {
         Self::Smooth(std::array::from_fn(|k| coefficients.get(k).copied().unwrap_or(0.0)))
     }
 }
 
 impl Piece {
-    /// The ratio and its slope over u; in a rough piece what lies between the taps around, and the slope of the chord of all.
+    /// The ratio and its slope over u; in a rough piece interpolated between taps, with the slope of the chord of all.
     fn at(&self, u: f64) -> (f64, f64) {
         match &self.ratio {
             Ratio::Smooth(c) => {
@@ -67,13 +65,12 @@ impl Piece {
         }
     }
 
-    /// |ε| at the drive `amount` and its slope over u, where f is `of`.
     pub(super) fn strain(&self, of: &StrainCurve, amount: f64, u: f64) -> (f64, f64) {
         let ((r, dr), (f, df)) = (self.at(u), of.at_inverse(u));
         (amount * f * r, amount * (df * r + f * dr))
     }
 
-    /// Adds (u, |ε|) at the looks of this piece, f at those of a smooth one given, to those of the pieces before it; NaN where nothing is solved.
+    /// Appends (u, |ε|) at the looks of this piece, with `f` at those of a smooth one; NaN where nothing is solved.
     pub(super) fn look_into(
         &self,
         looks: &mut Vec<(f64, f64)>,

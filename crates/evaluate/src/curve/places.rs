@@ -1,4 +1,4 @@
-//! Where a curve is solved: its pieces, their halves, and the distances of the taps in each.
+//! The pieces over which a curve is solved, their halves, and the distances of the taps in each.
 
 use std::sync::LazyLock;
 
@@ -6,32 +6,29 @@ use crate::design::Design;
 use crate::physics::chebyshev::{matrix, placed};
 use crate::scene::{Direction, Setup};
 
-/// Tolerance from which a piece has fewer points, and how many it has.
+/// Tolerance from which a piece has fewer points, and both numbers of points.
 const NODES: (f64, [usize; 2]) = (1e-6, [12, super::NODES]);
-/// From values at so many points to coefficients.
 static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| NODES.1.map(matrix));
 
-/// From the values of a piece to its coefficients, at a `tolerance`.
 pub(super) fn transform(tolerance: f64) -> &'static [Vec<f64>] {
     &TRANSFORMS[usize::from(tolerance < NODES.0)]
 }
 
-/// Pieces narrower than this share of their distance are none.
 const NARROW: f64 = 1e-3;
 
-/// Where a curve is wanted.
+/// The extent of a wanted curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reach {
     /// Around these distances (smallest and largest, mm) and the range of interest; to the tip where |ε| rises at the smallest.
     Asked([f64; 2]),
-    /// The same from before the peak on.
+    /// The same, starting before the peak.
     Peak([f64; 2]),
     /// From the gauge to the tip.
     Whole([f64; 2]),
 }
 
 impl Reach {
-    /// Of taps between these distances (mm) at a pole of this direction: readings of one that is not upright may lie anywhere on the curve.
+    /// For taps between these distances (mm) at a pole of this direction: readings of a tilted one may lie anywhere on the curve.
     pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
         if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
     }
@@ -42,7 +39,6 @@ pub(super) fn between(ends: &[f64]) -> [f64; 2] {
     [1.0 / ends[0], 1.0 / ends[1]]
 }
 
-/// Both halves of an interval of u.
 pub(super) fn halves(u: [f64; 2]) -> [[f64; 2]; 2] {
     let mid = 0.5 * (u[0] + u[1]);
     [[u[0], mid], [mid, u[1]]]
@@ -53,8 +49,7 @@ pub(super) fn distance(u: [f64; 2], x: f64) -> f64 {
     1.0 / placed(u, x)
 }
 
-/// Ends of the pieces over which the curve of `design` is solved first, mm, falling. They reach a little beyond what was asked: a polynomial
-/// tells slopes badly at its ends and over a narrow range.
+/// Ends of the first pieces of the curve of `design`, mm, falling; a little beyond the request, as a polynomial's slopes are poor at its ends.
 pub(super) fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
     let Some(shared) = &design.shared else { return Vec::new() };
     let ([x1, x2], tip) = (shared.gauge, design.tuple.L_a);

@@ -1,8 +1,5 @@
-//! Solves the model at Chebyshev points of pieces that are halved until the ratio is smooth in each.
-//!
-//! # Cost
-//! Where the contact is frictionless or sticks one piece mostly does: 12 taps in f32, 16 in f64, for each design and drive, beside the taps
-//! asked for.
+//! Solves the model at Chebyshev points of pieces that are halved until the ratio is smooth in each. A frictionless or sticking contact mostly needs
+//! one piece: 12 taps in f32, 16 in f64, for each design and drive.
 
 use rayon::prelude::*;
 
@@ -16,15 +13,13 @@ use crate::scene::{Geometry, Setup, Theory};
 use super::places::{Reach, between, distance, ends, halves, transform};
 use super::{Curve, LOOKS, Piece, Ratio, look};
 
-/// Size of the last coefficients, relative to the first, that a smooth piece has at most: so small, or a share of the tolerance.
+/// Largest last coefficient of a smooth piece, relative to the first: absolute, and as a share of the tolerance.
 const FINE: (f64, f64) = (1e-9, 0.3);
-/// Share of the tolerance below which coefficients are left out: they are noise, which a slope would magnify.
+/// Share of the tolerance below which coefficients are dropped: they are noise, which a slope would magnify.
 const NOISE: f64 = 0.1;
-/// Most halvings of a piece.
 const HALVINGS: u32 = 8;
-/// Most halvings of one next to the gauge that nobody asked for.
+/// The same of an unrequested piece next to the gauge.
 const FEW: u32 = 2;
-/// Curves that are solved together.
 const TOGETHER: usize = 1 << 13;
 
 /// A curve that is wanted.
@@ -34,12 +29,11 @@ pub struct Ask {
     pub design: u32,
     /// Degrees or mm.
     pub drive: f64,
-    /// Where.
+    /// Its extent.
     pub reach: Reach,
 }
 
-/// The curves of `asks` and how many taps were solved for them; no curve of what is no whisker, or has no distance beyond its gauge. Nothing
-/// is solved, and none comes back, unless distances are told by the model itself, of one gauge.
+/// The curves of `asks` and the number of taps solved. Empty unless distances come from the model itself, with one gauge.
 pub fn solve(
     setup: &Setup,
     evaluator: &mut Evaluator<'_>,
@@ -61,7 +55,6 @@ pub fn solve(
     })
 }
 
-/// An interval of u in which the model is to be solved.
 #[derive(Clone, Copy)]
 struct Open {
     ask: usize,
@@ -69,18 +62,16 @@ struct Open {
     depth: u32,
 }
 
-/// Curves under way.
 struct Work<'w, 'a> {
     setup: &'w Setup,
     evaluator: &'w mut Evaluator<'a>,
     designs: &'w [Design],
     asks: &'w [Ask],
     nodes: Vec<f64>,
-    /// From values at the nodes to coefficients.
     transform: &'static [Vec<f64>],
     pieces: Vec<Vec<Piece>>,
     taps: u64,
-    /// Whether distances beyond those asked are looked at, where a contact may find no equilibrium: the tip flicks past.
+    /// True if distances beyond the request are tried, where a contact may find no equilibrium: the tip flicks past.
     beyond: bool,
 }
 
@@ -113,11 +104,10 @@ impl<'w, 'a> Work<'w, 'a> {
         asks.par_iter().zip(pieces).map(made).collect()
     }
 
-    /// Where an ask begins.
     fn first(&self, ask: usize) -> Vec<Open> {
         let Ask { design, reach, .. } = self.asks[ask];
         let ends = ends(self.setup, &self.designs[design as usize], reach);
-        // Next to the gauge taps are hard, and only readings that no distance beyond the peak gives are looked for there.
+        // Next to the gauge taps are hard, and needed only for readings that no distance beyond the peak gives.
         let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
         let rough = |far: f64| matches!(reach, Reach::Whole(_)) && far < least;
         let depth = |far| if rough(far) { HALVINGS - FEW } else { 0 };
@@ -125,7 +115,7 @@ impl<'w, 'a> Work<'w, 'a> {
         ends.windows(2).map(open).collect()
     }
 
-    /// The rest of the whisker where |ε| rises at the smallest distance asked: a larger one may have the same strain.
+    /// The rest of the whisker, if |ε| rises at the smallest requested distance: a larger one may have the same strain.
     fn beyond(&self, ask: usize) -> Option<Open> {
         let Ask { design, reach, .. } = self.asks[ask];
         let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
@@ -135,13 +125,11 @@ impl<'w, 'a> Work<'w, 'a> {
         let tip = 1.0 / self.designs[design as usize].tuple.L_a;
         let shared = self.designs[design as usize].shared.as_ref()?;
         let u = near.min(1.0 / least);
-        // |ε| rises with a where it falls with u.
         let rises = |p: &Piece| p.strain(&shared.model, 1.0, u).1 <= 0.0;
         let wanted = tip < far && pieces.iter().any(|p| p.u[0] <= u && u <= p.u[1] && rises(p));
         wanted.then_some(Open { ask, u: [tip, far], depth: 0 })
     }
 
-    /// Solves the model in `open`, and in the halves of what is not smooth.
     fn fill(&mut self, mut open: Vec<Open>) -> Result<(), SolveError> {
         if self.setup.model.geometry == Geometry::Linear {
             // The closed form is the curve.
@@ -180,7 +168,7 @@ impl<'w, 'a> Work<'w, 'a> {
         self.pieces[o.ask].push(Piece { u: o.u, ratio });
     }
 
-    /// ε/(θ f) at the nodes of every interval; NaN where there is none.
+    /// ε/(θ f) at the nodes of every interval; NaN without a solution.
     fn ratios(&mut self, open: &[Open]) -> Result<Vec<f64>, SolveError> {
         let task = |o: &Open, x: f64| {
             let Ask { design, drive, .. } = self.asks[o.ask];
@@ -205,14 +193,13 @@ impl<'w, 'a> Work<'w, 'a> {
     }
 }
 
-/// Whether no tap of the lower half of an interval, or of the upper one, has a solution, nor has the next one beyond its middle: what is left of such a
-/// half is not looked at. `ratios` are those at its nodes, ascending.
+/// Halves of an interval to drop: no tap of the half, nor the next beyond the middle, has a solution. `ratios`: at its nodes, ascending.
 fn lost(ratios: &[f64]) -> [bool; 2] {
     let middle = ratios.len() / 2;
     [&ratios[..=middle], &ratios[ratios.len() - middle - 1..]].map(|half| half.iter().all(|r| r.is_nan()))
 }
 
-/// Coefficients of the ratio from its values at the nodes, without those that are noise; `None` where it is not smooth.
+/// Coefficients of the ratio from its values at the nodes, without noise; `None` if it is not smooth.
 fn smooth(transform: &[Vec<f64>], tolerance: f64, ratios: &[f64]) -> Option<Vec<f64>> {
     if !ratios.iter().all(|r| r.is_finite()) {
         return None;
@@ -229,7 +216,6 @@ fn smooth(transform: &[Vec<f64>], tolerance: f64, ratios: &[f64]) -> Option<Vec<
     Some(c)
 }
 
-/// Of `pieces` in any order, where f is `of`.
 fn curve(of: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Curve {
     pieces.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
     let f: Vec<[f64; LOOKS + 1]> =

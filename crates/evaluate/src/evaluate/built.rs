@@ -1,4 +1,4 @@
-//! Taps of whiskers that are no cone clamped at its base (model §7), by their own kernel.
+//! Taps of built whiskers (model §7) by their kernel.
 
 use rayon::prelude::*;
 
@@ -13,27 +13,23 @@ use crate::scene::{Contact, Drive, Geometry, Material, Precision, Setup, Side};
 use crate::status::Status;
 use vibrissa_built::{Effects, Rod, Solution, Tap, solve_on};
 
-/// How near, over a, a contact may be to a corner or to the tip for the kernel to say on which side it is.
+/// Distance, over a, from a corner or the tip within which the kernel cannot decide the contact's side.
 const CLOSE: f64 = 1e-6;
 
-/// Why a tap has no answer from the kernel.
 enum Open {
-    /// The reference is asked.
+    /// The reference must decide.
     Unsure,
-    /// It has none.
     Ended(Status),
 }
 
-/// What the kernel says of a tap; `None` outside the domain.
 type Known = Option<Result<Solution, Open>>;
 
-/// Whether taps of `setup` are solved by the kernel of built whiskers.
 pub(super) fn asked(setup: &Setup) -> bool {
     setup.built.is_some() && setup.model.geometry == Geometry::Exact
 }
 
 impl Evaluator<'_> {
-    /// Outcomes of upright `tasks`, held by `grip`, or as the model says; `expected` is what the reference says of them, if that is known.
+    /// Outcomes of upright `tasks`, with contacts of `grip`, or as the model says; `expected`: the reference's answers, if known.
     pub(super) fn built(
         &mut self,
         designs: &[Design],
@@ -72,7 +68,7 @@ impl Evaluator<'_> {
             for (&i, new) in sliding.iter().zip(again) {
                 solved[i] = new;
             }
-            // Whether the others stick is certain, or the reference is asked.
+            // Sticking must be certain, or the reference decides.
             for (s, grip) in solved.iter_mut().zip(&held) {
                 if let Some(s) = s.as_mut().filter(|s| *grip == Grip::Stick && !is_plain(s, mu, tolerance)) {
                     *s = Solution::FAILED;
@@ -120,7 +116,6 @@ impl Evaluator<'_> {
         Ok(tasks.par_iter().zip(&known).zip(&held).enumerate().map(finish).collect())
     }
 
-    /// Solutions of `tasks`, each held by its grip; `None` outside the domain.
     fn shots(
         &mut self,
         (designs, rods): (&[Design], &[Option<Rod>]),
@@ -134,7 +129,7 @@ impl Evaluator<'_> {
         let stick = grips.first() == Some(&Grip::Stick);
         let model = &setup.model;
         if stick && model.pole_radius > 0.0 {
-            // What a contact rolls is known to the reference alone.
+            // Only the reference can roll a contact.
             let lost = |task: &Task| {
                 Asked::new(setup, &designs[task.design as usize], task).map(|_| Solution::FAILED)
             };
@@ -178,13 +173,12 @@ impl Evaluator<'_> {
     }
 }
 
-/// Whether it is certain that the sticking contact of `s` would slide at `mu`, or that it would not.
+/// True if it is certain whether the sticking contact of `s` would slide at `mu`.
 fn is_plain(s: &Solution, mu: f64, tolerance: f64) -> bool {
     let spare = (mu * s.normal - s.tangential.abs()).abs();
     s.error <= tolerance && spare > ROUGH * s.error * s.tangential.abs().max(s.normal.abs())
 }
 
-/// Whether the kernel has an answer to `task`, and if not, who has.
 fn check_answer(
     setup: &Setup,
     design: &Design,
@@ -206,7 +200,7 @@ fn check_answer(
         return Err(Open::Ended(Status::MATERIAL_LIMIT));
     }
     if s.arc > body.length {
-        // Beyond the tip of a power the diameter stays what it is there: the path may have ended before.
+        // Beyond the tip of a power the diameter stays constant: the path may have ended before.
         if body.power().is_some() {
             return Err(Open::Unsure);
         }

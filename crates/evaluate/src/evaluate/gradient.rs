@@ -1,4 +1,4 @@
-//! Derivatives of outcomes by what taps depend on: of the closure that the reference solves ([`crate::physics::rod::Equilibrium`]), or of closed forms.
+//! Derivatives of outcomes by the inputs of taps: of the reference's closure ([`crate::physics::rod::Equilibrium`]), or of closed forms.
 
 use std::sync::Arc;
 
@@ -18,13 +18,12 @@ use crate::scene::{
 };
 use crate::status::Status;
 
-/// Numbers of a tap that have derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
+/// Outputs with derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
 pub const OUTPUTS: usize = 9;
 
-/// Place of K − 1 among them.
 const DEVIATION: usize = 2;
 
-/// What derivatives are by.
+/// An input of derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
     /// A number of the tap, in the order of [`Tuple::to_array`].
@@ -33,7 +32,7 @@ pub enum Input {
     Property(Property),
     /// A modulus of a hyperelastic law, in the order of its key.
     Modulus(usize),
-    /// c₀ of a clamp that is given by its number.
+    /// c₀ of a clamp given as a number.
     Clamp,
     /// Length of a foil, mm.
     FoilLength,
@@ -41,11 +40,10 @@ pub enum Input {
     FoilWidth,
 }
 
-/// Names of the numbers of a tap.
 const NAMES: [&str; 9] = ["D", "d", "L_a", "x_ss", "l", "a", "tilt", "lean", ""];
 
 impl Input {
-    /// The input that has this name in `setup`.
+    /// The input of this name in `setup`.
     ///
     /// # Errors
     /// Why the taps of `setup` have no derivative by it.
@@ -86,7 +84,7 @@ impl Input {
                     let inner = setup.built.as_ref().and_then(|built| built.inner.as_ref());
                     inner.is_some_and(|inner| (inner.modulus == 0.0) == hollow)
                 }
-                // Which way the contact begins to slide is known of one that rubs.
+                // The direction of sliding is known only with friction.
                 Self::Property(p @ Property::Friction) => p.get(setup) > 0.0,
                 // Next to the tip of a cone no step that its radius needs resolves v ln v.
                 Self::Property(p @ Property::Exponent) => !tabled && p.get(setup) != 1.0,
@@ -96,13 +94,13 @@ impl Input {
                     let rod = !(model.indentation || model.distorting || setup.gauge.foil.is_some());
                     rod && model.clamp == Clamp::Rigid
                 }
-                // On an edge a contact that rubs does not roll: it has no radius to change.
+                // A contact with friction on an edge does not roll: there the pole radius is 0.
                 Self::Property(Property::PoleRadius) => {
                     let slips = matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
                     slips || setup.model.pole_radius > 0.0
                 }
                 Self::Property(p) => p.get(setup).is_finite(),
-                // A profile has its own diameters and length.
+                // A profile has fixed diameters and length.
                 Self::Tuple(..=2) => !tabled,
                 _ => true,
             },
@@ -111,7 +109,6 @@ impl Input {
     }
 }
 
-/// A tap whose inputs carry derivatives.
 struct Lifted {
     /// In the order of [`Tuple::to_array`]; angles in rad.
     tap: [Traced; 9],
@@ -130,7 +127,7 @@ impl Lifted {
         for (x, _) in tap[6..].iter_mut().zip(angles).filter(|(_, angle)| *angle) {
             *x = of(x.value.to_radians());
         }
-        // A cone clamped at its base, where derivatives are by what it has not.
+        // Derivatives by a built property of a cone: the cone as a built whisker.
         let asked = inputs.iter().any(|input| match input {
             Input::Property(p) => {
                 matches!(p, Property::Exponent | Property::Curvature | Property::CurvatureSlope)
@@ -176,9 +173,9 @@ impl Lifted {
     }
 }
 
-/// Derivatives of those `numbers` of [`OUTPUTS`] by `inputs`, of the tap `task` of `design` that has the `outcome`, into `slopes`: for each number one by
-/// each input, per mm, degree, or unit of the key. NaN where the number has no value. At a kink (a contact that is about to slide or about to leave the
-/// gauge) they are those of the side on which the tap lies.
+/// Writes to `slopes` the derivatives of `numbers` of [`OUTPUTS`] by `inputs`, number by number, for the tap `task` of `design` with `outcome`; per
+/// mm, degree, or unit of the key. NaN where the number has no value. At a kink (a contact about to slide or to leave the gauge) they are those of
+/// the tap's side.
 pub fn gradient(
     setup: &Setup,
     (design, task, outcome): (&Design, &Task, &Outcome),
@@ -197,7 +194,6 @@ pub fn gradient(
     }
 }
 
-/// A number with its derivatives by some inputs.
 type Sloped = Dual<INPUTS>;
 
 #[allow(non_snake_case)]
@@ -291,7 +287,7 @@ fn traced(
             };
             let shown = problem.trace([tilt, lean], &at).ok()?;
             let of = |x: [f64; 1 + INPUTS]| Sloped { value: x[0], slope: std::array::from_fn(|k| x[1 + k]) };
-            // What is read is told as on the contact side.
+            // Readings are signed as on the contact side.
             let wrench = shown.wrench.map(of);
             let wrench = match &body {
                 Some(body) if setup.fixed => {
@@ -315,7 +311,7 @@ fn traced(
     let second = setup.gauge.second;
     let deviation = match second {
         _ if no_strain => nan,
-        // Shear is all that sets linear theories apart.
+        // Linear theories differ by shear only.
         _ if setup.model.geometry == Geometry::Linear && body.is_none() => {
             let softer = |shear: bool| input(slack(shear) / (a * a) + 1.0);
             softer(setup.model.shear) / softer(timoshenko) - 1.0

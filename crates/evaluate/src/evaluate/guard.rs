@@ -1,5 +1,4 @@
-//! Taps of a model with effects left off that lie so near to a threshold of a status that the full model could say another word: they are solved
-//! by the full model.
+//! With effects left off, taps close enough to a status threshold that the full model could decide otherwise are solved by the full model.
 
 use super::{Evaluator, Method, Outcome, Task};
 use crate::design::Design;
@@ -7,7 +6,7 @@ use crate::error::SolveError;
 use crate::scene::Setup;
 use crate::status::Status;
 
-/// The full model beside one with effects left off.
+/// The full model, for taps of a model with effects left off.
 pub struct Guard<'a> {
     setup: &'a Setup,
     full: Evaluator<'a>,
@@ -17,12 +16,11 @@ pub struct Guard<'a> {
 }
 
 impl<'a> Guard<'a> {
-    /// The model of `full`, whose taps `method` solves; strains and contact arcs within `margin` of a threshold, relative, are doubtful.
+    /// The model of `full`, solved by `method`; strains and contact arcs within `margin` of a threshold, relative, are doubtful.
     pub fn new(full: &'a Setup, method: Method, margin: f64) -> Self {
         Self { setup: full, full: Evaluator::new(full, method), margin, mended: 0 }
     }
 
-    /// Replaces the doubtful ones of `outcomes`.
     pub(super) fn mend(
         &mut self,
         designs: &[Design],
@@ -46,8 +44,7 @@ impl<'a> Guard<'a> {
     }
 }
 
-/// Whether another model, by which strain and arc are within `margin` of these, relative, may say another word of a tap of `design`: one without a
-/// solution, or near the strain limit, the tip or the gauge.
+/// True if a model with strain and arc within `margin`, relative, may give another status: unsolved, or near a limit, the tip or the gauge.
 pub fn doubts(
     setup: &Setup,
     design: &Design,

@@ -1,4 +1,4 @@
-//! From designs and taps to outcomes, on whichever backend: the one place where statuses of the physics are decided.
+//! From designs and taps to outcomes, on any backend: the only place where statuses of the physics are decided.
 
 mod built;
 mod gradient;
@@ -45,29 +45,25 @@ pub struct Evaluator<'a> {
     taps: Vec<Tap>,
     solutions: Vec<Solution>,
     sweeps: Sweeps,
-    /// Taps that may still be left to the reference. Where more would be, [`SolveError::TooHard`] comes before the reference is asked, which can take a
-    /// second for each.
+    /// Most taps left to the reference, which can take a second for each; beyond, [`SolveError::TooHard`] is returned at once.
     pub spare: usize,
-    /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
+    /// True if taps are samples of a smooth function: an unsolved frictionless one lies beyond its end.
     samples: bool,
-    /// Whether far from the base taps that come near no equilibrium have no answer: the reference takes seconds to say that there is none. Not of built
-    /// whiskers.
+    /// True if taps far from the base without an equilibrium get no answer: the reference takes seconds to confirm each. Not of built whiskers.
     pub leaves: bool,
-    /// What taps are read from in place of being solved, where that is enough.
     reader: Option<Arc<dyn Source>>,
     /// Rungs for materials of rigs that differ.
     laws: Vec<(Material, Vec<Rung>)>,
-    /// The full model, where effects are left off.
     guard: Option<Box<Guard<'a>>>,
-    /// Set from outside to stop early: work fails with [`SolveError::Stopped`] then.
+    /// Set from outside to stop early: work then fails with [`SolveError::Stopped`].
     pub stop: &'a AtomicBool,
 }
 
-/// How taps are solved.
+/// Method of solving taps.
 pub enum Method {
     /// A fast kernel.
     Fast {
-        /// Where it runs.
+        /// The backend.
         solver: Box<dyn Solver>,
         /// Rungs for the tolerance.
         rungs: Vec<Rung>,
@@ -116,7 +112,7 @@ impl<'a> Evaluator<'a> {
         self.guard.as_ref().map_or(0, |guard| guard.mended)
     }
 
-    /// Does `f` without the guard: what is smooth in the model that is left stays so.
+    /// Runs `f` without the guard, so that functions smooth in the reduced model stay so.
     pub fn unguarded<R>(&mut self, f: impl FnOnce(&mut Self) -> R) -> R {
         let guard = self.guard.take();
         let done = f(self);
@@ -124,7 +120,6 @@ impl<'a> Evaluator<'a> {
         done
     }
 
-    /// `outcomes` with those near a threshold by the full model, where effects are left off.
     fn mend(&mut self, designs: &[Design], tasks: &[Task], mut outcomes: Vec<Outcome>) -> Outcomes {
         if let Some(guard) = &mut self.guard {
             guard.mend(designs, tasks, &mut outcomes)?;
@@ -132,8 +127,7 @@ impl<'a> Evaluator<'a> {
         Ok(outcomes)
     }
 
-    /// For samples of a smooth function, which need no word: frictionless taps that no rung solves are not left to the reference, and at most `most`
-    /// others are.
+    /// For samples of a smooth function: unsolved frictionless taps are not left to the reference, and at most `most` others are.
     pub fn sparing(self, most: usize) -> Self {
         Self { spare: most, samples: true, ..self }
     }
@@ -143,19 +137,19 @@ impl<'a> Evaluator<'a> {
         self.method
     }
 
-    /// Kernel sweeps spent since the last call, on whatever taps.
+    /// Kernel sweeps spent since the last call, on any taps.
     pub fn take_sweeps(&mut self) -> Sweeps {
         std::mem::take(&mut self.sweeps)
     }
 
-    /// What ranks the designs of `layout` from `charts` on the solver's own device, where it has one.
+    /// Ranks the designs of `layout` from `charts` on the solver's device, if it has one.
     pub fn ranking(
         &mut self,
         charts: &dyn Charts,
         layout: &Layout,
     ) -> Result<Option<DeviceRanker>, SolveError> {
         match &mut self.method {
-            // Shaders know f of a cone only.
+            // Shaders have f of a cone only.
             Method::Fast { solver, .. } if self.setup.built.is_none() => {
                 solver.device().map_or(Ok(None), |device| device.ranking(charts, layout))
             }
@@ -180,18 +174,17 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Whether `tasks` are answered by the reference, as those of a built whisker at a pole that is not upright are, or the geometry is linear: closed
-    /// forms in f64 on every backend.
+    /// True if no kernel answers `tasks`: by the reference, as for a built whisker at a tilted pole, or by the closed forms of a linear geometry.
     fn needs_no_kernel(&self, tasks: &[Task]) -> bool {
         matches!(self.method, Method::Reference)
             || self.setup.model.geometry == Geometry::Linear
             || self.setup.built.is_some() && tasks.iter().any(|task| task.is_spatial(self.setup))
     }
 
-    /// [`Self::run`] of designs with rigs of one kind, not yet mended.
+    /// [`Self::run`] for designs with rigs of one kind, without the guard.
     fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         self.go_on()?;
-        // Who answers a tap does not depend on the taps beside it.
+        // Which solver answers a tap does not depend on the other taps.
         let (tilted, upright): (Vec<usize>, Vec<usize>) =
             (0..tasks.len()).partition(|&i| tasks[i].is_spatial(self.setup));
         if self.setup.built.is_some() && !tilted.is_empty() && !upright.is_empty() {
@@ -205,7 +198,6 @@ impl<'a> Evaluator<'a> {
         }
         let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel(tasks) {
-            // A tap takes the reference up to a second.
             let answer = |t: &Task| match stop.load(Ordering::Relaxed) {
                 true => Outcome::NOTHING,
                 false => reference(setup, &designs[t.design as usize], t),
@@ -221,9 +213,8 @@ impl<'a> Evaluator<'a> {
         Ok(outcomes)
     }
 
-    /// [`Self::solutions`] of taps of any direction.
     fn solutions_anywhere(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
-        // The angle at the base tells which way the force acts there.
+        // The direction of the root's force follows from the base angle.
         let wrench = self.setup.asks_wrench();
         match !wrench && tasks.iter().any(|task| task.is_spatial(self.setup)) {
             true => self.spatial_solutions(designs, tasks),
@@ -231,8 +222,8 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Outcomes of `tasks` whose contacts are all held by `grip`, whatever the model says of them: good to the tolerance relative to their strain or,
-    /// where that crosses zero next to the contact, to the strain of linear theory. Charts hold the ratio of the two.
+    /// Outcomes of `tasks` with all contacts of `grip`: accurate to the tolerance relative to their strain or, where that crosses zero next to the
+    /// contact, to the strain of linear theory, as charts hold their ratio.
     pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip) -> Outcomes {
         self.go_on()?;
         if built::asked(self.setup) {
@@ -249,7 +240,7 @@ impl<'a> Evaluator<'a> {
         Ok(tasks.par_iter().zip(&solved).map(read).collect())
     }
 
-    /// [`run`](Self::run) where it is known already what the reference says of each tap, so that it need not be asked again.
+    /// [`run`](Self::run) where the reference's answers are known, so that it need not be used again.
     pub fn run_beside(&mut self, designs: &[Design], tasks: &[Task], expected: &[Outcome]) -> Outcomes {
         if self.needs_no_kernel(tasks) {
             return self.run(designs, tasks);
@@ -261,8 +252,7 @@ impl<'a> Evaluator<'a> {
         self.outcomes(designs, tasks, &solved, Some(expected))
     }
 
-    /// Whether kernels give up on taps that others solve: with friction, and where a law softens until its tangent vanishes, up to which it has
-    /// no chart.
+    /// True if kernels give up on taps that others solve: with friction, and where a law softens until its tangent vanishes, where its chart ends.
     fn ends_early(&self) -> bool {
         let Method::Fast { rungs, .. } = &self.method else { return false };
         let last = rungs.iter().rfind(|rung| !rung.spare);
@@ -270,7 +260,6 @@ impl<'a> Evaluator<'a> {
             || last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
     }
 
-    /// Outcomes of solved taps; `expected` is what the reference says of them, if that is known.
     fn outcomes(
         &mut self,
         designs: &[Design],
@@ -293,7 +282,6 @@ impl<'a> Evaluator<'a> {
                 return Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING };
             }
             if solved.as_ref().is_some_and(open) {
-                // The reference may take long over all that is open.
                 if stop.load(Ordering::Relaxed) {
                     return Outcome::NOTHING;
                 }

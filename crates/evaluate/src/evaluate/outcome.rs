@@ -9,10 +9,8 @@ use crate::physics::rod::{RodError, RodProblem, TiltedTap};
 use crate::scene::{Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
-/// A tap in the domain.
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'a> {
-    /// Its own rig.
     pub setup: &'a Setup,
     pub shared: &'a Shared,
     pub task: &'a Task,
@@ -29,7 +27,7 @@ impl<'a> Asked<'a> {
         if inside { Self::known(setup, design, task) } else { None }
     }
 
-    /// The same of a tap that is known to be in the domain; `None` of no whisker.
+    /// The same for a tap known to be in the domain; `None` for an invalid whisker.
     fn known(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
         let (setup, shared) = (design.setup(setup), design.shared.as_ref()?);
         let amount = amount(setup.drive, task.drive);
@@ -37,7 +35,6 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// What a fast kernel's solution says of a tap.
 pub(super) fn fast(
     setup: &Setup,
     tolerance: f64,
@@ -63,7 +60,6 @@ pub(super) fn fast(
             None => (response.strain, planar, None),
         },
         Some(plane) => {
-            // Positive as on the contact side, as is the strain.
             let axial = sign(setup) * response.axial;
             let bending = response.strain - axial;
             let (sin, cos) = plane.azimuth.sin_cos();
@@ -94,8 +90,8 @@ pub(super) fn fast(
     Outcome { sweeps: solution.sweeps as f32, ..asked.outcome(found) }
 }
 
-/// What a cone clamped at its base exerts on its root in the tap `task`: M₀, N mm, F_x and F_y, N; `base`: ψ(0), rad. Its force goes through the
-/// object's centre, or with friction through the contact.
+/// Wrench of a clamped cone on its root: M₀, N mm, F_x and F_y, N; `base`: ψ(0), rad. The force goes through the object's centre, or with friction
+/// through the contact.
 fn wrench(asked: &Asked<'_>, response: &Response, base: f64) -> [f64; 3] {
     let Asked { setup, shared, task, amount, .. } = *asked;
     let (model, taper) = (&setup.model, &shared.taper);
@@ -107,7 +103,7 @@ fn wrench(asked: &Asked<'_>, response: &Response, base: f64) -> [f64; 3] {
     let [x, y] = match setup.drive {
         Drive::Angle => {
             let (s, c) = amount.sin_cos();
-            // That of the design: a chart has taps of many hubs in one setup.
+            // The design's hub: a chart has taps of many hubs in one setup.
             let hub = shared.model.hub;
             let x = x + hub;
             [x * c + y * s - hub, y * c - x * s]
@@ -115,7 +111,6 @@ fn wrench(asked: &Asked<'_>, response: &Response, base: f64) -> [f64; 3] {
         Drive::Displacement => [x, y - amount],
     };
     let (s, c) = base.sin_cos();
-    // The contact's normal and tangent, in the frame of the base.
     let [nx, ny] = [sin * c + cos * s, cos * c - sin * s];
     let (normal, along) = (response.normal, response.tangential);
     let [x, y] = match along == 0.0 {
@@ -126,15 +121,15 @@ fn wrench(asked: &Asked<'_>, response: &Response, base: f64) -> [f64; 3] {
     [x * fy - y * fx, fx, fy]
 }
 
-/// |θ f/ε| of a tap, f of the estimator's theory; 1 where there is none.
+/// |θ f/ε| of a tap, f of the estimator's theory; 1 if undefined.
 pub(super) fn linear_share(setup: &Setup, design: &Design, task: &Task, solved: &Solved) -> f64 {
     let Some(Asked { linear, .. }) = Asked::known(setup, design, task) else { return 1.0 };
     let share = (linear / solved.frame.response(&solved.solution).strain).abs();
     if share.is_finite() { share } else { 1.0 }
 }
 
-/// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, of what a foil does not keep of the strain, c/a − 1, P (N) and T/P; with a second gauge also what it has beside linear
-/// theory ([`beside_linear`]). `None` of a design that is no whisker.
+/// The outcome of chart values: δ = ε/(θ f cos² β) − 1 of the strain before a foil, c/a − 1, P (N) and T/P; with a second gauge also its differences
+/// to linear theory ([`beside_linear`]). `None` for an invalid whisker.
 pub fn outcome_of_chart(
     setup: &Setup,
     design: &Design,
@@ -180,7 +175,7 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
     (model - theory) / (1.0 + theory)
 }
 
-/// What the reference says of a tap, or where the geometry is linear, the closed forms.
+/// The reference's outcome of a tap, or that of the closed forms for a linear geometry.
 pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome {
     let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
     let Asked { setup, shared, amount, linear, .. } = asked;
@@ -249,7 +244,6 @@ pub(super) struct Found {
     /// θ f/ε − 1 of the first gauge.
     pub deviation: f64,
     pub beside: Option<Beside>,
-    /// What the whisker exerts on its root.
     pub wrench: [f64; 3],
     pub normal: f64,
     pub tangential: f64,
@@ -257,7 +251,7 @@ pub(super) struct Found {
     pub sticking: bool,
 }
 
-/// What is told of a tap where the plane of bending is asked for; strain as on the contact side.
+/// Values of a tap out of plane; strain as on the contact side.
 pub(super) struct Beside {
     strain_2: f64,
     axial: f64,
@@ -265,7 +259,7 @@ pub(super) struct Beside {
 }
 
 impl Found {
-    /// The linear theory of a pole that need not be upright: the rod bends by θ cos β towards its contact, at the azimuth β.
+    /// Linear theory of a tilted pole: the rod bends by θ cos β towards its contact, at the azimuth β.
     fn tilted(self, &Asked { setup, task, amount, .. }: &Asked<'_>) -> Self {
         let cos = radians(task.direction)[0].cos();
         let [strain_2, azimuth, slide] = beside_linear(task.direction);
@@ -282,11 +276,10 @@ impl Found {
     }
 }
 
-/// |sin φ − cos φ| below which two gauges 90° apart cannot tell the strain of the centreline from that of bending.
+/// |sin φ − cos φ| below which two gauges 90° apart cannot separate the strain of the centreline from bending.
 const EVEN: f64 = 0.1;
 
-/// Mean strain of the centreline in the tap `one` of `problem`: ε₁ = e₀ + B cos φ, ε₂ = e₀ + B sin φ; where these are hardly different, half the sum
-/// of the strains on both sides. NaN where that has no solution.
+/// Mean strain of the centreline: ε₁ = e₀ + B cos φ, ε₂ = e₀ + B sin φ; where these hardly differ, half the sum of the strains on both sides.
 fn axial(setup: &Setup, task: &Task, problem: &RodProblem<'_>, one: &TiltedTap) -> f64 {
     let (sin, cos) = one.azimuth.sin_cos();
     if (sin - cos).abs() > EVEN {
@@ -297,12 +290,12 @@ fn axial(setup: &Setup, task: &Task, problem: &RodProblem<'_>, one: &TiltedTap) 
     other.map_or(f64::NAN, |other| 0.5 * (one.tap.strain + other.tap.strain))
 }
 
-/// What the sensor reads in a tap with this wrench and strain, positive as on the contact side.
+/// The sensor's reading for this wrench and strain, positive as on the contact side.
 pub(super) fn reading(setup: &Setup, wrench: [f64; 3], strain: f64) -> f64 {
     sign(setup) * setup.signal.of(setup.felt(wrench)).unwrap_or(strain)
 }
 
-/// Sign of what the sensor reads: a tap turns and pushes the root back.
+/// Sign of the sensor's reading: a tap turns and pushes the root back.
 #[inline]
 pub(super) fn sign(setup: &Setup) -> f64 {
     match (setup.signal, setup.gauge.side) {
@@ -311,25 +304,24 @@ pub(super) fn sign(setup: &Setup) -> f64 {
     }
 }
 
-/// A strain as the gauge shows it; 0 has no sign.
+/// A strain as the gauge shows it; never −0.
 #[inline]
 pub(super) fn signed(setup: &Setup, strain: f64) -> f64 {
     sign(setup) * strain + 0.0
 }
 
-/// Whether a contact meant for `a` that is at `arc` bends no part of a gauge that begins at `x1`.
+/// True if a contact meant for `a`, now at `arc`, bends no part of a gauge that begins at `x1`.
 #[inline]
 pub(super) fn off_gauge(x1: f64, a: f64, arc: f64) -> bool {
     a <= x1 || arc <= x1
 }
 
-/// Whether a contact is behind the clamp: equations can be met there, by no whisker.
+/// True if a contact is behind the clamp: the equations have solutions there, but no whisker does.
 pub(super) fn is_behind(arc: f64) -> bool {
     arc <= 0.0
 }
 
 impl Asked<'_> {
-    /// Whether a contact at `arc` bends no part of the gauge that is read.
     fn unread(&self, arc: f64) -> bool {
         self.setup.signal == Signal::Strain && off_gauge(self.shared.gauge[0], self.task.a, arc)
     }
@@ -340,7 +332,6 @@ impl Asked<'_> {
         Outcome { strain_linear: sign(self.setup) * self.linear, status: why | off, ..Outcome::NOTHING }
     }
 
-    /// Values and status of what was found.
     pub fn outcome(&self, found: Found) -> Outcome {
         let Self { setup, shared, linear, .. } = *self;
         if is_behind(found.arc) {

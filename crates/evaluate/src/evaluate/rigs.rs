@@ -1,4 +1,4 @@
-//! Designs that differ in their rigs: taps of rigs that are alike to a kernel are solved together.
+//! Designs with different rigs: taps of rigs of one kind are solved together.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::kernel::Rung;
 use crate::scene::built::{Inner, Profile, Root};
 use crate::scene::{Material, Setup};
 
-/// What of a rig a kernel is specialised on, and what holds for all of a batch: numbers that each tap or design has for itself are left out.
+/// The properties of a rig on which a kernel is specialised, or that a batch shares; numbers given per tap or design are left out.
 fn kind(setup: &Setup) -> Setup {
     let mut kind = setup.clone();
     kind.hub = 0.0;
@@ -38,10 +38,10 @@ fn kind(setup: &Setup) -> Setup {
     kind
 }
 
-/// Places of the tasks of each kind of rigs, with one of them; of the designs that have none of their own, nothing.
+/// Places of the tasks of each kind of rig, with one such rig; None for designs without a separate rig.
 type Kinds = Vec<(Option<Arc<Setup>>, Vec<usize>)>;
 
-/// See [`Kinds`]; `None` where no design has a rig of its own.
+/// `None` if no design has a separate rig.
 fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
     if designs.iter().all(|design| design.own.is_none()) {
         return None;
@@ -66,9 +66,8 @@ fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
 }
 
 impl Evaluator<'_> {
-    /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
-    /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
-    /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
+    /// Outcomes of `tasks`, in their order. The reference answers taps that a kernel leaves open: unsolved ones, contacts that may stick or slide,
+    /// and equilibria at which the material may fail or that may not lie on the path from the unloaded whisker.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         let Some(kinds) = kinds(designs, tasks) else {
             let outcomes = self.run_alike(designs, tasks)?;
@@ -86,7 +85,6 @@ impl Evaluator<'_> {
         self.mend(designs, tasks, outcomes)
     }
 
-    /// Does `f` for another `setup`, of the same kind of material.
     fn with<R>(&mut self, setup: &Setup, f: impl FnOnce(&mut Evaluator<'_>) -> R) -> R {
         let law = setup.model.material;
         let mut method = std::mem::replace(&mut self.method, Method::Reference);

@@ -1,9 +1,6 @@
-//! Taps of a solid (model §8) as taps of a rod: what gives way is moved over to where the object is.
-//!
-//! A contact that gives way by δ along its normal is a stiff one against a pole of radius ρ − δ; a rod that bends less under a foil is one without
-//! whose base stands elsewhere. In both the object's centre, seen from the base, is that of an ordinary tap at another distance and angle. Forces tell δ
-//! and the base, so that each tap is solved two or three times, on any backend. What the skin shows next to the clamp follows from the force and its line
-//! of action.
+//! Taps of a solid (model §8) as taps of a rod. A contact that yields by δ along its normal is a rigid one against a pole of radius ρ − δ; a rod
+//! stiffened by a foil is one without foil whose base is moved. δ and the base follow from the forces, so that each tap is solved two or three times.
+//! The skin strain next to the clamp follows from the force and its line of action.
 
 use super::solve::Solutions;
 use super::trial::{self, Turn};
@@ -20,46 +17,41 @@ mod base;
 
 use base::{Base, Load};
 
-/// Share of the tolerance that what is left of the angle may make of the strain.
+/// Share of the tolerance for the strain error due to the residual angle.
 const SHARE: f64 = 0.03;
 
 /// Strains less than this share of the peak's count as that, as in all tolerances.
 const LEAST: f64 = 1e-3;
 
-/// Rounds at most; the reference is asked of taps that need more.
+/// Most rounds; the reference solves taps that need more.
 const ROUNDS: usize = 8;
 
-/// A tap of the rod that is sought.
 struct Trial<'a> {
     setup: &'a Setup,
     shared: &'a Shared,
     /// The rod from where its clamp holds it.
     rod: StrainCurve,
     soft: Option<Soft>,
-    /// The object's centre before the tap, mm, from where the rod begins, x along the clamped whisker, y towards the object; and how far the tap moves it.
-    /// Small motions would be lost in its place.
+    /// The object's centre before the tap, mm, from the rod's beginning, x along the clamped whisker; and its motion, kept apart for precision.
     pole: [[f64; 2]; 2],
-    /// sin α and cos α at the contact.
     tilt: [f64; 2],
     /// Drive of the tap, rad or mm.
     amount: f64,
-    /// Where the contact is before the tap, mm from where the rod begins.
+    /// The contact before the tap, mm from where the rod begins.
     from: f64,
-    /// The tap of the rod: a, mm, θ, rad, and how far the contact gives way, mm.
+    /// The tap of the rod: a, mm, θ, rad, and the contact's yield δ, mm.
     at: [f64; 3],
-    /// The tap solved last.
     last: Option<Last>,
-    /// Whether there is a strain to be told: the contact begins beyond the gauge's near end.
+    /// True if there is a strain: the contact begins beyond the gauge's near end.
     strained: bool,
 }
 
-/// How far a turn by `angle`, rad, moves a point.
+/// Motion of a point by a turn of `angle`, rad.
 fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
     let (sin, less) = (angle.sin(), -2.0 * (0.5 * angle).sin().powi(2));
     [less * x - sin * y, sin * x + less * y]
 }
 
-/// A solved tap of the rod.
 struct Last {
     /// θ, rad.
     angle: f64,
@@ -69,7 +61,7 @@ struct Last {
 }
 
 impl<'a> Trial<'a> {
-    /// Beginning with what linear theory says of the force; `None` where the rod has no such tap.
+    /// Starts from the force of linear theory; `None` if the rod has no such tap.
     fn new(setup: &'a Setup, shared: &'a Shared, task: &Task) -> Option<Self> {
         let (model, rod) = (&setup.model, shared.rod());
         let amount = amount(setup.drive, task.drive);
@@ -105,14 +97,14 @@ impl<'a> Trial<'a> {
         Some(one)
     }
 
-    /// The tap of the rod whose contact gives way by `depth` and whose base stands at `base`, its motion times `share`.
+    /// The tap of the rod whose contact yields by `depth`, with its base at `base`, its motion times `share`.
     fn planar(&self, depth: f64, base: &Base, share: f64) -> Option<[f64; 3]> {
         let [[x, y], moved] = self.pole;
         let seen = base.moved([x + moved[0], y + moved[1]], share);
         let [dx, dy] = [moved[0] + seen[0], moved[1] + seen[1]];
         let [sin, cos] = self.tilt;
         let slope = if self.setup.model.surface { self.rod.taper.tan_alpha } else { 0.0 };
-        // The rod's own tap leads the centre to (x, y) + b (1, −tan α) − δ n, n the contact's normal, as far from the base as the tap that is sought does.
+        // The rod's tap leads the centre to (x, y) + b (1, −tan α) − δ n, n the contact's normal, as far from the base as the wanted tap does.
         let (square, half) = (1.0 + slope * slope, x - slope * y);
         let rest = depth * (depth - 2.0 * (x * sin + y * cos)) - dx * (2.0 * x + dx) - dy * (2.0 * y + dy);
         let b = -rest / (half + (half * half - square * rest).sqrt());
@@ -123,8 +115,7 @@ impl<'a> Trial<'a> {
         (a > 0.0 && angle > 0.0).then_some([a, angle, depth])
     }
 
-    /// The tap whose force follows from its own, where a tap at the angle tried last has the force P, N, and the base moves by `base`; forces go
-    /// as the angle to the power `power`. Also how much larger its angle is.
+    /// The tap consistent with its force: the angle tried last gave `force`, N, which scales as the angle to `power`. Also the ratio of the angles.
     fn next(&self, force: f64, base: &Base, power: f64) -> Option<([f64; 3], f64)> {
         let depth = |share: f64| self.soft.map_or(0.0, |soft| soft.depth(force * share));
         let angle = self.at[1];
@@ -144,7 +135,6 @@ impl<'a> Trial<'a> {
         Some((self.planar(depth(share), base, share)?, g))
     }
 
-    /// The object's centre from the base of the rod.
     fn pole_of_rod(&self) -> [f64; 2] {
         let [a, angle, depth] = self.at;
         let [sin, cos] = self.tilt;
@@ -157,7 +147,7 @@ impl<'a> Trial<'a> {
 }
 
 impl trial::Trial for Trial<'_> {
-    /// The tap of the rod in its own units; none where its strain means nothing: the contact begins at or inside the gauge's near end.
+    /// None where its strain means nothing: the contact begins at or inside the gauge's near end.
     fn frame(&self) -> Option<Frame> {
         let Self { setup, shared, rod, .. } = self;
         let [a, angle, depth] = self.at;
@@ -168,7 +158,6 @@ impl trial::Trial for Trial<'_> {
         trial::framed((&model, setup.gauge.side), (shared, rod), 0.0, self.amount, [a, angle])
     }
 
-    /// What `solution` says of the tap `here`, and how well it is known: the next tap, or the one that is sought.
     fn turn(&mut self, here: &Frame, solution: &Solution, told: (Option<&Chart>, f64)) -> Turn {
         let force = here.response(solution).normal;
         let [a, angle, _] = self.at;
@@ -184,7 +173,7 @@ impl trial::Trial for Trial<'_> {
             };
             Base::reached(of.setup, of.shared, told, &load)
         };
-        // Without a foil the base stays; the skin is looked at in the end.
+        // Without a foil the base stays; the skin comes last.
         let foil = self.shared.foil.is_some();
         let early = if foil { reached(self, here, solution, false) } else { Some((Base::UNMOVED, None)) };
         let Some((base, _)) = early else { return Turn::Lost };
@@ -210,7 +199,7 @@ impl trial::Trial for Trial<'_> {
         let rough = at[1] * at[1] + moved + solution.strain.abs() + base.turned().abs() / angle;
         let mut left = (g - 1.0).abs() * rough;
         if self.strained {
-            // What the strain has beside linear theory changes with the distance from the gauge; where it leaves little strain, both count for more.
+            // The strain's deviation from linear theory changes with the distance from the gauge; where it leaves little strain, both count for more.
             let beside = here.response(solution).deviation;
             left += (at[0] - a).abs() / (at[0] - self.rod.gauge[0]).abs() * beside.abs();
             let least = LEAST * self.shared.peak * self.amount / here.tap().strain.abs();
@@ -227,15 +216,12 @@ impl trial::Trial for Trial<'_> {
     }
 }
 
-/// Whether taps of `setup` are more than those of its rod.
 pub(super) fn asked(setup: &Setup) -> bool {
     is_solid(&setup.model) || setup.gauge.foil.is_some()
 }
 
 impl Evaluator<'_> {
-    /// Frames and solutions of frictionless taps of a solid; `None` outside the domain.
     pub(super) fn solid(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
-        // Whether the strain of the skin is not that of the rod.
         let skinned = self.setup.model.distorting || self.setup.gauge.foil.is_some();
         self.sought((designs, tasks), (ROUNDS, skinned), Trial::new)
     }

@@ -14,20 +14,17 @@ use crate::kernel::{
 use crate::physics::onset::Grip;
 use crate::scene::{Contact, Material, Precision, Setup};
 
-/// Errors of the forces of a sticking contact, per error of the strain, at most.
+/// Largest error of the forces of a sticking contact, per error of the strain.
 pub(super) const ROUGH: f64 = 100.0;
 
-/// Tolerance of a look at what holds a contact.
+/// Tolerance of the guess of the grip.
 const COARSE: f64 = 1e-2;
 
-/// How far a contact must have moved, in units of a and of the error of the strain, for the direction to be certain. An error of the arc
-/// shows in the strain at least as it is.
+/// Motion of a contact, in a and per error of the strain, that makes its direction certain: an error of the arc shows at least as large.
 const SURELY: f64 = 10.0;
 
-/// Taps that a thread frames at least: fewer cost less than to hand them over.
 const FRAMES: usize = 1024;
 
-/// A framed tap, its solution and what holds its contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solved {
     pub frame: Frame,
@@ -35,14 +32,12 @@ pub(super) struct Solved {
     pub grip: Grip,
     /// Sweeps spent on it, also for another grip.
     pub sweeps: f64,
-    /// The plane in which the rod bends, where it is asked for.
     pub plane: Option<Plane>,
-    /// What the gauge reads where that is not the strain of the rod, positive as on the contact side.
+    /// The gauge's reading, if it is not the strain of the rod, positive as on the contact side.
     pub seen: Option<f64>,
 }
 
 impl Solved {
-    /// A frictionless tap, framed by `frame`, of which nothing is known.
     pub fn lost(frame: Frame) -> Self {
         Self {
             frame,
@@ -55,13 +50,10 @@ impl Solved {
     }
 }
 
-/// What holds the contact of each of some taps, by their places.
 type Grips<'g> = &'g (dyn Fn(usize) -> Grip + Sync);
 
-/// Frames and solutions of taps, in their order.
 pub(super) type Solutions = Result<Vec<Option<Solved>>, SolveError>;
 
-/// The plane in which the rod bends.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Plane {
     /// φ, rad.
@@ -71,8 +63,7 @@ pub(super) struct Plane {
 }
 
 impl Evaluator<'_> {
-    /// Frames and solutions of `tasks`, whatever holds their contacts; `None` outside the domain or at the apex. `spatial`: with what the plane of bending
-    /// is told by.
+    /// Solutions of `tasks` with any contact; `None` outside the domain or at the apex. `spatial`: with the values for the plane of bending.
     pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task], spatial: bool) -> Solutions {
         let solved = match self.setup.model.contact {
             Contact::Frictionless if solid::asked(self.setup) => return self.solid(designs, tasks),
@@ -86,7 +77,6 @@ impl Evaluator<'_> {
         Ok(solved)
     }
 
-    /// Frames and solutions of `tasks`; `None` outside the domain or at the apex.
     pub(super) fn solve(
         &mut self,
         designs: &[Design],
@@ -97,7 +87,6 @@ impl Evaluator<'_> {
         self.solve_framed(&frames(self.setup, designs, tasks, grip), grip, spatial)
     }
 
-    /// Solutions of `frames`, where there are any.
     pub(super) fn solve_framed(
         &mut self,
         frames: &[Option<Frame>],
@@ -132,19 +121,17 @@ impl Evaluator<'_> {
         Ok(frames.iter().enumerate().map(one).collect())
     }
 
-    /// Coulomb friction: sliding at μ where the contact then moves as that friction opposes, else sticking where |T| ≤ μP. The arc
-    /// falls with T/P (model §3), so that the two say the same; most taps are told by one solution. Where the kernel finds no sticking
-    /// solution, or one too rough to tell, or one whose material ends, the tap is left open: it may slide before.
+    /// Coulomb friction: sliding at μ where the contact then moves against that friction, else sticking where |T| ≤ μP; both criteria agree (model
+    /// §3). A tap without a certain solution is left open: it may slide before.
     fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64, spatial: bool) -> Solutions {
         let setup = self.setup;
         let framed = frames(setup, designs, tasks, &|_| Grip::Stick);
         let held = foreseen(setup, framed.iter().flatten(), mu)?;
         let whole = (0..tasks.len()).filter(|&i| framed[i].is_some());
-        // A rolling contact moves without slipping: only that one tells whether it slides.
+        // A rolling contact moves without slipping: only the sticking solution decides.
         let likely = |grip: &Grip| *grip != Grip::Stick && setup.model.pole_radius == 0.0;
         let likely: Vec<(usize, Grip)> = whole.zip(held).filter(|(_, grip)| likely(grip)).collect();
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
-        // Those of `sliding`, each held by its grip.
         let slide = |one: &mut Self, sliding: &[(usize, Grip)]| {
             let those: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
             one.solve(designs, &those, &|k| sliding[k].1, spatial)
@@ -177,7 +164,7 @@ impl Evaluator<'_> {
     }
 }
 
-/// What most likely holds the contacts of `frames`, which are those of sticking ones: what one sweep says, of Hooke's rod in f32.
+/// Guesses the grips of the contacts of `frames`, framed as sticking: by one sweep, of Hooke's rod in f32.
 pub fn foreseen<'f>(
     setup: &Setup,
     frames: impl Iterator<Item = &'f Frame> + Clone,
@@ -196,14 +183,14 @@ pub fn foreseen<'f>(
     Ok(frames.zip(&out).map(grip).collect())
 }
 
-/// Whether the contact of `s` moved along the whisker as the friction of `grip` opposes, beyond doubt.
+/// True if the contact of `s` surely moved along the whisker against the friction of `grip`.
 fn moves_with(s: &Solved, grip: Grip) -> bool {
     let Grip::Slide(friction) = grip else { return false };
     let moved = s.frame.moved(&s.solution) * friction.signum();
     s.solution.within(ASTRAY) && moved > SURELY * s.solution.error
 }
 
-/// What holds the contact of the sticking solution `s`; `None` where it is too rough to tell.
+/// The contact condition from the sticking solution `s`; `None` if it is too inaccurate.
 fn decide(s: &Solved, mu: f64) -> Option<Grip> {
     let Response { tangential, normal, .. } = s.frame.response(&s.solution);
     let spare = mu * normal - tangential.abs();
@@ -215,13 +202,11 @@ fn decide(s: &Solved, mu: f64) -> Option<Grip> {
     }
 }
 
-/// `tasks` in their own units, their contacts held by `grip`; `None` outside the domain or at the apex.
 fn frames(setup: &Setup, designs: &[Design], tasks: &[Task], grip: Grips<'_>) -> Vec<Option<Frame>> {
     let one = |i: usize| frame(setup, &designs[tasks[i].design as usize], &tasks[i], grip(i));
     (0..tasks.len()).into_par_iter().with_min_len(FRAMES).map(one).collect()
 }
 
-/// `task` in its own units; `None` outside the domain or at the apex.
 pub(super) fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Frame> {
     let setup = design.setup(setup);
     let shared = design.shared.as_ref().filter(|_| design.admits(setup, task.a, task.drive))?;

@@ -1,4 +1,4 @@
-//! Taps that are read in place of being solved, and what linear theory says where the plane of bending is asked for.
+//! Taps that are read in place of being solved, and linear theory out of plane.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -7,9 +7,9 @@ use super::{Evaluator, Outcome, Outcomes, Task};
 use crate::design::{Design, radians};
 use crate::scene::{Direction, Drive, Setup};
 
-/// Where taps are read: charts of them.
+/// A source of outcomes: charts.
 pub trait Source: Debug + Send + Sync {
-    /// What it says of `tasks`; `None` of those that must be solved.
+    /// Outcomes of `tasks`; `None` of those that must be solved.
     fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>>;
 }
 
@@ -19,7 +19,7 @@ impl Evaluator<'_> {
         Self { reader: reader.map(|reader| reader as Arc<dyn Source>), ..self }
     }
 
-    /// Outcomes of `tasks`, in their order: read where there is a reader that knows them, else as [`Self::run`].
+    /// Outcomes of `tasks`, in their order: read where possible, else as [`Self::run`].
     pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         let Some(reader) = &self.reader else { return self.run(designs, tasks) };
         let found = reader.read(self.setup, designs, tasks);
@@ -32,13 +32,13 @@ impl Evaluator<'_> {
     }
 }
 
-/// ε₂/(θ f), φ (rad) and λ over the path of the pole, as linear theory has them, for a pole of `direction` (model §6).
+/// ε₂/(θ f), φ (rad) and λ over the path of the pole, in linear theory, for a pole of `direction` (model §6).
 pub fn beside_linear(direction: Direction) -> [f64; 3] {
     let [tilt, lean] = radians(direction);
     [tilt.cos() * tilt.sin(), tilt, -tilt.sin() / lean.cos()]
 }
 
-/// How far the pole comes towards the base, mm per unit of the drive: rad, or mm.
+/// Path of the pole towards the base, mm per unit of the drive: rad, or mm.
 pub fn path(setup: &Setup, a: f64) -> f64 {
     match setup.drive {
         Drive::Angle => a + setup.hub,

@@ -1,4 +1,4 @@
-//! Strains alone: of many upright taps of whiskers of their own, and by the closed form.
+//! Strains alone: of many upright taps of different whiskers, and by the closed form.
 
 use super::outcome::{is_behind, off_gauge, signed};
 use super::{Evaluator, Input, Method};
@@ -11,12 +11,10 @@ use crate::physics::real::{Dual, Real};
 use crate::physics::taper::Taper;
 use crate::scene::{Clamp, Contact, Drive, Geometry, Property, Setup, Signal, Tuple};
 
-/// Inputs by which derivatives of the closed form are taken together.
 const FEW: usize = 3;
 
 impl Evaluator<'_> {
-    /// Strains of `framed`, to the bits of [`Self::run`], and the places of those left out: taps that are not framed, and those of which the kernel
-    /// alone cannot tell.
+    /// Strains of `framed`, bit-identical to [`Self::run`], and the places of taps left out: not framed, or not solved by the kernel alone.
     pub fn strains(&mut self, framed: &Framed, out: &mut [f64]) -> Result<Vec<usize>, SolveError> {
         self.go_on()?;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
@@ -55,14 +53,14 @@ fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap, solution: &Solution) ->
     signed(setup, if off_gauge(x1, a, arc) { 0.0 } else { tap.strain(solution) })
 }
 
-/// Whether [`closed`] knows the strains of `setup`: those of a cone in linear theory, read by one gauge.
+/// True if [`closed`] gives the strains of `setup`: those of a cone in linear theory, read by one gauge.
 pub fn is_closed(setup: &Setup) -> bool {
     let plain = setup.built.is_none() && setup.gauge.foil.is_none() && setup.rigs.is_none();
     let one = setup.signal == Signal::Strain && setup.channels.is_none() && !setup.gauge.second;
     setup.model.geometry == Geometry::Linear && setup.model.clamp == Clamp::Rigid && plain && one
 }
 
-/// The strain of the tap `t` by the closed form alone, to the bits of an outcome's; none where the pole is not upright.
+/// The strain of the tap `t` by the closed form, bit-identical to an outcome's; None at a tilted pole.
 #[inline]
 pub fn closed(setup: &Setup, t: &Tuple) -> Option<f64> {
     if !t.direction().is_upright() {
@@ -75,7 +73,7 @@ pub fn closed(setup: &Setup, t: &Tuple) -> Option<f64> {
     Some(signed(setup, if off_gauge(x1, t.a, t.a) { 0.0 } else { form(setup, numbers(setup, t)) }))
 }
 
-/// What the closed form is of: D, d, L_a, x_ss, l, a (mm), the drive (rad or mm), the hub and ν.
+/// The closed form's inputs: D, d, L_a, x_ss, l, a (mm), the drive (rad or mm), the hub and ν.
 fn numbers(setup: &Setup, t: &Tuple) -> [f64; 9] {
     [t.D, t.d, t.L_a, t.x_ss, t.l, t.a, amount(setup.drive, t.drive), setup.hub, setup.model.nu]
 }
@@ -90,7 +88,7 @@ fn form<T: Real>(setup: &Setup, [D, d, L_a, x_ss, l, a, amount, hub, nu]: [T; 9]
     amount * curve.of_cone(T::of(1.0) / a).0
 }
 
-/// [`closed`], and the derivatives of that strain by `inputs`, per mm, degree or unit of the key; none by what the form does not say.
+/// [`closed`], and the derivatives of that strain by `inputs`, per mm, degree or unit of the key; None also for inputs that are not in the form.
 pub fn closed_gradient(setup: &Setup, t: &Tuple, inputs: &[Input], slopes: &mut [f64]) -> Option<f64> {
     let strain = closed(setup, t)?;
     let degrees = setup.drive == Drive::Angle;

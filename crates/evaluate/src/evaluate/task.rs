@@ -1,11 +1,11 @@
-//! A tap as it is asked, and what it gives.
+//! A tap and its outcome.
 
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::scene::{Direction, Setup, Tuple};
 use crate::status::Status;
 
-/// A contact is far where it is so many times the distance of the gauge's far end, and so many base diameters, from the base.
+/// A contact is far at this multiple of the distance of the gauge's far end, and of the base diameter, from the base.
 const FAR: f64 = 1.5;
 
 /// One tap of one design of a batch.
@@ -27,12 +27,12 @@ impl Task {
         Self { design, a: t.a, direction: t.direction(), drive: t.drive }
     }
 
-    /// Whether the plane of bending is asked for: a pole that is not upright, or a second gauge.
+    /// True if bending may leave the plane: at a tilted pole, or with a second gauge.
     pub(super) fn is_spatial(&self, setup: &Setup) -> bool {
         setup.gauge.second || !self.direction.is_upright()
     }
 
-    /// Whether the contact is so far from gauge and base that kernels solve what has a solution.
+    /// True if the contact is so far from gauge and base that kernels solve every tap that has a solution.
     pub fn is_far(&self, design: &Design) -> bool {
         let x2 = design.shared.as_ref().map_or(f64::INFINITY, |shared| shared.gauge[1]);
         self.a > FAR * x2.max(design.tuple.D)
@@ -42,7 +42,7 @@ impl Task {
 /// Outcomes of taps, in their order.
 pub type Outcomes = Result<Vec<Outcome>, SolveError>;
 
-/// What a tap gives; NaN where there is no value.
+/// The results of a tap; NaN where undefined.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Outcome {
     /// Signed gauge strain.
@@ -59,21 +59,21 @@ pub struct Outcome {
     pub tangential_force: f64,
     /// c, mm.
     pub arc: f64,
-    /// What the whisker exerts on its root: M₀, N mm, F_x and F_y, N; NaN where it is not asked for.
+    /// Wrench of the whisker on its root: M₀, N mm, F_x and F_y, N; NaN if not computed.
     pub wrench: [f64; 3],
-    /// Azimuth φ of the plane in which the whisker bends, rad; NaN where it is not asked for.
+    /// Azimuth φ of the plane in which the whisker bends, rad; NaN if not computed.
     pub azimuth: f64,
-    /// Slide λ of the contact along the pole, mm; NaN where it is not asked for.
+    /// Slide λ of the contact along the pole, mm; NaN if not computed.
     pub slide: f64,
-    /// Mean strain of the centreline over the gauge; NaN where no plane is asked for, and of what a chart tells.
+    /// Mean strain of the centreline over the gauge; NaN in plane, and from charts.
     pub axial: f64,
-    /// Whether the contact sticks.
+    /// True if the contact sticks.
     pub sticking: bool,
     /// Kernel sweeps spent.
     pub sweeps: f32,
     /// Answered by the reference in a kernel's place.
     pub referred: bool,
-    /// Words of the physics; the estimate adds its own.
+    /// Words of the physics; the estimate adds more.
     pub status: Status,
 }
 
@@ -88,7 +88,7 @@ impl Outcome {
         if self.strain_2.is_nan() { 1.0 } else { self.strain.abs() / self.magnitude() }
     }
 
-    /// No values, and nothing to say about them.
+    /// No values, and no status.
     pub const NOTHING: Self = Self {
         strain: f64::NAN,
         strain_2: f64::NAN,
@@ -107,6 +107,6 @@ impl Outcome {
         status: Status::OK,
     };
 
-    /// That of a tap outside the domain.
+    /// The outcome of a tap outside the domain.
     pub const OUTSIDE: Self = Self { status: Status::INVALID_GEOMETRY, ..Self::NOTHING };
 }

@@ -1,8 +1,6 @@
-//! Taps whose plane of bending is asked for (model §6): planar taps on any backend, and one equation for the azimuth of their plane.
-//!
-//! For a trial φ the pole is seen in the plane as that of an ordinary tap, whose base angle ψ(0) gives the next φ in closed form. That map
-//! contracts by about θ². It is followed first with the base angle of the first-order solution, which costs next to nothing and tells how
-//! it contracts; what is left of φ is then corrected by solved taps, of which one suffices at 1e-5, and two at 1e-8.
+//! Taps out of plane (model §6). For a trial azimuth φ of the plane the pole looks like that of a planar tap, whose base angle ψ(0) gives the next φ
+//! in closed form; that map contracts by about θ². It is iterated first with the first-order solution; solved taps then correct φ: one suffices at
+//! 1e-5, two at 1e-8.
 
 use super::solve::{Plane, Solutions, Solved};
 use super::trial::{self, Turn};
@@ -13,29 +11,28 @@ use crate::kernel::{Chart, Solution};
 use crate::physics::pole::{Planar, Pole, Rig};
 use crate::scene::{Contact, Drive, Setup};
 
-/// Share of the tolerance that what is left of φ may make of the strain.
+/// Share of the tolerance for the strain error due to the residual of φ.
 const SHARE: f64 = 0.1;
 
-/// The same of what φ is off with the base angle; no further plane mends that.
+/// The same for the error of φ due to the base angle, which no further plane reduces.
 const NOISE: f64 = 0.5;
 
-/// Planes in which a tap is solved at most; the reference is asked of those that need more.
+/// Most planes per tap; the reference solves taps that need more.
 const MOST_PLANES: usize = 8;
 
-/// Rounds of the closed form at most, and the change of φ, rad, below which there are no more: what the first-order solution itself is off.
+/// Most rounds of the closed form; and the last change of φ, rad: the error of the first-order solution.
 const ROUNDS: usize = 12;
 const STILL: f64 = 3e-5;
 
 /// Largest contraction that is believed.
 const STEEPEST: f64 = 0.9;
 
-/// What the base angle of a solution is off, relative and in units of the tolerance: some roundings in f32 at 1e-5.
+/// Error of a solution's base angle, relative and in units of the tolerance: some roundings in f32 at 1e-5.
 const ROUGH: f64 = 0.03;
 
 /// Change of the contact's direction, rad, over which the slope of φ is taken.
 const PROBE: f64 = 1e-4;
 
-/// A tap whose plane is sought.
 struct Trial<'a> {
     setup: &'a Setup,
     shared: &'a Shared,
@@ -46,14 +43,14 @@ struct Trial<'a> {
     amount: f64,
     /// φ, rad.
     phi: f64,
-    /// How much of a change of φ the next φ shows.
+    /// Change of the next φ per change of φ.
     contraction: f64,
-    /// Whether there is a strain to be told: the contact begins beyond the gauge's near end.
+    /// True if there is a strain: the contact begins beyond the gauge's near end.
     strained: bool,
 }
 
 impl<'a> Trial<'a> {
-    /// The plane that the first-order solutions give; `None` where they give none.
+    /// Starts from the plane of the first-order solutions; `None` without one.
     fn new(setup: &'a Setup, shared: &'a Shared, task: &Task) -> Option<Self> {
         let (rod, model) = (shared.rod(), &setup.model);
         let (taper, hub) = (rod.taper, setup.hub + shared.start);
@@ -85,7 +82,6 @@ impl<'a> Trial<'a> {
         Some(one)
     }
 
-    /// The tap in a plane of bending, in its own units; `None` at the apex.
     fn framed(&self, planar: &Planar) -> Option<Frame> {
         let Self { setup, shared, .. } = self;
         let rod = shared.rod();
@@ -94,7 +90,7 @@ impl<'a> Trial<'a> {
         trial::framed((&setup.model, setup.gauge.side), (shared, &rod), hub, self.amount, place)
     }
 
-    /// The frame in the plane of azimuth `phi`, and λ there; none where its strain means nothing: the contact begins at or inside the gauge's near end.
+    /// The frame in the plane of azimuth `phi`, and λ there; None if its strain means nothing: the contact begins at or inside the gauge's near end.
     fn at(&self, phi: f64) -> Option<(Frame, f64)> {
         let told =
             |planar: &Planar| planar.distance > self.shared.gauge[0] - self.shared.start || !self.strained;
@@ -108,7 +104,6 @@ impl trial::Trial for Trial<'_> {
         Some(self.at(self.phi)?.0)
     }
 
-    /// What `solution` says, of the tap `here` in the plane of [`Self::phi`].
     fn turn(&mut self, here: &Frame, solution: &Solution, (_, tolerance): (Option<&Chart>, f64)) -> Turn {
         let psi = solution.base + self.alpha;
         let (Some(next), Some(beside)) = (self.pole.azimuth(psi), self.pole.azimuth(psi + PROBE)) else {
@@ -117,8 +112,8 @@ impl trial::Trial for Trial<'_> {
         let step = (next - self.phi) / (1.0 - self.contraction);
         let phi = self.phi + step;
         let Some((frame, slide)) = self.at(phi) else { return Turn::Lost };
-        // In the plane of φ the deviation δ from the first-order solution is taken as it was. It changes by as much of itself as that solution does,
-        // and what is left of φ, or what φ is off with the base angle, shows in both.
+        // In the plane of φ the deviation δ from the first-order solution is kept. Its relative change is that of this solution; the residual of φ,
+        // and the error of φ due to the base angle, affect both.
         let (from, to) = (here.tap(), frame.tap());
         let (ratio, deviation) = match self.strained {
             true => (to.strain / from.strain - 1.0, solution.strain.abs()),
@@ -143,17 +138,16 @@ impl trial::Trial for Trial<'_> {
 }
 
 impl Evaluator<'_> {
-    /// Frames and solutions of `tasks`, of which some ask for their plane of bending; `None` outside the domain or at the apex.
     pub(super) fn spatial_solutions(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
         let setup = self.setup;
-        // A contact that sticks on the centreline stays in the plane of rotation, wherever the pole points.
+        // A contact that sticks on the centreline stays in the plane of rotation, for any direction of the pole.
         let kind = |task: &Task| match (task.direction.is_upright(), setup.model.contact) {
             (true, _) => usize::from(setup.gauge.second),
-            // One that would roll along the pole too has no answer.
+            // A contact that would roll along the pole too is not modelled.
             (false, Contact::Stick) if setup.model.pole_radius > 0.0 => 3,
             (false, Contact::Stick) => 1,
             (false, Contact::Frictionless | Contact::Coulomb(0.0)) => 2,
-            // What slides with friction depends on its path: no spec asks for it, and it has no answer.
+            // Sliding with friction depends on its path; not modelled, and no spec allows it.
             (false, Contact::Coulomb(_)) => 3,
         };
         let mut all: Vec<Option<Solved>> = vec![None; tasks.len()];

@@ -1,4 +1,4 @@
-//! Taps that others tell: what is solved of one says where it is, until it is near enough.
+//! Fixed-point iteration: solve a trial tap, correct its contact, repeat to tolerance.
 
 use rayon::prelude::*;
 
@@ -11,23 +11,19 @@ use crate::physics::linear::StrainCurve;
 use crate::physics::onset::Grip;
 use crate::scene::{Drive, Model, Setup, Side};
 
-/// What a solved tap says of the one that is sought.
 #[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
 pub(super) enum Turn {
-    /// It is that one, as far as the tolerance asks: its frame, its solution, its plane of bending and what the skin shows, where these are asked for.
+    /// Converged: its frame, its solution, its plane of bending and its skin strain, where wanted.
     Found(Frame, Solution, Option<Plane>, Option<f64>),
-    /// The next to be tried.
     Next,
-    /// There is none.
     Lost,
 }
 
-/// A frictionless tap that is sought.
 pub(super) trait Trial: Send + Sync {
-    /// The tap to be solved next, in its own units; none where its strain means nothing.
+    /// The next tap to solve; None if its strain means nothing.
     fn frame(&self) -> Option<Frame>;
 
-    /// What `solution` says of the tap `here`; `told`: the chart of its law, and how well it is known.
+    /// Processes `solution` of the tap `here`; `told`: the chart of its law, and its tolerance.
     fn turn(&mut self, here: &Frame, solution: &Solution, told: (Option<&Chart>, f64)) -> Turn;
 }
 
@@ -43,7 +39,7 @@ pub(super) fn framed(
         model,
         side,
         curve: &StrainCurve::new(rod.taper, rod.gauge, hub, Drive::Angle, rod.shear),
-        // Errors stay relative to what the drive `amount`, not the angle, would make of the peak.
+        // Errors stay relative to the peak at the drive `amount`, not at the angle.
         peak: shared.peak * amount / angle,
         a,
         amount: angle,
@@ -53,8 +49,7 @@ pub(super) fn framed(
 }
 
 impl<'a> Evaluator<'a> {
-    /// Frames and solutions of frictionless `tasks`, each sought from what `begin` makes of it, in so many `rounds` at most, with what the plane of
-    /// bending is told by where `spatial`; `None` outside the domain or at the apex.
+    /// Solves frictionless `tasks`, iterated from `begin` in at most `rounds`; `spatial`: with the values of the plane of bending.
     pub(super) fn sought<'t, T: Trial>(
         &mut self,
         (designs, tasks): (&'t [Design], &[Task]),
@@ -69,7 +64,6 @@ impl<'a> Evaluator<'a> {
             let design = &designs[task.design as usize];
             let upright =
                 frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
-            // Where nothing else is found the reference is asked.
             Some((Solved::lost(upright), begin(design.setup(setup), design.shared.as_ref()?, task)))
         };
         let begun: Vec<Option<(Solved, Option<T>)>> = tasks.par_iter().with_min_len(64).map(begun).collect();
@@ -101,7 +95,7 @@ impl<'a> Evaluator<'a> {
                 let sweeps = one.sweeps + s.sweeps;
                 one.sweeps = sweeps;
                 match turn {
-                    // As of an upright rod: the material ends, or a kernel cannot tell.
+                    // The upright rod's answer: the material ends, or a kernel cannot decide.
                     None => *one = Solved { sweeps, plane: None, ..s },
                     Some(Turn::Found(frame, solution, plane, seen)) => {
                         *one = Solved { frame, solution, plane, seen, sweeps, ..s };

@@ -1,4 +1,4 @@
-//! The section chart in the kernels' own precision.
+//! The section chart in the precision of the kernel.
 
 use super::pack::{Packed, Scalar};
 use crate::Chart;
@@ -8,7 +8,7 @@ use crate::Chart;
 pub struct Law<T> {
     /// Error of the chart, relative to the strain.
     pub error: f64,
-    /// Whether the chart tells of the material wherever a section bends beyond it.
+    /// Same as [`Chart::covers`].
     covers: bool,
     /// 1/axial.
     scale: T,
@@ -20,7 +20,7 @@ pub struct Law<T> {
 }
 
 impl<T: Scalar> Law<T> {
-    /// Of `chart`.
+    /// The law of `chart`.
     pub fn new(chart: &Chart) -> Self {
         let line = |c: &Vec<f64>| c.iter().map(|&x| T::of(x)).collect::<Vec<T>>();
         Self {
@@ -35,7 +35,7 @@ impl<T: Scalar> Law<T> {
         }
     }
 
-    /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; above a load of 1 the chart does not tell.
+    /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; a load above 1 is outside the chart.
     #[inline(always)]
     pub fn section<P: Packed<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
         let of = P::of;
@@ -61,7 +61,7 @@ pub fn polynomial<P: Packed>(c: &[P::Scalar], z: P) -> P {
     sum
 }
 
-/// Σ c_jk x^k y^j. Loops only: a closure that the compiler leaves alone has neither the vectors nor the fused operations of its caller.
+/// Σ c_jk x^k y^j. Loops, no closure: code not inlined has neither the caller's vectors nor its fused operations.
 #[inline(always)]
 fn plane<P: Packed>(c: &[Vec<P::Scalar>], x: P, y: P) -> P {
     let mut sum = P::of(0.0);

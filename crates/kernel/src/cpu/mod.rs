@@ -1,6 +1,6 @@
 //! CPU backend: the fast kernel in f32 or f64 on all cores, in lanes, for the instruction set found at run time.
 
-// Index loops read like their WGSL twins, and are what lanes vectorise on where packs are no vectors.
+// Index loops read like their WGSL twins, and vectorise where packs are not vectors.
 #![allow(clippy::needless_range_loop)]
 #![cfg_attr(test, allow(dead_code, unused_variables, unreachable_code))]
 
@@ -41,13 +41,13 @@ impl Cpu {
     }
 }
 
-/// Whether lanes have fused multiply–add and 256 bits.
+/// True if lanes have fused multiply–add and 256 bits.
 #[cfg(target_arch = "x86_64")]
 pub fn fused() -> bool {
     std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
 }
 
-/// Whether lanes have fused multiply–add and 256 bits.
+/// True if lanes have fused multiply–add and 256 bits.
 #[cfg(not(target_arch = "x86_64"))]
 pub fn fused() -> bool {
     false
@@ -71,15 +71,14 @@ impl Solver for Cpu {
         true
     }
 
-    /// The stretch that holds a sticking contact is so small that half of such taps cannot be told in f32, and the others hardly faster.
+    /// The stretch that holds a sticking contact is so small that f32 fails for half of such taps, and is hardly faster for the others.
     fn begin(&self, effects: &Effects, rungs: &[Rung]) -> usize {
         let coarse = effects.stick && self.precision == Precision::F32;
         rungs.iter().position(|rung| coarse && rung.spare).unwrap_or(0)
     }
 }
 
-/// Two kinds of kernel are compiled. With all effects off the number of nodes is a constant, which unrolls the loops. Every other model
-/// takes the kernel of the least size that holds the nodes of the rule, and a PC without AVX2 that of the largest.
+/// With all effects off the number of nodes is a constant, which unrolls the loops. Other models take the smallest kernel that holds the nodes.
 macro_rules! by_nodes {
     ($name:ident, $t:ty, $lanes:literal, plain $($n:literal)*, sizes $($size:literal)*, most $most:literal) => {
         fn $name(job: &Job<'_>, taps: &[Tap], out: &mut [Solution]) -> Result<(), SolveError> {
@@ -108,13 +107,12 @@ macro_rules! by_nodes {
 by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10, most 10);
 #[cfg(not(test))]
 by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
-// The unit tests of this crate solve no tap, and need not compile all kernels once more; whatever solves is tested from outside.
+// The unit tests of this crate solve no tap and need not compile all kernels again; integration tests do.
 #[cfg(test)]
 by_nodes!(by_nodes_f32, f32, 16, plain, sizes, most 2);
 #[cfg(test)]
 by_nodes!(by_nodes_f64, f64, 8, plain, sizes, most 2);
 
-/// Whether taps are solved side by side: not on a PC without AVX2.
 fn wide() -> bool {
     fused() || cfg!(not(target_arch = "x86_64"))
 }
@@ -123,11 +121,8 @@ fn parallel(taps: &[Tap], out: &mut [Solution], f: impl Fn(&[Tap], &mut [Solutio
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
 }
 
-/// Instruction set of taps that are solved side by side.
 const WIDE: u8 = if cfg!(target_arch = "x86_64") { AVX2 } else { COMMON };
 
-/// Solves one work item side by side.
-///
 /// # Safety
 /// [`wide`] holds.
 #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]

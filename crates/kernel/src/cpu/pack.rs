@@ -1,5 +1,4 @@
-//! Lanes: `L` numbers that go through the same arithmetic, as vectors of an instruction set that the calling function enables; where packs are of no
-//! such size, as numbers that the compiler makes vectors of.
+//! Lanes: `L` numbers in the same arithmetic, as vectors of an instruction set that the caller enables; for other sizes, left to the auto-vectoriser.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -7,14 +6,13 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use super::vectors::*;
 use vibrissa_core::physics::number::Number;
 
-/// Packs are vectors on a PC only.
 #[cfg(not(target_arch = "x86_64"))]
 macro_rules! kinds {
     ($($any:tt)*) => {};
 }
 
 mod sealed {
-    /// Packs that are vectors tell f32 and f64 by their size: no other type is a [`super::Scalar`].
+    /// Vector packs tell f32 from f64 by size: no other type may be a [`super::Scalar`].
     pub trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
@@ -37,7 +35,7 @@ pub trait Scalar:
     const ROUNDING: f64;
     /// Rounded from f64.
     fn of(x: f64) -> Self;
-    /// Widened.
+    /// Widened to f64.
     fn get(self) -> f64;
     /// Square root.
     fn sqrt(self) -> Self;
@@ -71,7 +69,7 @@ macro_rules! scalar {
 scalar!(f32);
 scalar!(f64);
 
-/// Numbers that go through the same arithmetic: what kernels are written in.
+/// Numbers in the same arithmetic; kernels are written in these.
 pub trait Packed:
     Copy
     + Default
@@ -81,7 +79,7 @@ pub trait Packed:
     + Mul<Output = Self>
     + Div<Output = Self>
 {
-    /// Type of each of them.
+    /// Type of each number.
     type Scalar: Scalar;
 
     /// Lane `i` is `of(i)`.
@@ -105,10 +103,10 @@ pub trait Packed:
     /// Square root.
     fn sqrt(self) -> Self;
 
-    /// Larger of both; the second where the first is NaN.
+    /// The larger; the second where the first is NaN.
     fn max(self, o: Self) -> Self;
 
-    /// Smaller of both; the second where the first is NaN.
+    /// The smaller; the second where the first is NaN.
     fn min(self, o: Self) -> Self;
 
     /// Absolute value.
@@ -120,23 +118,23 @@ pub trait Packed:
     /// Per lane `yes` where self < `o`, else `no`.
     fn if_less(self, o: Self, yes: Self, no: Self) -> Self;
 
-    /// Whether self ≤ `o` in every lane; false where either is NaN.
+    /// True if self ≤ `o` in every lane; false where either is NaN.
     fn all_at_most(self, o: Self) -> bool;
 }
 
-/// Instruction sets of packs, their parameter `SET`: what every CPU has.
+/// Value of `SET`: instructions that every CPU has.
 pub const UNFUSED: u8 = 0;
 /// With fused multiply–add; without it a fused operation would be a library call per lane.
 pub const FUSED: u8 = 1;
-/// The same, where packs of [`VECTORS`] or 16 f32, or of 8 f64, are vectors of AVX2: left alone, the compiler makes of some sums of packs vectors of two.
+/// The same, with packs of [`VECTORS`] or 16 f32, or of 8 f64, as AVX2 vectors: the auto-vectoriser uses vectors of two for some sums.
 pub const AVX2: u8 = 2;
-/// What every CPU of this architecture has.
+/// Instructions that every CPU of this architecture has.
 pub const COMMON: u8 = if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED };
 
-/// f32 of the widest packs that are made of vectors.
+/// f32 of the widest packs that are vectors.
 pub const VECTORS: usize = 32;
 
-/// `L` lanes of `T`, by the instructions of `SET`, which the calling function must enable.
+/// `L` lanes of `T`, by the instructions of `SET`, which the caller must enable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Pack<T, const L: usize, const SET: u8>(pub [T; L]);

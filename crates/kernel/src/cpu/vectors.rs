@@ -1,10 +1,10 @@
-//! The vectors that packs are made of on a PC, and their operations by the names of those of packs.
+//! AVX2 vectors of packs, and their operations under the names of pack operations.
 
 pub use std::arch::x86_64::{__m256, __m256d};
 
 use super::pack::AVX2;
 
-/// A pack and the vectors that it is. A union has no checks, which would cost a debug build minutes.
+/// A pack and its vectors. A union has no checks, which would cost a debug build minutes.
 #[derive(Clone, Copy)]
 pub union Same<P: Copy, V: Copy> {
     pub pack: P,
@@ -22,13 +22,11 @@ pub mod of_256 {
         _mm256_sub_ps as sub,
     };
 
-    /// `yes` where a < b, else `no`.
     #[inline(always)]
     pub unsafe fn if_less(a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
         unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
     }
 
-    /// Whether a ≤ b everywhere.
     #[inline(always)]
     pub unsafe fn all_at_most(a: __m256, b: __m256) -> bool {
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
@@ -56,13 +54,12 @@ pub mod of_256_double {
     }
 }
 
-/// Whether packs of `L` numbers `T` are vectors, in all of `bytes` bytes, of numbers of `size` bytes.
 pub const fn are<T, const L: usize>(set: u8, size: usize, bytes: usize) -> bool {
     set == AVX2 && size_of::<T>() == size && L * size == bytes
 }
 
-/// Hands what packs are made of to `$each`: the size of a number, the vectors, their operations, and which there are. None of these operations is a
-/// loop: LLVM takes minutes for thousands of small loops in one function.
+/// Calls `$each` with the size of a number, the vectors, their operations, and their places. No operation is a loop: LLVM takes minutes for thousands
+/// of small loops in one function.
 macro_rules! kinds {
     ($each:ident, $($rest:tt)+) => {
         $each!(4, [__m256; 4], of_256, [0 1 2 3], $($rest)+);
@@ -71,7 +68,6 @@ macro_rules! kinds {
     };
 }
 
-/// The same number in all vectors, where packs are some.
 macro_rules! same {
     ($size:literal, $vectors:ty, $of:ident, [$($k:literal)+], $x:expr) => {
         if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
@@ -85,7 +81,6 @@ macro_rules! same {
     };
 }
 
-/// The operation of vectors, where the packs are some.
 macro_rules! vectors {
     ($size:literal, $vectors:ty, $of:ident, $which:tt, $operation:ident $packs:tt) => {
         if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
@@ -98,7 +93,6 @@ macro_rules! vectors {
     };
 }
 
-/// Whether it holds of all vectors of two packs, where they are some.
 macro_rules! all_vectors {
     ($size:literal, $vectors:ty, $of:ident, $which:tt, $holds:ident $packs:tt) => {
         if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
@@ -110,7 +104,6 @@ macro_rules! all_vectors {
     };
 }
 
-/// What an operation gives of each of some vectors, or whether it is true of all.
 macro_rules! each {
     ([$($k:literal)+], $vectors:ty, $of:ident, $operation:ident $packs:tt) => {
         [$(each!(at $k, $vectors, $of, $operation $packs)),+]

@@ -1,11 +1,11 @@
-//! Which adapters there are and which one to take.
+//! The adapters of this machine, and the choice of one.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::lie::Lie;
 use vibrissa_core::error::SolveError;
 
-/// An adapter and what a user wants to know of it.
+/// An adapter and its properties.
 #[derive(Debug, Clone)]
 pub struct Adapter {
     inner: wgpu::Adapter,
@@ -25,7 +25,7 @@ pub struct Adapter {
     pub max_workgroups: u32,
     /// Features of interest that are present.
     pub features: Vec<&'static str>,
-    /// What it does wrong on purpose, in tests.
+    /// Faults to simulate, in tests.
     pub(super) lie: Lie,
 }
 
@@ -53,13 +53,12 @@ impl Adapter {
         }
     }
 
-    /// Whether it ranks designs. A software device does not: it is the CPU, whose own lanes read charts many times faster (`docs/cost.md`). Tests ask for it
-    /// by [`SOFTWARE_RANKS`].
+    /// True if it ranks designs. A software device does not: CPU lanes read charts many times faster (`docs/cost.md`). Tests set [`SOFTWARE_RANKS`].
     pub fn ranks(&self) -> bool {
         !self.software || std::env::var_os(SOFTWARE_RANKS).is_some()
     }
 
-    /// Opens the device with what the kernels need: the adapter's own buffer limits, and f64 where asked.
+    /// Opens the device with the adapter's buffer limits, and f64 on request.
     pub(super) fn open(&self, f64: bool) -> Result<(wgpu::Device, wgpu::Queue), SolveError> {
         let required_features = if f64 { wgpu::Features::SHADER_F64 } else { wgpu::Features::empty() };
         let request = self.inner.request_device(&wgpu::DeviceDescriptor {
@@ -78,7 +77,7 @@ pub const SOFTWARE_RANKS: &str = "VIBRISSA_SOFTWARE_RANKS";
 /// Process that has asked drivers for their adapters; 0 before.
 static ASKED_BY: AtomicU32 = AtomicU32::new(0);
 
-/// Why no driver is to be asked: this process was forked from one that had done so, whose drivers' threads it does not have.
+/// Why drivers cannot be used: this process was forked from one that had used them, and lacks their threads. `None` if they can.
 pub fn forked() -> Option<&'static str> {
     let by = ASKED_BY.load(Ordering::Relaxed);
     let why =
@@ -86,7 +85,7 @@ pub fn forked() -> Option<&'static str> {
     (by != 0 && by != std::process::id()).then_some(why)
 }
 
-/// All adapters that can compute, hardware first; empty where there is no driver, or none to be [asked](forked).
+/// All adapters that can compute, hardware first; empty without a driver, or if [forked].
 pub fn adapters() -> Vec<Adapter> {
     if forked().is_some() {
         return Vec::new();

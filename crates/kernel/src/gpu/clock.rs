@@ -1,5 +1,5 @@
-//! Calls into a driver that may not return, or panic: one clock for all of them. Each runs on a thread and is waited for up to a bound. A thread
-//! cannot be killed, so a call that is given up goes on in the background until it returns or the process ends.
+//! Calls into a driver that may not return, or panic. Each runs on a thread that is waited for up to a limit; it cannot be killed, so an abandoned
+//! call runs on in the background.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -9,43 +9,42 @@ use std::sync::{Once, OnceLock};
 use std::thread::Builder;
 use std::time::Duration;
 
-/// Bound on the time of a call: thousands of times what a dispatch takes, and far more than lavapipe needs for its slowest kernel on two busy cores.
+/// Limit of a call: thousands of times a dispatch, and far more than lavapipe needs for its slowest kernel on two busy cores.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Time after which a user hears what is waited for.
+/// Time after which a message reports the wait.
 const TOLD_AFTER: Duration = Duration::from_secs(10);
 
-/// Stack of a call, bytes: what a main thread has. Compilers recurse.
+/// Stack of a call, bytes, as of a main thread. Compilers recurse.
 const STACK: usize = 8 << 20;
 
-/// Calls that have not returned.
 static OUT: AtomicUsize = AtomicUsize::new(0);
 
-/// Called at once with what goes wrong; nothing until a program sets it.
+/// Hook for device faults; unset by default.
 static EAR: OnceLock<fn(&str)> = OnceLock::new();
 
-/// From now on `ear` is called with words on what a device does wrong, and on what is waited for, when it happens; the first call counts.
+/// Sets the hook that is called with words on device faults and long waits; only the first call counts.
 pub fn tell(ear: fn(&str)) {
     let _ = EAR.set(ear);
 }
 
-/// Passes `words` to the function that was set by [`tell`].
+/// Passes `words` to the hook set by [`tell`].
 pub fn hear(words: &str) {
     EAR.get().into_iter().for_each(|ear| ear(words));
 }
 
-/// Whether a call into a driver was given up and has not returned. The driver's own clean-up, at a normal end of the process, would then
-/// run under a thread that is still inside it: end such a process with `_exit`.
+/// True if a call into a driver was abandoned and has not returned. The driver's clean-up at a normal exit would run under that thread: end such a
+/// process with `_exit`.
 pub fn left_behind() -> bool {
     OUT.load(Ordering::SeqCst) > 0
 }
 
 thread_local! {
-    /// Whether panics of this thread are caught and reported in words.
+    /// True while panics of this thread are caught and returned as text.
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The value of `call`, or the words of its panic, which do not go to stderr.
+/// The value of `call`, or the text of its panic, which is kept off stderr.
 pub fn quietly<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -65,11 +64,10 @@ pub fn quietly<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     })
 }
 
-/// The value of `call`; `what` says what is waited for.
+/// The value of `call`; `what` names it in messages.
 ///
 /// # Errors
-/// A call that does not return within `limit`; the words of its panic: drivers panic in place of an error, and so does wgpu where a device is lost
-/// while it is waited for.
+/// No return within `limit`; or a panic, with its text: drivers panic in place of an error, as does wgpu if a device is lost during a wait.
 pub fn within<T: Send + 'static>(
     limit: Duration,
     what: &str,

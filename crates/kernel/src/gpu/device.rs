@@ -10,21 +10,17 @@ use super::lie::Fault;
 use super::shader::{WORKGROUP, validate};
 use vibrissa_core::error::SolveError;
 
-/// Handles of a device; clones share it.
 #[derive(Debug, Clone)]
 pub(super) struct Device {
     pub adapter: Adapter,
     handle: wgpu::Device,
     queue: wgpu::Queue,
-    /// What the driver said on its own that nothing else has asked for.
+    /// The first error that the driver reported by callback, not yet returned.
     said: Arc<Mutex<Option<String>>>,
 }
 
 impl Device {
-    /// Opens `adapter` with its own buffer limits, and f64 where asked.
-    ///
-    /// # Errors
-    /// A driver that fails, or shaders that have no f64.
+    /// Opens `adapter` with its buffer limits, and f64 on request. Fails with the driver, or where shaders have no f64.
     pub fn open(adapter: Adapter, f64: bool) -> Result<Self, SolveError> {
         let (handle, queue) = adapter.open(f64)?;
         let said = Arc::<Mutex<Option<String>>>::default();
@@ -38,7 +34,6 @@ impl Device {
         Ok(Self { adapter, handle, queue, said })
     }
 
-    /// The value of `call` into the driver, under the clock.
     fn call<T: Send + 'static>(
         &self,
         what: &str,
@@ -57,21 +52,17 @@ impl Device {
             }
             call(&handle)
         });
-        // What the driver said is nearer to the cause than what the call returned.
+        // The driver's report is closer to the cause than the call's error.
         self.heard()?;
         done.and_then(|done| done).map_err(SolveError::Device)
     }
 
-    /// Fails with what the driver has said on its own.
     pub fn heard(&self) -> Result<(), SolveError> {
         let said = self.said.lock().unwrap_or_else(PoisonError::into_inner).take();
         said.map_or(Ok(()), |words| Err(failed(words)))
     }
 
-    /// A compute pipeline from the WGSL text `wgsl`, whose entry point is `main`.
-    ///
-    /// # Errors
-    /// A text that is not valid, or that the driver refuses or does not compile in time.
+    /// Compiles `wgsl`, whose entry point is `main`. Fails on invalid text, or if the driver refuses or is too slow.
     pub fn compile(&self, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, SolveError> {
         let wgsl = self.adapter.lie.text(wgsl);
         validate(name, &wgsl)?;
@@ -79,19 +70,18 @@ impl Device {
         self.call(&format!("compiling kernel {name}"), move |device| pipeline(device, &label, &wgsl))
     }
 
-    /// A buffer of so many bytes, one number at least.
+    /// A buffer of `size` bytes, at least 16.
     pub fn buffer(&self, size: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let (label, size) = (Some("vibrissa"), size.max(16) as u64);
         self.handle.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
-    /// Writes `bytes` to the begin of `buffer`.
     pub fn write(&self, buffer: &wgpu::Buffer, bytes: &[u8]) {
         self.queue.write_buffer(buffer, 0, bytes);
     }
 
-    /// Submits `pipeline` over `buffers`, bound in their order, with an invocation for each of `count`. Before it, the `outputs` are poisoned with zeros, which no
-    /// kernel writes in every place; after it, the first `bytes` of `from` are copied to `to`.
+    /// Submits `pipeline` over `buffers`, bound in their order, with `count` invocations. First poisons `outputs` with zeros, which no kernel writes
+    /// everywhere; last copies the first `bytes` of `from` to `to`.
     pub fn submit(
         &self,
         pipeline: &wgpu::ComputePipeline,
@@ -120,7 +110,6 @@ impl Device {
         self.copied(encoder, copy)
     }
 
-    /// Submits a copy of the first `bytes` of `from` to `to`, after what `encoder` holds.
     fn copied(
         &self,
         mut encoder: wgpu::CommandEncoder,
@@ -130,7 +119,6 @@ impl Device {
         self.queue.submit([encoder.finish()])
     }
 
-    /// Copies the first `bytes` of `from` to `to` and reads them.
     pub fn fetch<T>(
         &self,
         copy: (&wgpu::Buffer, &wgpu::Buffer, usize),
@@ -140,10 +128,7 @@ impl Device {
         self.read(copy.1, copy.2, at, of)
     }
 
-    /// Waits for the submission `at`; what `of` makes of the first `bytes` of `readback`.
-    ///
-    /// # Errors
-    /// A device that fails, or is not done in time.
+    /// Waits for the submission `at`; returns `of` the first `bytes` of `readback`. Fails if the device fails or is too slow.
     pub fn read<T>(
         &self,
         readback: &wgpu::Buffer,
@@ -155,7 +140,7 @@ impl Device {
         readback.map_async(wgpu::MapMode::Read, 0..bytes as u64, move |r| {
             let _ = send.send(r);
         });
-        // Longer than the clock, by which the thread that waits ends too.
+        // Longer than the clock, so that the waiting thread ends too.
         let wait = wgpu::PollType::Wait { submission_index: Some(at), timeout: Some(2 * PATIENCE) };
         self.call("a dispatch", move |device| device.poll(wait).map(drop).map_err(|e| e.to_string()))?;
         receive.try_recv().map_err(failed)?.map_err(failed)?;
@@ -167,12 +152,10 @@ impl Device {
     }
 }
 
-/// A fault that the driver tells in its own words.
 fn failed(why: impl Display) -> SolveError {
     SolveError::Device(format!("the device failed: {why}"))
 }
 
-/// A pipeline of the validated text `wgsl`, in words why there is none.
 fn pipeline(device: &wgpu::Device, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, String> {
     // Scopes belong to a thread: it begins and ends on this one.
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);

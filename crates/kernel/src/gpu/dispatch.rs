@@ -1,7 +1,5 @@
-//! Batches on a device: upload, dispatch, read-back; and the CPU in its place once it fails.
-//!
-//! A device that is [watched](Gpu::watched) answers until it does something wrong: an answer that it has not written, one that differs from the CPU's, a
-//! call that fails, panics or does not end. The CPU then solves that batch and all later ones.
+//! Batches on a device: upload, dispatch, read-back. A [watched](Gpu::watched) device serves until its first fault: an answer not written, or
+//! different from the CPU's; a call that fails, panics or hangs. The CPU then solves that batch and all later ones.
 
 use std::collections::HashMap;
 
@@ -23,25 +21,25 @@ use vibrissa_core::scene::{Layout, Precision};
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
 const BATCH: usize = 1 << 18;
 
-/// Numbers that a thread of the host takes at least, to hand them over or to read them.
+/// Least numbers per host thread in conversions.
 pub(super) const GRAIN: usize = 1 << 12;
 
-/// A kernel that maps taps to answers. Bindings: 0 uniform `vec4<u32>` (count), 1 taps, 2 answers, 3 what the taps share, if anything.
+/// A kernel that maps taps to answers. Bindings: 0 uniform `vec4<u32>` (count), 1 taps, 2 answers, 3 shared data, if any.
 #[derive(Debug, Clone, Copy)]
 pub struct Program<'a> {
     /// Name in messages.
     pub name: &'a str,
     /// Its text; the entry point is `main`.
     pub wgsl: &'a str,
-    /// All numbers of the taps, one tap behind the other.
+    /// All numbers of the taps, tap by tap.
     pub taps: &'a [f64],
-    /// What the taps share.
+    /// Data that the taps share.
     pub shared: &'a [f64],
-    /// Taps.
+    /// Number of taps.
     pub count: usize,
     /// Numbers of an answer.
     pub words: usize,
-    /// Which of them is at least 1 in every answer: zeros stand there before.
+    /// Index of a number that is at least 1 in every answer: zero shows that it was not written.
     pub counted: usize,
 }
 
@@ -50,14 +48,12 @@ pub struct Program<'a> {
 pub struct Gpu {
     device: Device,
     precision: Precision,
-    /// By WGSL text.
     pipelines: HashMap<String, wgpu::ComputePipeline>,
-    /// Of the last batch: count, taps, answers, what is shared, read-back.
+    /// Count, taps, answers, shared data and read-back of the last batch.
     buffers: [Option<wgpu::Buffer>; 5],
     cpu: Cpu,
-    /// What happens, where the device is watched.
+    /// Faults and checks, if the device is watched.
     log: Option<Log>,
-    /// Whether the CPU has taken over.
     given_up: bool,
 }
 
@@ -69,12 +65,12 @@ impl Gpu {
         Ok(Self { device, precision, pipelines, buffers, cpu, log: None, given_up: false })
     }
 
-    /// Compares some answers of each batch with the CPU, and hands over to it once anything is wrong, which goes to `log`.
+    /// Compares some answers of each batch with the CPU, which takes over at the first fault; logs to `log`.
     pub fn watched(self, log: Log) -> Self {
         Self { log: Some(log), ..self }
     }
 
-    /// Leaves the device: the CPU solves from here on, so many `taps` of this batch.
+    /// Leaves the device: the CPU solves from here on, `taps` of this batch.
     pub fn give_up(&mut self, why: &str, taps: usize) {
         self.given_up = true;
         if let Some(log) = &self.log {
@@ -83,7 +79,7 @@ impl Gpu {
         }
     }
 
-    /// What `call` answers for so many `taps`, if `compare` finds nothing wrong; `None` where the CPU is to answer.
+    /// The result of `call` for `taps` taps, if `compare` passes; `None` where the CPU must answer.
     pub fn attempt<T>(
         &mut self,
         taps: usize,
@@ -109,7 +105,7 @@ impl Gpu {
         }
     }
 
-    /// Buffer `slot` of the last batch, made anew where it is too small.
+    /// Buffer `slot` of the last batch, replaced if too small.
     fn buffer(&mut self, slot: usize, size: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let kept = self.buffers[slot].take().filter(|kept| kept.size() >= size as u64);
         let most = self.device.adapter.max_binding as usize;
@@ -119,7 +115,6 @@ impl Gpu {
         buffer
     }
 
-    /// `numbers` in the precision of the device.
     fn uploaded(&mut self, slot: usize, numbers: &[f64]) -> wgpu::Buffer {
         use wgpu::BufferUsages as U;
         let buffer = self.buffer(slot, size_of_val(numbers), U::STORAGE | U::COPY_DST);
@@ -133,7 +128,7 @@ impl Gpu {
         buffer
     }
 
-    /// The answers of `program`, one behind the other.
+    /// The answers of `program`, one after the other.
     ///
     /// # Errors
     /// A device that fails; answers that it has not written.
@@ -173,7 +168,6 @@ impl Gpu {
         }
     }
 
-    /// The answers to `taps`, not none.
     fn solved(&mut self, job: &Job<'_>, taps: &[Tap]) -> Result<Vec<Solution>, SolveError> {
         if job.rule.full {
             return Err(SolveError::Device("devices have no kernel of full Newton".into()));
@@ -191,13 +185,12 @@ impl Gpu {
         })?;
         let read = |answer: &[f64]| match answer.iter().all(|x| x.is_finite()) {
             true => Solution::gather(|k| answer.get(k).copied().unwrap_or(0.0)),
-            // An iteration that has gone astray.
             false => Solution { error: LOST, sweeps: answer[SWEEPS], ..Solution::default() },
         };
         Ok(numbers.par_chunks_exact(words).with_min_len(GRAIN).map(read).collect())
     }
 
-    /// What ranks the designs of `layout` from `charts`; `None` where they do not fit, or the CPU is to rank.
+    /// Ranks the designs of `layout` from `charts`; `None` where they do not fit, or the CPU must rank.
     ///
     /// # Errors
     /// A device that is not watched and fails.
@@ -214,7 +207,6 @@ impl Gpu {
     }
 }
 
-/// Place of the sweeps in an answer.
 const SWEEPS: usize = std::mem::offset_of!(Solution<f32>, sweeps) / 4;
 
 impl Solver for Gpu {

@@ -1,18 +1,15 @@
-//! What an adapter does wrong on purpose, in tests: development builds read it from [`VARIABLE`], release builds do not.
+//! Simulated faults of an adapter, for tests: development builds read them from [`VARIABLE`], release builds do not.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Environment variable: `lose N`, `panic N` or `hang N`, from the N-th call into the driver on (to compile, or to wait for a dispatch; from 0),
-/// or `A => B`, a shader's text B in place of the first A.
+/// Environment variable: `lose N`, `panic N` or `hang N`, from the N-th call into the driver on (compiling, or waiting for a dispatch; from 0), or `A
+/// => B`, which replaces the first A in a shader's text.
 const VARIABLE: &str = "VIBRISSA_LIE";
 
-/// What goes wrong in a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fault {
-    /// The device is lost.
     Lose,
-    /// The driver panics.
     Panic,
     /// The call does not end in time.
     Hang,
@@ -25,7 +22,7 @@ struct Told {
     calls: AtomicU64,
 }
 
-/// What the environment asks for; clones count the same calls.
+/// The faults from the environment; clones count the same calls.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Lie(Arc<Told>);
 
@@ -40,13 +37,11 @@ impl Lie {
         Self(Arc::new(Told { fault, text, calls: AtomicU64::new(0) }))
     }
 
-    /// What goes wrong in the next call.
     pub fn next(&self) -> Option<Fault> {
         let call = self.0.calls.fetch_add(1, Ordering::Relaxed);
         self.0.fault.filter(|(_, from)| call >= *from).map(|(fault, _)| fault)
     }
 
-    /// The shader that is compiled in place of `wgsl`.
     pub fn text(&self, wgsl: &str) -> String {
         self.0.text.as_ref().map_or_else(|| wgsl.to_owned(), |(from, to)| wgsl.replacen(from, to, 1))
     }

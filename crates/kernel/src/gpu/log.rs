@@ -1,4 +1,4 @@
-//! What was checked of a device, and what it did wrong.
+//! Record of the checks and faults of a device.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -7,7 +7,6 @@ use serde::{Serialize, Serializer};
 use super::check::Passed;
 use super::clock::hear;
 
-/// Most words that are kept of a device.
 const MOST_WORDS: usize = 8;
 
 /// The record so far.
@@ -19,11 +18,11 @@ pub struct Told {
     pub compared_worst: f64,
     /// Taps that the CPU solved in place of the device.
     pub handed_over_taps: u64,
-    /// What happened, in words; the first ones.
+    /// Faults in words; the first ones.
     pub words: Vec<String>,
 }
 
-/// A record that everything opened on one device shares.
+/// A record shared by everything opened on one device.
 #[derive(Debug, Clone, Default)]
 pub struct Log(Arc<Mutex<Told>>);
 
@@ -32,29 +31,27 @@ impl Log {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What it says now.
+    /// The record now.
     pub fn get(&self) -> Told {
         self.told().clone()
     }
 
-    /// Whether there is nothing to say.
+    /// True if nothing was recorded.
     pub fn is_empty(&self) -> bool {
         *self.told() == Told::default()
     }
 
-    /// Counts a comparison that has passed.
     pub(super) fn agreed(&self, passed: Passed) {
         let mut told = self.told();
         told.compared_taps += passed.taps as u64;
         told.compared_worst = told.compared_worst.max(passed.worst);
     }
 
-    /// Counts `taps` that the CPU solves.
     pub(super) fn handed_over(&self, taps: usize) {
         self.told().handed_over_taps += taps as u64;
     }
 
-    /// Adds words, if there are not too many.
+    /// Adds words, up to a limit.
     pub fn say(&self, words: String) {
         let mut told = self.told();
         if told.words.len() < MOST_WORDS {

@@ -1,5 +1,4 @@
-//! Assembly of a shader: constants, tables and layouts emitted from Rust, then the WGSL of the kernel asked for and no
-//! other. Every text is validated by naga before a device sees it.
+//! Assembles a shader: constants, tables and layouts emitted from Rust, then the WGSL of one kernel; naga validates every text.
 
 use std::fmt::Write;
 
@@ -15,12 +14,12 @@ use vibrissa_core::scene::Precision;
 /// Invocations of one workgroup.
 pub const WORKGROUP: u32 = 64;
 
-/// What `gauge` returns, and what it returns of a pole that need not be upright: kernels without it stay as they are, to the letter.
+/// The return of `gauge`, and its replacement for tilted poles: the text of other kernels stays the same.
 const RETURN: &str = "    return Solution(state.force, state.along, state.arc, strain, error, load, sweeps);";
 const RETURN_SPATIAL: &str = "    let beside = spatial(tap, state, series, climbs, angles);
     return Solution(state.force, state.along, state.arc, strain, error, load, sweeps, beside.base, beside.axial);";
 
-/// What a compute pipeline is specialised on.
+/// Specialisation of a compute pipeline.
 #[derive(Debug, Clone, Copy)]
 pub struct Variant<'a> {
     /// Effects, rule, tolerance, section law.
@@ -93,7 +92,6 @@ pub fn structures(all: &[(&str, &[&str])]) -> String {
     all.iter().map(|(name, of)| format!("struct {name} {{ {} }}\n", fields(of))).collect()
 }
 
-/// Types, layouts and the named numbers that every kernel uses.
 fn header(v: &Variant<'_>) -> String {
     let named = [
         ("ZERO", 0.0),
@@ -142,7 +140,6 @@ fn tables(v: &Variant<'_>, effects: &Effects) -> String {
     text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects, &v.job) + &section(v.job.chart, &lit)
 }
 
-/// `one_minus_cos` and `x_minus_sin`, of so many terms.
 fn turns(precision: Precision, terms: usize) -> String {
     let lit = |x: f64| literal(precision, x);
     let mut text = String::new();
@@ -158,12 +155,11 @@ fn turns(precision: Precision, terms: usize) -> String {
     text
 }
 
-/// What kernels of rods share: `one_minus_cos`, `x_minus_sin` of so many terms, `section` by `chart` and CHART_ERROR.
+/// Functions shared by kernels of rods: `one_minus_cos`, `x_minus_sin` with `terms` terms, `section` by `chart` and CHART_ERROR.
 pub fn library(precision: Precision, terms: usize, chart: Option<&Chart>) -> String {
     turns(precision, terms) + &section(chart, &|x| literal(precision, x))
 }
 
-/// The effects as constants, which the device's compiler folds.
 fn switches(e: &Effects, job: &Job<'_>) -> String {
     let rule = job.rule;
     let list: String = e.switches().iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
@@ -210,7 +206,6 @@ fn section(chart: Option<&Chart>, lit: &dyn Fn(f64) -> String) -> String {
     text + &format!("const CHART_ERROR: real = {};\n", lit(chart.error))
 }
 
-/// A series of shifted Legendre polynomials at w, unrolled.
 fn legendre(n: usize, lit: &dyn Fn(f64) -> String) -> String {
     let mut text = "fn legendre(series: Nodes, w: real) -> real {\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = series[0] + series[1] * x;\n".to_owned();
     for k in 2..n {
@@ -226,7 +221,6 @@ fn legendre(n: usize, lit: &dyn Fn(f64) -> String) -> String {
     text + "    return sum;\n}\n"
 }
 
-/// ∫₀^w of a series of shifted Legendre polynomials, unrolled.
 fn primitive(n: usize, lit: &dyn Fn(f64) -> String) -> String {
     let mut text = "fn primitive(series: Nodes, w: real) -> real {\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = series[0] * w;\n".to_owned();
     for k in 1..n {

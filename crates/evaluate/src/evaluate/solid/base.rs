@@ -1,4 +1,4 @@
-//! The rod next to its clamp: how a foil moves the base, and what the skin under the gauge shows.
+//! The rod next to its clamp: the base moved by a foil, and the skin strain under the gauge.
 
 use super::turned;
 use crate::design::Shared;
@@ -8,43 +8,40 @@ use crate::physics::solid::{FADES, HALVED, Held, distorted};
 use crate::physics::taper::Taper;
 use crate::scene::{Material, Setup, Side};
 
-/// Longest steps of the integration: under a gauge at the clamp, over D, and elsewhere, over the way to the object; at tolerances from [`COARSE`] on
-/// so many times as long.
+/// Longest steps: under a gauge at the clamp, over D, and elsewhere, over the distance of the object; times these factors at [`COARSE`] tolerances.
 const STEPS: [f64; 2] = [1.0 / 200.0, 1.0 / 36.0];
 const COARSE: (f64, [f64; 2]) = (1e-6, [5.0, 2.0]);
 
-/// Mean strain under the gauge as it is read, positive as on the contact side; none where that is the rod's own.
+/// Mean strain under the gauge as read, positive as on the contact side; None if it is the rod's.
 pub(super) type Seen = Option<f64>;
 
-/// Where the base of the real rod stands, seen from that of the rod without a foil whose outer part is the same.
+/// The base of the real rod, seen from that of the rod without foil with the same outer part.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Base {
     /// Rad, counterclockwise.
     angle: f64,
-    /// mm.
+    /// Displacement, mm.
     place: [f64; 2],
 }
 
-/// What bends a rod.
 pub(super) struct Load {
     /// P, N.
     pub force: f64,
     /// ψ(0), rad.
     pub angle: f64,
-    /// Where the contact is, mm from where the rod begins.
+    /// The contact, mm from where the rod begins.
     pub arc: f64,
     /// A point of the contact's normal, mm from there.
     pub through: [f64; 2],
     /// Mean strain of the rod's fibre under the gauge, positive as on the contact side.
     pub strain: f64,
-    /// Whether the strain of the skin is asked for, not only where the base stands.
+    /// True if the skin strain is wanted, not only the base.
     pub fine: bool,
 }
 
-/// Direction and place, ψ, x, y, and ∫ ds of the rod's fibre, of it as the skin shows it, and of what the skin shows beside it.
+/// ψ, x, y, and ∫ ds of the rod's fibre strain, of the same as the skin shows it, and of the skin's additional strain.
 type State = [f64; 6];
 
-/// The rod under the load of a tap.
 struct Loaded<'a> {
     setup: &'a Setup,
     taper: Taper,
@@ -53,7 +50,7 @@ struct Loaded<'a> {
     whole: Taper,
     law: SectionLaw,
     chart: Option<&'a Chart>,
-    /// N.
+    /// Force, N.
     force: [f64; 2],
     /// A point of its line of action, mm.
     through: [f64; 2],
@@ -66,21 +63,19 @@ struct Loaded<'a> {
 }
 
 impl Base {
-    /// Without a foil.
     pub(super) const UNMOVED: Self = Self { angle: 0.0, place: [0.0; 2] };
 
-    /// How far the real base is turned, rad.
     pub(super) fn turned(&self) -> f64 {
         self.angle
     }
 
-    /// How far `point`, seen from the real base, is from there as seen from that of the rod without a foil; the base's motion times `share`.
+    /// Displacement of `point` by the base's motion times `share`.
     pub(super) fn moved(&self, point: [f64; 2], share: f64) -> [f64; 2] {
         let [x, y] = turned(point, share * self.angle);
         [share * self.place[0] + x, share * self.place[1] + y]
     }
 
-    /// The base, and what the skin shows, of a rod under `load`. `None` where the material ends, or the rod has no contact.
+    /// The base and the skin strain of a rod under `load`. `None` where the material ends, or the rod has no contact.
     pub(super) fn reached(
         setup: &Setup,
         shared: &Shared,
@@ -119,16 +114,15 @@ impl Base {
             },
         };
         let width = shared.gauge[1] - shared.gauge[0];
-        // Nothing is bent beyond the contact.
         let gauge = shared.gauge.map(|x| (x - shared.start).min(arc));
-        // The strain of the rod is better known than what is integrated here, most of all next to the contact: what counts is their ratio.
+        // The rod's strain is more accurate than this integral, most of all next to the contact: only their ratio is used.
         let told = |plain: f64, [shown, beside]: [f64; 2]| {
             let [plain, shown, beside] = [plain, shown, beside].map(|x| rod.side * x / width);
             let ratio = strain / plain;
             beside + if (0.5..2.0).contains(&ratio) { shown * ratio } else { strain + shown - plain }
         };
         let Some(foil) = foil else {
-            // Only a chart asks for a gauge that begins behind the rod: what is passed on the way there is no part of its mean.
+            // Only a chart has a gauge that begins behind the rod: the part before it does not count in the mean.
             let [angle, x, y, ..] = rod.along([0.0; 6], &[0.0, gauge[0]], gauge, None)?;
             let near = [angle, x, y, 0.0, 0.0, 0.0];
             let [.., plain, shown, beside] = rod.along(near, &gauge, gauge, None)?;
@@ -149,7 +143,7 @@ impl Base {
 }
 
 impl Loaded<'_> {
-    /// `state` carried from the first of `places` to the last, by the classic Runge–Kutta method.
+    /// `state` integrated from the first of `places` to the last, by the classic Runge–Kutta method.
     fn along(
         &self,
         mut state: State,
@@ -187,7 +181,7 @@ impl Loaded<'_> {
         Some(state)
     }
 
-    /// d/ds of a state at `s`, the strain of the skin where it is `under` the gauge, where the rod bends `bends` times as much as without a foil.
+    /// d/ds of a state at `s`, with the skin strain if `under` the gauge; the rod bends `bends` times as much as without foil.
     fn slope(&self, s: f64, [angle, x, y, ..]: &State, under: bool, bends: f64) -> Option<State> {
         let model = &self.setup.model;
         let ([fx, fy], (sin, cos)) = (self.force, angle.sin_cos());
@@ -221,7 +215,7 @@ impl Loaded<'_> {
         ])
     }
 
-    /// e₀ and κR under n and m, MPa: as the kernel's chart has them, or beyond it the law itself.
+    /// e₀ and κR under n and m, MPa: from the kernel's chart, or beyond it by the law itself.
     fn deform(&self, n: f64, m: f64) -> Option<[f64; 2]> {
         let unit = std::f64::consts::PI * self.setup.model.material.e0();
         let charted = self.chart.and_then(|chart| chart.at(n / unit, 4.0 * m.abs() / unit));

@@ -1,11 +1,11 @@
-//! Full Newton: how the lag of the rod follows the unknowns, which a step at a fixed shape leaves out. For the last rung, which the CPU alone has.
+//! Full Newton: the response of the rod's lag to the unknowns, which a step at a fixed shape leaves out. For the last rung, on the CPU only.
 
 use super::super::pack::Packed;
 use super::newton::{Bent, Turned};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 
-/// What both [`follow`] need: W, H, the factor of the lag, and at the nodes y⁵, sin ψ ds and cos ψ ds.
+/// Input of [`follow`]: W, H, the factor of the lag, and at the nodes y⁵, sin ψ ds and cos ψ ds.
 struct Rod<'a, P, const N: usize> {
     w_force: P,
     h_force: P,
@@ -44,7 +44,7 @@ pub fn settled<P: Packed, const N: usize>(
     [follow(tables, passes, &rod, first), follow(tables, passes, &rod, second)]
 }
 
-/// The turn of the rod by another unknown than W when its lag follows, from that at a fixed shape; arguments as of [`settled`].
+/// The turn of the rod by an unknown other than W when its lag follows, from that at a fixed shape; arguments as of [`settled`].
 #[inline(always)]
 pub fn followed<P: Packed, const N: usize>(
     tables: &Tables<P::Scalar, N>,
@@ -61,8 +61,7 @@ pub fn followed<P: Packed, const N: usize>(
     other
 }
 
-/// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
-/// Volterra equation, iterated from `fixed`.
+/// Turn of the rod when its lag follows: `fixed`, at a fixed shape, changes the moment by H ∂η − W ∂Δξ (a Volterra equation, iterated).
 #[inline(always)]
 fn follow<P: Packed, const N: usize>(
     tables: &Tables<P::Scalar, N>,

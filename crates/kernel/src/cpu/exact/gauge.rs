@@ -7,9 +7,9 @@ use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
 
-/// How an error of the arc shows in the strain, relative to max(|ε|, 1e-3 θ f_max), for a contact at 1 + `x`: dℓ/dc / ℓ
-/// there, times what the strain weighs. Where the contact starts next to the gauge, ℓ may grow by orders on the way, as the square of
-/// the bent part of the gauge; with an `offset` force, part of the strain goes as the bent part itself.
+/// Change of the strain per error of the arc, relative to max(|ε|, 1e-3 θ f_max), for a contact at 1 + `x`: dℓ/dc / ℓ there, times the weight of the
+/// strain. From a start next to the gauge ℓ may grow by orders during the iteration, as the square of the bent part of the gauge; an `offset` force
+/// adds strain proportional to the bent part itself.
 #[inline(always)]
 pub fn sensitivity<P: Packed>(offset: bool, tap: &Tap<P>, x: P) -> P {
     let of = P::of;
@@ -24,9 +24,9 @@ pub fn sensitivity<P: Packed>(offset: bool, tap: &Tap<P>, x: P) -> P {
     one + weight * far.if_less(of(0.0), on_gauge, clear)
 }
 
-/// How relative errors of W and of H (per W₀) show in the strain, relative to max(|ε|, 1e-3 θ f_max); at least 1. They show more
-/// where bending and the force along the whisker nearly cancel at the gauge, as they may next to the clamp. The third number is the
-/// same of the section law, which shows in the strains of both, and where the contact sticks in the forces too.
+/// Change of the strain per relative error of W and of H (per W₀), relative to max(|ε|, 1e-3 θ f_max); at least 1. More where bending and the force
+/// along the whisker nearly cancel at the gauge, as next to the clamp. Third: the same per error of the section law, which acts on the strains of
+/// both, and on the forces of a sticking contact.
 #[inline(always)]
 pub fn shares<P: Packed>(effects: &Effects, tap: &Tap<P>) -> [P; 3] {
     let of = P::of;
@@ -40,7 +40,6 @@ pub fn shares<P: Packed>(effects: &Effects, tap: &Tap<P>) -> [P; 3] {
     );
     let end = tap.far.if_less(zero, one / tap.rest, b2);
     let bent = tap.far.if_less(zero, tap.near.max(zero) / tap.width, one);
-    // Means of the lever and of 1/(1 − τs)³ over the gauge, up to the contact.
     let lever = tap.far.if_less(
         zero,
         half * tap.near * b1 * b1 * bent / tap.rest,
@@ -57,7 +56,7 @@ pub fn shares<P: Packed>(effects: &Effects, tap: &Tap<P>) -> [P; 3] {
     [across.max(one), along.max(one), strains.max(one)]
 }
 
-/// The solution of a tap whose last sweep left `residual`, and rounding `rounded`; `across` is the first of its [`shares`].
+/// The solution of a tap whose last sweep left `residual` and rounding `rounded`; `across` is the first of its [`shares`].
 #[inline(always)]
 pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
     tables: &Tables<P::Scalar, N>,
@@ -81,7 +80,6 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
     let m = c / (one + g);
     let k = tap.taper * m;
 
-    // Lever mean ℓ and its change with c.
     let (c1, c2) = (tap.near + x, tap.far + x);
     let (u1, u2) = (tap.taper.mul_add(tap.near, tap.rest), tap.taper.mul_add(tap.far, tap.rest));
     let (b1, b2) = (one / u1, one / u2.max(tiny));
@@ -91,14 +89,14 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
     let farther = (x / tap.near.max(tiny)).min(of(MOST_GROWTH)).max(of(-MOST_GROWTH));
     let slim = tap.taper * x / g2;
     let longer = farther * (two + farther);
-    // A contact that has left the gauge has the lever of a clear one; the parabola and what is past it would cancel.
+    // For a contact that has left the gauge: lever of a clear one; the parabola and `past` would cancel.
     let left = of(0.5) * b1 * b2 * (c1 * b1 + c2 * b2) - on_gauge;
     let leaving = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero), b2, g2, tap.width);
     let on_gauge_change = (of(LEFT) * tap.width).if_less(c2, left, leaving);
     let lever = tap.far.if_less(zero, on_gauge, clear).max(tiny);
     let change = tap.far.if_less(zero, on_gauge_change, clear_change);
 
-    // Means over the bent part of the gauge of what deviates from the lever and the first-order axial strain.
+    // Deviations from the lever and the first-order axial strain, averaged over the bent part of the gauge.
     let mut series = [zero; N];
     let (mut climbs, mut angles) = ([zero; N], [zero; N]);
     for i in 0..n {
@@ -195,7 +193,7 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
     if law {
         load = state.load;
         for (w, y, shorter, height) in [(zero, one, zero, zero), (one, g, series[0], climbs[0])] {
-            // The fibres next to the contact and at the base, which no node looks at.
+            // The fibres next to the contact and at the base, beyond the outermost nodes.
             let (y2, angle) = (y * y, if axial { legendre(n, &angles, w) } else { zero });
             let unit = of(0.25) * tap.radius * tap.radius * y2 * y2 * ig2 * ig2;
             let sine = angle - tables.x_minus_sin(angle);
@@ -215,7 +213,7 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
         }
         outside = one.if_less(state.beyond, one, outside);
     }
-    // What the material bears, and what lies beyond, is told by an equilibrium only, not by an iteration gone astray.
+    // Only near an equilibrium do load and range mean anything, not in an iteration that has diverged.
     let astray = residual.if_less(of(ASTRAY), zero, one);
     let ended = one.if_less(load, one, zero);
     if offset {
@@ -244,9 +242,9 @@ pub fn place<P: Packed>(from_contact: P, u: P, c: P, g: P) -> P {
     from_contact.max(P::of(0.0)) * (P::of(1.0) + g) / (c * root * (root + g))
 }
 
-/// Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands. Sums over Gauss
-/// nodes converge faster than the interpolant, hence the power; the factors were fitted to 20 000 random taps (d/D
-/// 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16. The shortening is what the arc is wrong by.
+/// Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands. Sums over Gauss nodes converge faster than
+/// the interpolant, hence the power; factors fitted to 20 000 random taps (d/D 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16. The
+/// shortening is the error of the arc.
 #[inline(always)]
 fn truncation<P: Packed, const N: usize>(
     n: usize,
@@ -257,7 +255,7 @@ fn truncation<P: Packed, const N: usize>(
     [m, g2, sensitivity]: [P; 3],
 ) -> P {
     let of = P::of;
-    // No closure: one that is called twice may not be inlined, and then is compiled for no particular instruction set.
+    // No closure: one called twice may not be inlined, and then lacks the caller's instruction set.
     let mut last = of(0.0);
     for k in n - 2..n {
         last = last + dot(n, &tables.legendre[k], &state.bending).abs();

@@ -1,4 +1,4 @@
-//! Series of shifted Legendre polynomials at a place of the rod. The shaders have them written out, round by round (`gpu/shader.rs`).
+//! Series of shifted Legendre polynomials at a place of the rod; unrolled in shaders (`gpu/shader.rs`).
 
 use super::super::pack::Packed;
 
@@ -18,7 +18,6 @@ pub fn primitive<P: Packed, const N: usize>(n: usize, series: &[P; N], w: P) -> 
     sum
 }
 
-/// A series of shifted Legendre polynomials at w.
 #[inline(always)]
 pub fn legendre<P: Packed, const N: usize>(n: usize, series: &[P; N], w: P) -> P {
     let of = P::of;

@@ -6,19 +6,14 @@ use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Tap, rule::limits::*};
 
-/// What the Newton step of an offset force needs of the sweep.
 pub struct Bent<P, const N: usize> {
-    /// y at the nodes.
     pub y: [P; N],
     /// y⁻³ at the nodes.
     pub density: [P; N],
     /// η at the nodes.
     pub heights: [P; N],
-    /// W.
     pub w_force: P,
-    /// H.
     pub h_force: P,
-    /// R_c.
     pub contact_radius: P,
     /// c − 1.
     pub x: P,
@@ -32,15 +27,13 @@ pub struct Bent<P, const N: usize> {
     pub cosine: P,
     /// β − sin β.
     pub sine: P,
-    /// How far c is from where a rolling contact has rolled; 0 of others.
+    /// c less the arc to which the contact has rolled; 0 unless it rolls.
     pub ahead: P,
 }
 
-/// How the rod turns with one of the unknowns.
+/// Derivative of the rod's angle by one of the unknowns.
 pub struct Turned<P, const N: usize> {
-    /// ∂ψ at the nodes.
     pub nodes: [P; N],
-    /// ∂ψ at the base.
     pub base: P,
 }
 
@@ -62,20 +55,18 @@ fn unit_other<P: Packed, const N: usize>(effects: &Effects, bent: &Bent<P, N>, p
     (if effects.stick { bent.contact_radius } else { bent.w_force }) * pivot
 }
 
-/// A Newton step.
 pub struct Step<P> {
-    /// Of w and of z (or k).
+    /// Steps of w and of z (or k).
     pub steps: [P; 2],
-    /// Errors of both that the noise of the residuals makes.
     pub noise: [P; 2],
-    /// Of z of a rolling contact; 0 of others.
+    /// Step of z of a rolling contact; 0 otherwise.
     pub rolled: P,
     /// Determinant of the Jacobian: its sign changes at a fold of the path from the unloaded rod.
     pub fold: P,
 }
 
-/// The step of w and of z (or k) from the residuals of V × R(β)Z₀ = 0 and (V² − Z₀²)/2 = 0, and from their `noise`. A unit of W, c or
-/// H turns the rod by ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
+/// The step of w and of z (or k) from the residuals of V × R(β)Z₀ = 0 and (V² − Z₀²)/2 = 0, and from their `noise`. A unit of W, c or H turns the rod
+/// by ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn step<P: Packed, const N: usize>(
@@ -112,7 +103,7 @@ pub fn step<P: Packed, const N: usize>(
     }
     let mut first = Turned { nodes: [zero; N], base: zero };
     let mut second = Turned { nodes: [zero; N], base: zero };
-    // Of c, where it is a third unknown.
+    // By c, where it is a third unknown.
     let mut third = Turned { nodes: [zero; N], base: zero };
     for i in 0..n {
         let y2 = bent.y[i] * bent.y[i];
@@ -199,7 +190,6 @@ pub fn step<P: Packed, const N: usize>(
 }
 
 impl<P: Packed> Step<P> {
-    /// Of two unknowns, from the Jacobian, the residuals and their noise.
     #[inline(always)]
     fn new([[m11, m12], [m21, m22]]: [[P; 2]; 2], [across, along]: [P; 2], noise: [P; 2]) -> Self {
         let det = m11 * m22 - m12 * m21;
@@ -217,8 +207,8 @@ impl<P: Packed> Step<P> {
     }
 }
 
-/// The step of w, k and z of a rolling contact: `rows` of the closure, what a unit of w and of k takes from z, and the residuals, the third over
-/// `own`, by which z turns the contact back.
+/// The step of w, k and z of a rolling contact: `rows` of the closure; `turns`: changes of z per unit of w and of k; the residuals, the third divided
+/// by `own`, by which z turns the contact back.
 #[inline(always)]
 fn rolling<P: Packed>(
     rows: [[P; 3]; 2],

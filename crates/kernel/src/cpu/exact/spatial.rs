@@ -1,4 +1,4 @@
-//! What a pole that is not upright asks of a planar tap beside its strain (model §6). Twin of `shaders/spatial.wgsl`.
+//! Values of a planar tap, besides its strain, that a tilted pole needs (model §6). Twin of `shaders/spatial.wgsl`.
 
 use super::super::pack::Packed;
 use super::gauge::place;
@@ -7,16 +7,14 @@ use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Tap, rule::limits::*};
 
-/// Where the rod stands at its base, and what its centreline shows.
 pub struct Spatial<P> {
-    /// ψ, rad.
+    /// ψ at the base, rad.
     pub base: P,
     /// Mean strain of the centreline over the gauge, over the first-order strain.
     pub axial: P,
 }
 
-/// The angle at the base, and the mean strain of the centreline over the gauge. `series`, `climbs` and `angles` are those of
-/// the shortening, the height and the angle.
+/// `series`, `climbs` and `angles` are the Legendre series of the shortening, the height and the angle.
 #[inline(always)]
 pub fn spatial<P: Packed, const N: usize, const PLAIN: bool>(
     tables: &Tables<P::Scalar, N>,

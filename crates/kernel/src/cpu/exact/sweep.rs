@@ -5,8 +5,7 @@ use super::newton::{Bent, Step, step};
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Tap, rule::limits::*};
 
-/// What one sweep passes to the next. The forces are W = W₀(1 + w) across and H = H₀ + W₀k along the whisker at the
-/// contact, its arc is c = 1 + x₀ + z.
+/// State passed between sweeps: W = W₀(1 + w) across and H = H₀ + W₀k along the whisker at the contact, arc c = 1 + x₀ + z.
 #[derive(Clone)]
 pub struct State<P, const N: usize> {
     /// w.
@@ -25,26 +24,26 @@ pub struct State<P, const N: usize> {
     pub climb: [P; N],
     /// Integrand of Δψ.
     pub bending: [P; N],
-    /// e₀ − t at the nodes: what the section law adds to the axial strain.
+    /// e₀ − t at the nodes: the axial strain added by the section law.
     pub extra: [P; N],
     /// Last Newton steps of w and of z (or k), before they were bounded.
     pub steps: [P; 2],
-    /// What rounding may have made of w and of z (or k).
+    /// Rounding errors of w and of z (or k).
     pub noise: [P; 2],
-    /// Last Newton step of z of a rolling contact; 0 of others.
+    /// Last Newton step of z of a rolling contact; 0 otherwise.
     pub rolled: P,
-    /// Determinant of the last Jacobian, positive as long as it has the sign of the unloaded rod's; 1 where it cannot vanish.
+    /// Determinant of the last Jacobian, positive while it has the sign of the unloaded rod's; 1 where it cannot vanish.
     pub fold: P,
     /// |ψ| at the base.
     pub base: P,
     /// Largest load of a fibre: above 1 it leaves the range of the law.
     pub load: P,
-    /// Largest load of a section on its chart: above 1 the chart does not tell what the section does.
+    /// Largest load of a section on its chart: above 1 it is outside the chart.
     pub beyond: P,
 }
 
 impl<P: Packed, const N: usize> State<P, N> {
-    /// Takes back `before` in the lanes where `done` is above zero.
+    /// Restores `before` in the lanes where `done` is above zero.
     #[inline(always)]
     pub fn keep(&mut self, n: usize, done: P, before: &Self) {
         let zero = P::of(0.0);
@@ -69,13 +68,12 @@ impl<P: Packed, const N: usize> State<P, N> {
     }
 }
 
-/// a + b + ab: growth by a, then by b.
+/// (1 + a)(1 + b) − 1: growth by a, then by b.
 #[inline(always)]
 fn then<P: Packed>(a: P, b: P) -> P {
     a.mul_add(b, a + b)
 }
 
-/// One sweep from `state` to `state`, with a Newton step if `stepping`.
 #[inline(always)]
 pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
     tables: &Tables<P::Scalar, N>,
@@ -279,7 +277,7 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         ds * dot(n, &tables.weights, if shear || extension || offset { &pure } else { &state.shortening })
     };
     if offset {
-        // The angle has moved on with the lag: its shortening to second order, without which force and lag turn around each other.
+        // Second-order shortening of the angle that has advanced with the lag: without it force and lag oscillate.
         short = short - ds * dot(n, &tables.weights, &nearer);
     }
     let back_more = short + hub * cosine_b;
@@ -357,7 +355,7 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         };
         let Step { steps: [dw, dx], noise, rolled, fold } =
             step(tables, effects, rule.passes(), tap, state, &bent, [across, along], noise);
-        // The same of the unloaded rod, per unit of its forces.
+        // The determinant of the unloaded rod, per unit of its forces.
         let b1 = eta1 + hub * psi1;
         let unloaded = if rolls {
             // The arc of a rolling contact follows its turn.

@@ -1,13 +1,11 @@
-//! Constants of a rule in the kernel's own precision.
+//! Constants of a rule in the precision of the kernel.
 
 use super::super::law::{Law, polynomial};
 use super::super::pack::{Packed, Scalar};
 use crate::{Chart, Rule, nodes::Nodes};
 
-/// Tables of [`Nodes`], of the two series and of the section law.
 #[derive(Debug, Clone)]
 pub struct Tables<T, const N: usize> {
-    /// Number of nodes of the rule, at most N.
     count: usize,
     pub points: [T; N],
     pub weights: [T; N],
@@ -20,7 +18,7 @@ pub struct Tables<T, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Tables<T, N> {
-    /// Tables of `rule`, which has at most N nodes, and of the section law of `chart`; zeros beyond the nodes.
+    /// Zeros beyond the nodes.
     pub fn new(rule: &Rule, chart: Option<&Chart>) -> Self {
         let (nodes, gauge) = (Nodes::of(rule.nodes), Nodes::of(rule.gauge_points()));
         let at = |v: &[f64], i: usize| T::of(v.get(i).copied().unwrap_or(0.0));
@@ -47,26 +45,22 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
         if PLAIN { N } else { self.count.min(N) }
     }
 
-    /// Error of the chart of the section law, if it is not Hooke's.
     pub fn chart_error(&self) -> Option<f64> {
         self.law.as_ref().map(|law| law.error)
     }
 
-    /// 1 − cos x.
     #[inline(always)]
     pub fn one_minus_cos<P: Packed<Scalar = T>>(&self, x: P) -> P {
         let z = x * x;
         z * polynomial(&self.one_minus_cos, z)
     }
 
-    /// x − sin x.
     #[inline(always)]
     pub fn x_minus_sin<P: Packed<Scalar = T>>(&self, x: P) -> P {
         let z = x * x;
         x * z * polynomial(&self.x_minus_sin, z)
     }
 
-    /// [`Law::section`]; zeros of Hooke's.
     #[inline(always)]
     pub fn section<P: Packed<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
         match &self.law {
@@ -82,7 +76,6 @@ pub fn series(terms: usize, first: u32) -> Vec<f64> {
     (0..terms as u32).map(|k| (if k % 2 == 0 { 1.0 } else { -1.0 }) / factorial(first + 2 * k)).collect()
 }
 
-/// Σ row_j y_j over the first `n`.
 #[inline(always)]
 pub fn dot<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[P; N]) -> P {
     let mut sum = P::splat(row[0]) * y[0];

@@ -1,4 +1,4 @@
-//! Some designs of a sweep, ranked on the device and in the lanes of the CPU before the device ranks all.
+//! Ranks some designs of a sweep on the device and in CPU lanes, and compares, before the device ranks all.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -11,13 +11,12 @@ use vibrissa_core::scene::{Layout, Tuple};
 /// Stretches of designs that are compared, and designs of each.
 const STRETCHES: [u64; 2] = [8, 32];
 
-/// What the ranks of device and CPU, both in f32, may differ by: a share of them, and a K.
+/// Tolerated difference of ranks of device and CPU, both in f32: relative, and absolute in K.
 const MARGIN: [f32; 2] = [5e-3, 2e-7];
 
 /// Share of the taps whose words may differ: those next to an edge.
 const EDGES: f64 = 0.01;
 
-/// What the CPU says of the designs of `range`.
 fn expected(charts: &dyn Charts, layout: &Layout, range: &Range<u64>, bound: f32) -> Found {
     let mut found = Found::default();
     let mut easy: (Vec<u64>, Vec<Tuple>) = (Vec::new(), Vec::new());
@@ -36,10 +35,7 @@ fn expected(charts: &dyn Charts, layout: &Layout, range: &Range<u64>, bound: f32
     found
 }
 
-/// Ranks some designs of `layout` twice, by a bound that none of them is below and by one that all are, and compares.
-///
-/// # Errors
-/// Designs ranked otherwise than by the CPU, with figures; a device that fails.
+/// Ranks some designs of `layout` twice, with a bound below all of their ranks and one above; fails if they differ from the CPU's.
 pub(super) fn check(
     ranker: &mut DeviceRanker,
     charts: &dyn Charts,
@@ -51,7 +47,6 @@ pub(super) fn check(
         let from = (n.saturating_sub(length) / (stretches - 1)).saturating_mul(s);
         let range = from..(from + length.min(ranker.most())).min(n);
         let every = expected(charts, layout, &range, f32::INFINITY);
-        // The best row of each design that has one.
         let mut best: BTreeMap<u64, f32> = BTreeMap::new();
         for (rank, k, _) in &every.rows {
             let least = best.entry(*k).or_insert(f32::INFINITY);

@@ -1,8 +1,5 @@
-//! Ranking on a GPU: tuples made, reduced and selected there; only counts, the designs that have a row below the bound and those that
-//! must be solved tap by tap come back. The host lists the rows of the former. Batches overlap: the next one runs while the last is read.
-//!
-//! A batch tells how many designs it went through, and its lists are zeros before it, where an entry is a place counted from 1: one that did not run, or ran
-//! in part, is found.
+//! Ranking on a GPU: tuples are made, reduced and selected there; only counts and lists of designs come back. A batch reports its number of designs,
+//! and its lists start as zeros, with entries counted from 1: so a batch that did not run completely is detected.
 
 // Index loops read like the shader's.
 #![allow(clippy::needless_range_loop)]
@@ -20,19 +17,17 @@ use vibrissa_core::scene::Layout;
 
 use shader::Shader;
 
-/// Designs of a batch at most.
 const MOST: u64 = 1 << 20;
 
-/// Taps of a batch at most: bounds a dispatch in time and keeps its counts within 32 bits.
+/// Bounds a dispatch in time and keeps its counts within 32 bits.
 const MOST_TAPS: u64 = 1 << 28;
 
-/// Rounds of all loops that an invocation goes through at most. Mesa's software device ends loops after 65 535 rounds.
+/// Most loop rounds of an invocation. Mesa's software device ends loops after 65 535 rounds.
 const MOST_ROUNDS: usize = 40_000;
 
-/// Batches in flight.
 const DEPTH: usize = 2;
 
-/// Counters of the tally: designs of both lists, taps of each combination of words and without a gauge, complete rows, designs gone through.
+/// Counters of the tally: designs of both lists, taps of each combination of words and without a gauge, complete rows, designs done.
 const COUNTERS: usize = COMBINED + 5;
 
 /// A device with the charts of one sweep.
@@ -41,7 +36,6 @@ pub struct DeviceRanker {
     pipeline: wgpu::ComputePipeline,
     /// The shader's `numbers`, `shape`, `rows` and `axes`.
     charts: [wgpu::Buffer; 4],
-    /// Whether designs have an axis that is listed.
     listed: bool,
     lengths: Vec<u32>,
     slots: Vec<Slot>,
@@ -49,14 +43,12 @@ pub struct DeviceRanker {
     most: u64,
 }
 
-/// A batch under way.
 struct Flight {
     slot: usize,
     range: std::ops::Range<u64>,
     at: wgpu::SubmissionIndex,
 }
 
-/// Buffers of one batch in flight.
 struct Slot {
     job: wgpu::Buffer,
     tally: wgpu::Buffer,
@@ -65,7 +57,6 @@ struct Slot {
     readback: wgpu::Buffer,
 }
 
-/// Designs of a batch at most, of `block` taps each.
 fn most(block: u64) -> u64 {
     MOST.min((MOST_TAPS / block).max(1))
 }
@@ -75,10 +66,7 @@ fn words(bytes: &[u8]) -> Vec<u32> {
 }
 
 impl DeviceRanker {
-    /// What ranks the designs of `layout` from `charts` on `device`, after a comparison with the CPU; `None` where they do not fit.
-    ///
-    /// # Errors
-    /// A device that fails, or ranks otherwise than the CPU.
+    /// Ranks the designs of `layout` from `charts` on `device`; `None` where they do not fit. Fails if it differs from the CPU.
     pub(super) fn new(
         device: &Device,
         charts: &dyn Charts,
@@ -100,7 +88,7 @@ impl DeviceRanker {
             uploaded(bytemuck::cast_slice(&shader.axes)),
         ];
         let most = most(layout.block());
-        // One entry more tells whether a list is longer than its count says.
+        // One entry more shows if a list is longer than its count.
         let list = 4 * (most as usize + 1).max(COUNTERS);
         let output = U::STORAGE | U::COPY_SRC | U::COPY_DST;
         let slot = |_| Slot {
@@ -126,7 +114,6 @@ impl DeviceRanker {
         Ok(Some(ranker))
     }
 
-    /// Waits for the oldest batch, of which there is one.
     fn next_batch(&mut self) -> Result<Batch, SolveError> {
         let Flight { slot, range, at } = self.flying.pop_front().expect("a batch is under way");
         let slot = &self.slots[slot];
@@ -154,12 +141,12 @@ impl DeviceRanker {
         Ok(Batch { range, complete, words: Words { taps, invalid }, best, hard })
     }
 
-    /// Designs of a batch at most.
+    /// Most designs of a batch.
     pub fn most(&self) -> u64 {
         self.most
     }
 
-    /// Whether another batch can start.
+    /// True if another batch can start.
     pub fn free(&self) -> bool {
         self.flying.len() < self.slots.len()
     }
@@ -182,7 +169,7 @@ impl DeviceRanker {
         let buffers = [&slot.job, numbers, shape, rows, &slot.tally, &slot.best, &slot.hard, axes];
         let at = self.device.submit(
             &self.pipeline,
-            // What the shader does not read has no binding.
+            // An unread buffer has no binding.
             &buffers[..7 + usize::from(self.listed)],
             count,
             &[&slot.tally, &slot.best, &slot.hard],

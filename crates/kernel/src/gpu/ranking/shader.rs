@@ -1,4 +1,4 @@
-//! The shader that ranks: one text for every chart, after constants that say how many numbers there are of each kind.
+//! The shader that ranks: one text for every chart, after constants with its sizes.
 
 use std::fmt::Write;
 
@@ -7,16 +7,13 @@ use super::tuples::Tuples;
 use crate::ranking::{COMBINED, HEAD, Sheet};
 use vibrissa_core::scene::Layout;
 
-/// Invocations of one workgroup.
 pub const WORKGROUP: u32 = 64;
 
-/// Most numbers that an invocation keeps of its taps.
 const MOST_KEPT: usize = 2048;
 
 /// Vectors that a uniform buffer holds on every device: 64 KiB. Its numbers are read once for all invocations.
 const MOST_UNIFORM: usize = 1 << 12;
 
-/// What every ranking shader says.
 const TEXT: [&str; 5] = [
     include_str!("../../../../../shaders/ranking/main.wgsl"),
     include_str!("../../../../../shaders/ranking/theory.wgsl"),
@@ -25,27 +22,21 @@ const TEXT: [&str; 5] = [
     include_str!("../../../../../shaders/ranking/rows.wgsl"),
 ];
 
-/// The shader of a sheet and what it reads.
 #[derive(Debug, Clone)]
 pub struct Shader {
-    /// The whole text.
     pub wgsl: String,
     /// Distances, drives, small matrices.
     pub numbers: Vec<[f32; 4]>,
-    /// Where series begin, and how many orders each has.
+    /// Starts of series, and their numbers of orders.
     pub shape: Vec<[u32; 4]>,
-    /// Coefficients.
     pub rows: Vec<[f32; 4]>,
-    /// Values of the axes of designs that are listed.
     pub axes: Vec<f32>,
-    /// Rounds of loops that a design takes at most.
     pub rounds: usize,
-    /// Lengths of the factors of a design.
     pub lengths: Vec<u32>,
 }
 
 impl Shader {
-    /// Of `sheet` over the designs of `layout`; `None` where an invocation would have to keep too much.
+    /// `None` where an invocation would have to keep too many numbers.
     pub fn new(sheet: &Sheet, layout: &Layout) -> Option<Self> {
         if sheet.kept > MOST_KEPT {
             return None;
@@ -95,7 +86,6 @@ impl Shader {
     }
 }
 
-/// Numbers as vectors, the last of them filled up.
 fn in_fours<T: Copy + Default>(numbers: &[T]) -> Vec<[T; 4]> {
     let four = |part: &[T]| std::array::from_fn(|k| part.get(k).copied().unwrap_or_default());
     numbers.chunks(4).map(four).collect()

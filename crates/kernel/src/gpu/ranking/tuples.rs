@@ -6,22 +6,18 @@ use vibrissa_core::scene::axis::Points;
 use vibrissa_core::scene::sampler::{DIRECTIONS, Sampler};
 use vibrissa_core::scene::{Axis, COLUMNS, Layout};
 
-/// Numbers of axis tables that are uploaded at most.
 const MOST_NUMBERS: u64 = 1 << 22;
 
-/// WGSL that makes tuples, and the numbers it reads.
 #[derive(Debug, Clone)]
 pub struct Tuples {
-    /// `whisker` and what it calls.
     pub wgsl: String,
-    /// Values of the axes that are listed.
     pub tables: Vec<f32>,
     /// Lengths of the factors of a design, last fastest.
     pub lengths: Vec<u32>,
 }
 
 impl Tuples {
-    /// Of the designs of `layout`, their drives times `unit`. `None` for axes too long for the device.
+    /// Drives are multiplied by `unit`. `None` for axes too long for the device.
     pub fn new(layout: &Layout, unit: f32) -> Option<Self> {
         let factors = layout.factors();
         let lengths: Option<Vec<u32>> =
