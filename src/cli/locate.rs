@@ -13,12 +13,12 @@ use vibrissa::locate::answers::Answers;
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
-use vibrissa::measure::{Names, zero};
+use vibrissa::measure::{Names, zero::Zero};
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Hashing, Question, hash};
+use vibrissa::sink::folder::{Question, hash};
 use vibrissa::sink::frame::Frame;
 use vibrissa::sink::lab::LabStream;
-use vibrissa::text_file::{Limit, TextFile, refused, unread};
+use vibrissa::text_file::{Limit, TextFile, unread};
 
 use super::args::Locate;
 use super::interrupt::{self, Patient};
@@ -201,7 +201,7 @@ fn some(label: &str, lines: u64) -> Result<(), InputError> {
 }
 
 enum Source {
-    File(PathBuf, String),
+    File(Vec<u8>),
     Stream(LabStream<'static>),
 }
 
@@ -212,16 +212,12 @@ impl Source {
         if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
             return Ok(Self::Stream(LabStream::of(Patient(file))));
         }
-        let label = path.display().to_string();
-        // A file that is not text is refused early.
-        let text = TextFile::new(file, &label, "readings", Limit::AnyLines);
-        let digest = Hashing::new(text).end();
-        let digest = digest.map_err(|e| refused(e).map_or_else(|e| Error::io(path, e), Error::from))?;
-        Ok(Self::File(path.to_owned(), digest))
+        let text = TextFile::new(file, &path.display().to_string(), "readings", Limit::AnyLines);
+        Ok(Self::File(text.bytes()?))
     }
 
-    fn digest(&self) -> &str {
-        if let Self::File(_, digest) = self { digest } else { "" }
+    fn digest(&self) -> String {
+        if let Self::File(bytes) = self { hash(bytes) } else { String::new() }
     }
 
     /// A stream cannot be read again, so its answers are kept after a signal.
@@ -233,13 +229,10 @@ impl Source {
     ) -> Result<stream::Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
-            Self::File(path, digest) => {
-                let zero = read_zeros(who, (&path, &digest), ask)?;
-                let mut input = Hashing::new(Patient(open(&path)?));
-                let text = LabStream::of(&mut input);
-                let counts = stream::answer(who, text, ask, Some(zero), interrupt::stop(), write)?;
-                let kept = unchanged(&path, input, &digest);
-                return if counts.stopped { nothing("") } else { kept.map(|()| counts) };
+            Self::File(bytes) => {
+                let zero = Some(read_zeros(who, &bytes, ask)?);
+                let counts = stream::answer(who, LabStream::of(&*bytes), ask, zero, interrupt::stop(), write)?;
+                return if counts.stopped { nothing("") } else { Ok(counts) };
             }
             Self::Stream(text) => stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?,
         };
@@ -247,24 +240,8 @@ impl Source {
     }
 }
 
-/// Fails if the file at `path` does not have this hash any more, unless a signal ended the reading.
-fn unchanged(path: &Path, input: Hashing<Patient<File>>, digest: &str) -> Result<(), Error> {
-    let found = input.end().map_err(|e| Error::io(path, e))?;
-    if found == digest || interrupt::asked() {
-        return Ok(());
-    }
-    let why = "these readings were changed while they were read; no result was written";
-    Err(Error::Run(format!("{}: {why}", path.display())))
-}
-
-fn read_zeros(
-    who: Answerer<'_>,
-    (path, digest): (&Path, &str),
-    ask: &Ask<'_>,
-) -> Result<Vec<zero::Zero>, Error> {
-    let mut input = Hashing::new(Patient(open(path)?));
-    let (zero, wrong) = stream::zeros(who, LabStream::of(&mut input), ask)?;
-    unchanged(path, input, digest)?;
+fn read_zeros(who: Answerer<'_>, readings: &[u8], ask: &Ask<'_>) -> Result<Vec<Zero>, Error> {
+    let (zero, wrong) = stream::zeros(who, LabStream::of(readings), ask)?;
     ask.contradicted(&zero)?;
     if !wrong.is_empty() {
         let first: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
@@ -284,7 +261,7 @@ fn filed(
 ) -> Result<Reply, Error> {
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
-    let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest().to_owned());
+    let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest());
     let identity = hash(&format!("{digest}\n{}\n{}", opened.checksum, opened.by));
     let stem = super::stem(readings.unwrap_or(Path::new("")), "readings");
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
