@@ -45,8 +45,7 @@ pub fn run() -> u8 {
     let typed = Args::command().try_get_matches().and_then(|typed| {
         if let Some((name, flags)) = typed.subcommand() {
             reply::to(name);
-            // A report handles `--quiet` itself: its plan is always printed.
-            quiet = name != "report" && matches!(flags.try_get_one("quiet"), Ok(Some(true)));
+            quiet = matches!(flags.try_get_one("quiet"), Ok(Some(true)));
         }
         Args::from_arg_matches(&typed)
     });

@@ -2,11 +2,11 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 use vibrissa::combinations;
-use vibrissa::command::array::ArrayRequest;
+use vibrissa::command::array::LocateRequest;
 use vibrissa::command::{self, Context, of_one_signal};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::answers::Answers;
@@ -20,16 +20,15 @@ use vibrissa::sink::frame::Frame;
 use vibrissa::sink::lab::LabStream;
 use vibrissa::text_file::{Limit, TextFile, unread};
 
-use super::args::Locate;
 use super::interrupt::{self, Patient};
 use super::reply::Reply;
 
 /// Largest number of readings for which the report's answer is printed.
 const ANSWERED: u64 = 100_000;
 
-pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
-    if let Some(array) = &args.array {
-        return command::array::run(&of_array(args, array)?, context);
+pub fn run(args: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    if args.array.is_some() {
+        return command::array::run(args, context);
     }
     let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
@@ -76,35 +75,7 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
 }
 
-/// Readings of several whiskers: with `--array`, the first file is the readings.
-fn of_array(args: &Locate, array: &Path) -> Result<ArrayRequest, InputError> {
-    let misused = |value: String, message: &str| {
-        let allowed = "vibrissa locate --array ARRAY.toml READINGS.csv";
-        InputError::new(message).key("--array").value(value).allowed(allowed)
-    };
-    let readings = match (&args.calibration, &args.readings) {
-        (Some(readings), None) => readings.clone(),
-        (None, _) => return Err(misused("nothing".to_owned(), "the readings are missing")),
-        (Some(_), Some(other)) => {
-            return Err(misused(other.display().to_string(), "the array names the calibrations"));
-        }
-    };
-    Ok(ArrayRequest {
-        array: array.to_owned(),
-        readings: Some(readings),
-        columns: args.columns.clone(),
-        estimator: args.estimator.map(|e| e.name().to_owned()),
-        zero: args.zero.clone(),
-        same_run: args.same_run,
-        same: args.same,
-        object: args.object.clone(),
-        angle_noise: None,
-        base_noise: None,
-        common: args.common.clone(),
-    })
-}
-
-fn by(args: &Locate) -> By<'_> {
+fn by(args: &LocateRequest) -> By<'_> {
     match &args.object {
         Some(column) => By::Column(column),
         None if args.same => By::Same,
@@ -122,7 +93,7 @@ struct Opened {
 }
 
 impl Opened {
-    fn new(args: &Locate, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
+    fn new(args: &LocateRequest, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
         let label = path.display().to_string();
         if Sensor::is_text(text) {
             let best = "nothing: each channel is answered by the best of its own";
@@ -132,8 +103,9 @@ impl Opened {
                 ("--estimator", args.estimator.is_some(), best),
             ])?;
         }
+        let estimator = command::estimator(args.estimator.as_deref())?;
         let trusted = (&*label, text, args.common.force);
-        let mut answers = Answers::open(trusted, args.estimator, args.same_run, &opener(options))?;
+        let mut answers = Answers::open(trusted, estimator, args.same_run, &opener(options))?;
         let (known, checksum, by, warnings) = match &mut answers {
             Answers::Several(several) => {
                 several.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
@@ -231,7 +203,8 @@ impl Source {
         let counts = match self {
             Self::File(bytes) => {
                 let zero = Some(read_zeros(who, &bytes, ask)?);
-                let counts = stream::answer(who, LabStream::of(&*bytes), ask, zero, interrupt::stop(), write)?;
+                let counts =
+                    stream::answer(who, LabStream::of(&*bytes), ask, zero, interrupt::stop(), write)?;
                 return if counts.stopped { nothing("") } else { Ok(counts) };
             }
             Self::Stream(text) => stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?,
@@ -253,7 +226,7 @@ fn read_zeros(who: Answerer<'_>, readings: &[u8], ask: &Ask<'_>) -> Result<Vec<Z
 }
 
 fn filed(
-    args: &Locate,
+    args: &LocateRequest,
     path: &Path,
     opened: &Opened,
     ask: &Ask<'_>,
