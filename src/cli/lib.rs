@@ -11,7 +11,6 @@ mod new;
 pub mod progress;
 mod reply;
 mod say;
-mod terminal;
 
 use clap::{CommandFactory, FromArgMatches};
 
@@ -56,7 +55,7 @@ pub fn run() -> u8 {
     if !quiet {
         gpu::tell(|words| say::warning(words));
     }
-    let context = &Context::new(&terminal::Terminal, quiet);
+    let context = &Context::new(&say::Terminal, quiet);
     let result = match &args.command {
         Command::Help(asked) => return help::run(asked),
         command => command.run(context),

@@ -143,7 +143,8 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
             other => other.map_err(|e| Error::io("stdout", e)),
         }
     };
-    let answered = stream::answer(opened.answers.who(), stdin(), ask, None, interrupt::stop(), &mut write);
+    let answered =
+        stream::answer(opened.answers.who(), stdin(), ask, None, interrupt::stop(false), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
@@ -204,10 +205,10 @@ impl Source {
             Self::File(bytes) => {
                 let zero = Some(read_zeros(who, &bytes, ask)?);
                 let counts =
-                    stream::answer(who, LabStream::of(&*bytes), ask, zero, interrupt::stop(), write)?;
+                    stream::answer(who, LabStream::of(&*bytes), ask, zero, interrupt::stop(false), write)?;
                 return if counts.stopped { nothing("") } else { Ok(counts) };
             }
-            Self::Stream(text) => stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?,
+            Self::Stream(text) => stream::answer(who, text, ask, None, interrupt::stop(true), write)?,
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
     }

@@ -218,7 +218,9 @@ impl Given {
         let wrong = || super::error::run(py, "arrays of other lengths");
         let one = |(k, column): (usize, Column<'_>)| match &column {
             None if k >= 7 => Ok(vec![0.0]),
-            Some(values) if [1, n].contains(&values.len()) => values.to_vec().map_err(|_| wrong()),
+            Some(values) if [1, n].contains(&values.len()) => {
+                values.as_slice().map(<[f64]>::to_vec).map_err(|_| wrong())
+            }
             _ => Err(wrong()),
         };
         let upright = (columns.len()..9).map(|_| None);
