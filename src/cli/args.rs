@@ -1,14 +1,10 @@
 //! The command line.
 
-use std::path::PathBuf;
-
 use clap::{Args as Flags, Parser, Subcommand};
 pub use vibrissa::command::Common;
-use vibrissa::command::{self, Context, Reply, words};
+use vibrissa::command::array::LocateRequest;
+use vibrissa::command::{self, Context, Reply};
 use vibrissa::error::Error;
-use vibrissa::locate::SaidZero;
-use vibrissa::locate::estimator::Estimator;
-use vibrissa::locate::free::Free;
 
 use super::cite::Cite;
 use super::help::{Completions, Help, Man};
@@ -37,7 +33,7 @@ pub enum Command {
     /// Distances from readings, with their uncertainty: a file, or stdin line by line
     // Before taps.
     #[command(display_order = 3)]
-    Locate(Locate),
+    Locate(LocateRequest),
     /// List adapters, their limits and features, and which one `--backend auto` uses
     Devices(Common),
     /// Write a first spec, commented: five questions, or flags
@@ -78,53 +74,3 @@ impl Command {
                   Example: vibrissa schema > spec.schema.json"
 )]
 pub struct Schema {}
-
-/// Distances from readings.
-#[derive(Debug, Flags)]
-#[command(after_help = "Example: vibrissa locate calibration.toml readings.csv --out located")]
-pub struct Locate {
-    /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand); with --array, the file of readings
-    #[arg(required_unless_present = "array")]
-    pub calibration: Option<PathBuf>,
-    /// CSV (comma, semicolon or tab; decimal point or comma) with theta_deg (or delta_mm) and strain (or microstrain,
-    /// bridge_mV_per_V, reading); rows with theta (delta) = 0 are zero readings. stdin if left out or -, where the header may be
-    /// missing (drive, signal in the unit of the calibration) and every line is answered at once on stdout
-    pub readings: Option<PathBuf>,
-    /// Several whiskers: [[whisker]] name, calibration, x, y, z, heading (TOML; mm, degrees) of each; the readings then have a column
-    /// whisker, and contact_deg where the motor was not at 0 at first touch -> points in one frame (docs/contour.md)
-    #[arg(long, value_name = "ARRAY")]
-    pub array: Option<PathBuf>,
-    /// Readings are of a run of the calibration, whose zero and gain are known: without it they are of another one, and σ says so
-    #[arg(long)]
-    pub same_run: bool,
-    /// All readings are taps of one object: after each, the distance that all so far tell together
-    #[arg(long, conflicts_with = "object")]
-    pub same: bool,
-    /// Readings with the same word in this column are taps of one object [default: object, where a file has it]
-    #[arg(long, value_name = "COLUMN")]
-    pub object: Option<String>,
-    /// Readings are recorded along strokes at growing drive, of which each is told as one curve: where the whisker touched, and the
-    /// distance. A column stroke numbers them; else one begins where the drive grows again
-    #[arg(long, conflicts_with_all = ["same", "object", "array"])]
-    pub strokes: bool,
-    /// What a stroke leaves free, so that its interval has all that it may be: zero (that of the sensor, wherever it is), friction=SD of the
-    /// object (about that of the whisker's spec), tilt=SD of its edge in degrees; joined by commas
-    #[arg(long, requires = "strokes", value_name = "WORDS")]
-    pub free: Option<Free>,
-    /// Adds from_95_mm and to_95_mm, the interval that holds the distance with 95 %: σ holds 68 %, and twice σ less than 95 % where few runs
-    /// and positions told what the readings of a new run are worth. Strokes tell it anyway
-    #[arg(long, conflicts_with_all = ["strokes", "array"])]
-    pub interval: bool,
-    /// Answer by this instead of learned
-    #[arg(long, value_parser = words(Estimator::ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
-    pub estimator: Option<Estimator>,
-    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
-    /// must be in the state of the calibration: tared as its signal was, or with their zero (else there is a warning); X,Y of two signals
-    #[arg(long, value_name = "X", allow_hyphen_values = true)]
-    pub zero: Option<SaidZero>,
-    /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
-    #[arg(long, value_name = "ROLE=NAME,…")]
-    pub columns: Option<String>,
-    #[command(flatten)]
-    pub common: Common,
-}

@@ -5,9 +5,7 @@ use std::io::Read;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use vibrissa::error::Error;
 use vibrissa::kernel::gpu::left_behind;
-use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::end_all;
 
 use super::{reply, say};
@@ -21,15 +19,9 @@ static GRACE: AtomicU64 = AtomicU64::new(0);
 /// Value of [`GRACE`] for a run that writes its results after a signal, however long that takes.
 const ENDLESS: u64 = u64::MAX;
 
-/// The flag set by the first signal, for a run that checks it and then ends without output.
-pub fn stop() -> &'static AtomicBool {
-    GRACE.store(1200, Ordering::Relaxed);
-    &STOP
-}
-
-/// Like [`stop`], for a run that then writes what it has.
-pub fn stop_and_keep() -> &'static AtomicBool {
-    GRACE.store(ENDLESS, Ordering::Relaxed);
+/// The flag set by the first signal, for a run that checks it and then ends: without output, or, if it `keeps`, after it has written what it has.
+pub fn stop(keeps: bool) -> &'static AtomicBool {
+    GRACE.store(if keeps { ENDLESS } else { 1200 }, Ordering::Relaxed);
     &STOP
 }
 
@@ -130,11 +122,6 @@ pub fn listen() {
         }
         first();
     });
-}
-
-pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
-    let Some(n) = options.threads else { return Ok(()) };
-    rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
 }
 
 pub struct Patient<R>(pub R);

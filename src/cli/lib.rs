@@ -11,7 +11,6 @@ mod new;
 pub mod progress;
 mod reply;
 mod say;
-mod terminal;
 
 use clap::{CommandFactory, FromArgMatches};
 
@@ -45,8 +44,7 @@ pub fn run() -> u8 {
     let typed = Args::command().try_get_matches().and_then(|typed| {
         if let Some((name, flags)) = typed.subcommand() {
             reply::to(name);
-            // A report handles `--quiet` itself: its plan is always printed.
-            quiet = name != "report" && matches!(flags.try_get_one("quiet"), Ok(Some(true)));
+            quiet = matches!(flags.try_get_one("quiet"), Ok(Some(true)));
         }
         Args::from_arg_matches(&typed)
     });
@@ -57,7 +55,7 @@ pub fn run() -> u8 {
     if !quiet {
         gpu::tell(|words| say::warning(words));
     }
-    let context = &Context::new(&terminal::Terminal, quiet);
+    let context = &Context::new(&say::Terminal, quiet);
     let result = match &args.command {
         Command::Help(asked) => return help::run(asked),
         command => command.run(context),

@@ -2,34 +2,33 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 use vibrissa::combinations;
-use vibrissa::command::array::ArrayRequest;
+use vibrissa::command::array::LocateRequest;
 use vibrissa::command::{self, Context, of_one_signal};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::answers::Answers;
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
-use vibrissa::measure::{Names, zero};
+use vibrissa::measure::{Names, zero::Zero};
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Hashing, Question, hash};
+use vibrissa::sink::folder::{Question, hash};
 use vibrissa::sink::frame::Frame;
 use vibrissa::sink::lab::LabStream;
-use vibrissa::text_file::{Limit, TextFile, refused, unread};
+use vibrissa::text_file::{Limit, TextFile, unread};
 
-use super::args::Locate;
 use super::interrupt::{self, Patient};
 use super::reply::Reply;
 
 /// Largest number of readings for which the report's answer is printed.
 const ANSWERED: u64 = 100_000;
 
-pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
-    if let Some(array) = &args.array {
-        return command::array::run(&of_array(args, array)?, context);
+pub fn run(args: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    if args.array.is_some() {
+        return command::array::run(args, context);
     }
     let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
@@ -76,35 +75,7 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
 }
 
-/// Readings of several whiskers: with `--array`, the first file is the readings.
-fn of_array(args: &Locate, array: &Path) -> Result<ArrayRequest, InputError> {
-    let misused = |value: String, message: &str| {
-        let allowed = "vibrissa locate --array ARRAY.toml READINGS.csv";
-        InputError::new(message).key("--array").value(value).allowed(allowed)
-    };
-    let readings = match (&args.calibration, &args.readings) {
-        (Some(readings), None) => readings.clone(),
-        (None, _) => return Err(misused("nothing".to_owned(), "the readings are missing")),
-        (Some(_), Some(other)) => {
-            return Err(misused(other.display().to_string(), "the array names the calibrations"));
-        }
-    };
-    Ok(ArrayRequest {
-        array: array.to_owned(),
-        readings: Some(readings),
-        columns: args.columns.clone(),
-        estimator: args.estimator.map(|e| e.name().to_owned()),
-        zero: args.zero.clone(),
-        same_run: args.same_run,
-        same: args.same,
-        object: args.object.clone(),
-        angle_noise: None,
-        base_noise: None,
-        common: args.common.clone(),
-    })
-}
-
-fn by(args: &Locate) -> By<'_> {
+fn by(args: &LocateRequest) -> By<'_> {
     match &args.object {
         Some(column) => By::Column(column),
         None if args.same => By::Same,
@@ -122,7 +93,7 @@ struct Opened {
 }
 
 impl Opened {
-    fn new(args: &Locate, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
+    fn new(args: &LocateRequest, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
         let label = path.display().to_string();
         if Sensor::is_text(text) {
             let best = "nothing: each channel is answered by the best of its own";
@@ -132,8 +103,9 @@ impl Opened {
                 ("--estimator", args.estimator.is_some(), best),
             ])?;
         }
+        let estimator = command::estimator(args.estimator.as_deref())?;
         let trusted = (&*label, text, args.common.force);
-        let mut answers = Answers::open(trusted, args.estimator, args.same_run, &opener(options))?;
+        let mut answers = Answers::open(trusted, estimator, args.same_run, &opener(options))?;
         let (known, checksum, by, warnings) = match &mut answers {
             Answers::Several(several) => {
                 several.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
@@ -171,7 +143,8 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
             other => other.map_err(|e| Error::io("stdout", e)),
         }
     };
-    let answered = stream::answer(opened.answers.who(), stdin(), ask, None, interrupt::stop(), &mut write);
+    let answered =
+        stream::answer(opened.answers.who(), stdin(), ask, None, interrupt::stop(false), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
@@ -201,7 +174,7 @@ fn some(label: &str, lines: u64) -> Result<(), InputError> {
 }
 
 enum Source {
-    File(PathBuf, String),
+    File(Vec<u8>),
     Stream(LabStream<'static>),
 }
 
@@ -212,16 +185,12 @@ impl Source {
         if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
             return Ok(Self::Stream(LabStream::of(Patient(file))));
         }
-        let label = path.display().to_string();
-        // A file that is not text is refused early.
-        let text = TextFile::new(file, &label, "readings", Limit::AnyLines);
-        let digest = Hashing::new(text).end();
-        let digest = digest.map_err(|e| refused(e).map_or_else(|e| Error::io(path, e), Error::from))?;
-        Ok(Self::File(path.to_owned(), digest))
+        let text = TextFile::new(file, &path.display().to_string(), "readings", Limit::AnyLines);
+        Ok(Self::File(text.bytes()?))
     }
 
-    fn digest(&self) -> &str {
-        if let Self::File(_, digest) = self { digest } else { "" }
+    fn digest(&self) -> String {
+        if let Self::File(bytes) = self { hash(bytes) } else { String::new() }
     }
 
     /// A stream cannot be read again, so its answers are kept after a signal.
@@ -233,38 +202,20 @@ impl Source {
     ) -> Result<stream::Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
-            Self::File(path, digest) => {
-                let zero = read_zeros(who, (&path, &digest), ask)?;
-                let mut input = Hashing::new(Patient(open(&path)?));
-                let text = LabStream::of(&mut input);
-                let counts = stream::answer(who, text, ask, Some(zero), interrupt::stop(), write)?;
-                let kept = unchanged(&path, input, &digest);
-                return if counts.stopped { nothing("") } else { kept.map(|()| counts) };
+            Self::File(bytes) => {
+                let zero = Some(read_zeros(who, &bytes, ask)?);
+                let counts =
+                    stream::answer(who, LabStream::of(&*bytes), ask, zero, interrupt::stop(false), write)?;
+                return if counts.stopped { nothing("") } else { Ok(counts) };
             }
-            Self::Stream(text) => stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?,
+            Self::Stream(text) => stream::answer(who, text, ask, None, interrupt::stop(true), write)?,
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
     }
 }
 
-/// Fails if the file at `path` does not have this hash any more, unless a signal ended the reading.
-fn unchanged(path: &Path, input: Hashing<Patient<File>>, digest: &str) -> Result<(), Error> {
-    let found = input.end().map_err(|e| Error::io(path, e))?;
-    if found == digest || interrupt::asked() {
-        return Ok(());
-    }
-    let why = "these readings were changed while they were read; no result was written";
-    Err(Error::Run(format!("{}: {why}", path.display())))
-}
-
-fn read_zeros(
-    who: Answerer<'_>,
-    (path, digest): (&Path, &str),
-    ask: &Ask<'_>,
-) -> Result<Vec<zero::Zero>, Error> {
-    let mut input = Hashing::new(Patient(open(path)?));
-    let (zero, wrong) = stream::zeros(who, LabStream::of(&mut input), ask)?;
-    unchanged(path, input, digest)?;
+fn read_zeros(who: Answerer<'_>, readings: &[u8], ask: &Ask<'_>) -> Result<Vec<Zero>, Error> {
+    let (zero, wrong) = stream::zeros(who, LabStream::of(readings), ask)?;
     ask.contradicted(&zero)?;
     if !wrong.is_empty() {
         let first: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
@@ -276,7 +227,7 @@ fn read_zeros(
 }
 
 fn filed(
-    args: &Locate,
+    args: &LocateRequest,
     path: &Path,
     opened: &Opened,
     ask: &Ask<'_>,
@@ -284,7 +235,7 @@ fn filed(
 ) -> Result<Reply, Error> {
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
-    let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest().to_owned());
+    let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest());
     let identity = hash(&format!("{digest}\n{}\n{}", opened.checksum, opened.by));
     let stem = super::stem(readings.unwrap_or(Path::new("")), "readings");
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");

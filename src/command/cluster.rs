@@ -10,7 +10,7 @@ use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::plan::Plan;
 use crate::scene::{BackendChoice, Precision, RunOptions};
-use crate::sink::folder::{Folder, Question, Written};
+use crate::sink::folder::Question;
 use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::spec;
@@ -77,31 +77,30 @@ pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error
         ("@TRIES@", TRIES.to_string()),
     ];
     let of = json!({ "system": asked.system, "shards": asked.shards, "at_a_time": asked.at_a_time });
-    let question = Question {
-        inputs: [spec.inputs.clone(), context.inputs()].concat(),
-        ..Question::new("cluster", &spec.name, of.clone())
-    };
+    let question =
+        Question { inputs: spec.inputs.clone(), ..Question::new("cluster", &spec.name, of.clone()) };
     let [taps, designs, parts] = [plan.taps, plan.designs, asked.shards.into()].map(grouped);
     let each = rough(plan.taps as f64 / f64::from(asked.shards));
     let parts = format!("{taps} taps of {designs} designs in {parts} parts, about {each} taps each");
     if asked.common.plan {
         return Ok(Reply::planned(out, |to| format!("{parts}\njob scripts would go to {to}")));
     }
-    let mut folder = Folder::open(&out, question, &SCRIPTS.map(|(name, _)| name), asked.common.force)?;
-    for (name, template) in SCRIPTS {
-        folder.put(name, filled(template, &fill).as_bytes())?;
-    }
-    let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": of });
-    folder.run_json(&run_json::document("cluster", run_json::spec(&spec), body))?;
-    let Written { files, removed } = folder.finish()?;
-    let (wrote, submit) = (listed(&files), out.join("submit.sh"));
+    let submit = out.join("submit.sh");
     let bash = quoted(&submit)?;
+    let names = SCRIPTS.map(|(name, _)| name);
+    let mut destination = context.open(&out, question, &names, Some(asked.common.force))?;
+    for (name, template) in SCRIPTS {
+        destination.put(name, filled(template, &fill).into_bytes())?;
+    }
+    let body = json!({ "in_force": Value::Null, "cluster": of });
+    let result = json!({ "submit": submit.display().to_string(), "merged": whole.display().to_string() });
+    let reply = Reply { result, seconds: json!({ "total": 0.0 }), ..Reply::default() };
+    let reply = reply.filed(destination, run_json::spec(&spec), body, context)?;
+    let wrote = listed(&reply.files);
     let text = format!(
         "{parts}\nwrote {wrote}\nlook at time, memory and partition in part.sbatch, then: bash {bash}\n"
     );
-    let result = json!({ "submit": submit.display().to_string(), "merged": whole.display().to_string() });
-    let quiet = context.is_quiet();
-    Ok(Reply { text, out: Some(out), files, result, quiet, ..Reply::default() }.removing(&removed))
+    Ok(Reply { text, ..reply })
 }
 
 fn flags(common: &Common, whole: &Path) -> Result<String, Error> {

@@ -3,19 +3,19 @@
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use serde_json::{Value, json};
 
 use super::Common;
 use crate::backend::{Backend, Choice};
-use crate::error::{Error, InputError, SolveError};
+use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::locate::Calibration;
 use crate::measure::Data;
 use crate::optimise::{Watch, report};
-use crate::progress::Progress;
+use crate::progress::{Progress, go_on};
 use crate::scene::{COLUMNS, Column, RunOptions, Setup, Space, Spec};
 use crate::sink::folder::{Folder, Question};
 use crate::sink::frame::Frame;
@@ -287,10 +287,7 @@ impl<'a> Context<'a> {
     }
 
     pub fn go_on(&self) -> Result<(), Error> {
-        match self.host.stop(false).load(Ordering::Relaxed) {
-            true => Err(SolveError::Stopped.into()),
-            false => Ok(()),
-        }
+        Ok(go_on(self.host.stop(false))?)
     }
 }
 

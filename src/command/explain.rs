@@ -10,7 +10,8 @@ use crate::census::effect::Effect;
 use crate::census::explain::{Change, Explained, Explanation, Verdict, explain};
 use crate::census::tap_json;
 use crate::error::{Error, InputError};
-use crate::scene::{BackendChoice, Drive, Precision, RunOptions, Spec};
+use crate::scene::{BackendChoice, Drive, RunOptions, Spec};
+use crate::tap::few;
 
 /// Tolerances judged where none is given.
 const LEAVE_OFF: [f64; 3] = [1e-4, 1e-3, 1e-2];
@@ -29,16 +30,7 @@ pub fn run(
         return Err(InputError::new(why).key("--explain").allowed("one number each").into());
     }
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
-    let options = if free {
-        let precision = options.precision.or(Some(Precision::F64));
-        RunOptions { backend: Some(BackendChoice::Cpu), precision, ..options.clone() }
-    } else {
-        options.clone()
-    };
-    let mut choice = Choice::new(&options)?;
-    if free {
-        choice.backend.reason = "few taps".into();
-    }
+    let choice = if free { few(options) } else { Choice::new(options) }?;
     let tolerances = tolerances(leave_off, choice.backend.tolerance.unwrap_or(0.0))?;
     let found = explain(&spec.study, &choice, &tolerances)?;
     Ok(Reply {

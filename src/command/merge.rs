@@ -34,14 +34,7 @@ pub fn run(asked: &MergeRequest, context: &Context<'_>) -> Result<Reply, Error> 
     context.warn_all(&report.warnings);
     let (run, parts) = (&report.run, report.run["parts"].as_array().map_or(0, Vec::len));
     let n = |key: &str| grouped(run["counts"][key].as_u64().unwrap_or(0));
-    let searched = run["command"] == "optimise";
-    let mut text = match searched {
-        true => format!("{parts} searches of {} evaluations", n("evaluations")),
-        false => format!("{parts} parts of {} taps", n("taps")),
-    };
-    if searched {
-        let _ = write!(text, "; best {:.6e}", run["result"]["value"].as_f64().unwrap_or(f64::NAN));
-    }
+    let mut text = format!("{parts} parts of {} taps", n("taps"));
     if run["counts"]["kept_rows"].is_u64() {
         let _ = write!(text, ", kept {} of {} complete rows", n("kept_rows"), n("complete_rows"));
     }

@@ -129,7 +129,7 @@ pub enum Command {
     Report(report::ReportRequest),
     /// Readings of several whiskers as points in one frame: `locate --array`
     #[command(skip)]
-    Array(array::ArrayRequest),
+    Array(array::LocateRequest),
 }
 
 impl Command {

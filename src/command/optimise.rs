@@ -7,7 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, folder, grouped, number, shard, where_and_why, with_model_error};
+use super::{Common, Context, Reply, folder, grouped, number, where_and_why, with_model_error};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
@@ -19,7 +19,6 @@ use crate::plan::pays;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{RunOptions, Spec};
 use crate::sink::folder::Question;
-use crate::sink::shard::Shard;
 use crate::sink::table::drive_unit;
 use crate::spec;
 
@@ -31,11 +30,6 @@ const KEPT: &str = "interrupted; the best so far is written";
 pub struct OptimiseRequest {
     /// The spec: whisker, gauge, tap, model, and [optimise] with objective, variables and limits
     pub spec: PathBuf,
-    /// Run search i of n, with the seed of the spec + i − 1 and the whole budget, into <out>/shard-i-of-n; `vibrissa merge` joins them to the
-    /// best design and one front. `slurm`: read i from the Slurm array task
-    #[arg(long, value_name = "i/n", value_parser = shard)]
-    #[serde(skip)]
-    pub shard: Option<Shard>,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the ranges of the variables: measured
     /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
@@ -46,15 +40,9 @@ pub struct OptimiseRequest {
 }
 
 pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let (mut spec, mut search) = context.read(&asked.spec, "spec", spec::parse_search)?;
-    if let Some(shard) = asked.shard {
-        search.seed = search.seed.wrapping_add(u64::from(shard.index) - 1);
-        let seed = spec.in_force.iter_mut().find(|(key, ..)| key == "optimise.seed");
-        seed.into_iter().for_each(|(_, value, _)| *value = search.seed.to_string());
-    }
+    let (mut spec, search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "optimise");
-    let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let work = pays::of_search(&search, &spec.study.space, &spec.study.setup, &options);
     let choice = Choice::for_work(&options, work)?;
     let bound = context.model_error(asked.model_error, &spec, &choice)?;

@@ -99,15 +99,12 @@ impl Reply {
         (seconds, quiet): (f64, bool),
     ) -> Self {
         let text = self.text + &format!("wrote {} in {seconds:.2} s\n", listed(&files));
-        Self { text, out: Some(out), files, quiet, ..self }.removing(&removed)
-    }
-
-    pub fn removing(mut self, files: &[PathBuf]) -> Self {
-        if !files.is_empty() {
-            self.result["removed"] = files.iter().map(|p| p.display().to_string()).collect();
-            self.removed = files.to_vec();
+        let mut reply = Self { text, out: Some(out), files, quiet, ..self };
+        if !removed.is_empty() {
+            reply.result["removed"] = removed.iter().map(|p| p.display().to_string()).collect();
+            reply.removed = removed;
         }
-        self
+        reply
     }
 }
 

@@ -16,14 +16,11 @@ use crate::sink::folder::{Folder, Question};
 /// Figures and a page of a result.
 #[derive(Debug, Flags, Deserialize)]
 #[command(
-    after_help = "Example: vibrissa sweep sweeps/prototypes.toml && vibrissa report results/prototypes"
+    after_help = "Here --out is DIR/report by default, and --force draws also a result that was changed since it was written. Example: vibrissa sweep sweeps/prototypes.toml && vibrissa report results/prototypes"
 )]
 pub struct ReportRequest {
     /// Folder of a result of sweep, optimise, tap, calibrate, locate, bench, verify or shape
     pub dir: PathBuf,
-    /// Folder for the report [default: DIR/report]
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
     /// Formats of the figures, separated by commas; the page has its own
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', default_value = "svg,png,pdf", value_parser = named(Format::WORDS))]
     pub figures: Vec<String>,
@@ -36,26 +33,14 @@ pub struct ReportRequest {
     /// TrueType font file of the figures [default: DejaVu Sans, built in]
     #[arg(long, value_name = "FILE")]
     pub font: Option<PathBuf>,
-    /// Draw also a result that was changed since it was written; write also over another report or beside other files
-    #[arg(long)]
-    pub force: bool,
-    /// List the figures that would be drawn; write nothing
-    #[arg(long)]
-    #[serde(skip)]
-    pub plan: bool,
-    /// No notes, no summary
-    #[arg(long)]
-    #[serde(skip)]
-    pub quiet: bool,
-    /// One JSON object on stdout and nothing else
-    #[arg(long)]
-    #[serde(skip)]
-    pub json: bool,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
 }
 
 pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let (quiet, json) = (asked.quiet, asked.json);
-    context.prepared(&Common { quiet, json, ..Common::default() }, None)?;
+    let Common { out, force, plan, .. } = &asked.common;
+    context.prepared(&asked.common, None)?;
     let keys = ["--width", "--font-size"];
     let style = Style::asked(asked.width, asked.font_size, asked.font.as_deref(), keys)?;
     let format = |word: &String| meant(("word", "--figures"), Some(word), &Format::WORDS);
@@ -63,12 +48,12 @@ pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error>
     let mut formats: Vec<Format> = formats.into_iter().flatten().collect();
     formats.sort();
     formats.dedup();
-    let out = asked.out.clone().unwrap_or_else(|| asked.dir.join("report"));
-    let source = Source::open(&asked.dir, asked.force)?;
+    let out = out.clone().unwrap_or_else(|| asked.dir.join("report"));
+    let source = Source::open(&asked.dir, *force)?;
     let content = report::content(&source)?;
     let names: Vec<&str> = content.figures.iter().map(|f| f.name.as_str()).collect();
     let (command, name, n, listed) = (&source.command, &source.name, names.len(), names.join(", "));
-    if asked.plan {
+    if *plan {
         let (page, to) = (report::PAGE, out.display());
         let text =
             format!("{command} of {name}: {page} and {n} figures to {to} ({listed}); nothing was written\n");
@@ -88,7 +73,7 @@ pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error>
     let inputs = source.inputs()?.into_iter().chain(style.font.file.clone()).collect();
     let question = Question { inputs, ..Question::new("report", name.clone(), of) };
     let written: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    let folder = Folder::open(&out, question, &written, asked.force)?;
+    let folder = Folder::open(&out, question, &written, *force)?;
     let mut destination = Destination { command: "report", out, folder: Some(folder), kept: Vec::new() };
     files.into_iter().try_for_each(|(name, bytes)| destination.put(&name, bytes))?;
     let figure = |f: &Figure| json!({ "name": f.name, "title": f.title, "caption": f.caption });

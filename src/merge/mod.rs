@@ -1,12 +1,11 @@
 //! Joins the parts of a sweep to the tables of the whole, byte for byte. Each part holds whole designs in the order of the whole, so most tables are
 //! the parts in sequence. Rows of a tuple file interleave, and ranked rows compete: their parts store the position of each row
 //! ([`Place`](crate::sweep::Place)), and the number of a chart's candidates to solve is decided here. No tap is solved; memory holds positions, not
-//! rows. Searches with different seeds are joined to their best design and one front.
+//! rows.
 
 mod order;
 mod part;
 mod record;
-mod search;
 mod source;
 
 use std::path::{Path, PathBuf};
@@ -33,33 +32,28 @@ pub struct Report {
     pub seconds: f64,
 }
 
-/// Joins the parts or searches in `folders` or their subfolders into `out` (by default their common parent).
+/// Joins the parts in `folders` or their subfolders into `out` (by default their common parent).
 /// Errors: missing, unfinished, edited or repeated parts; parts of another sweep or version; a folder that holds something else.
 pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Report, Error> {
     let start = Instant::now();
     let (parts, out) = found(folders, out)?;
-    let lead = if parts[0].is_search() { search::best(&parts) } else { &parts[0] };
-    let mut run = record::whole(&parts, lead, &out);
+    let mut run = record::whole(&parts, &out);
     let names: Vec<&str> =
-        lead.listed.iter().map(|file| file.name.as_str()).filter(|name| *name != PLACES).collect();
+        parts[0].listed.iter().map(|file| file.name.as_str()).filter(|name| *name != PLACES).collect();
     // Same question as a run without shards.
-    let mut asked = lead.run["asked"].clone();
+    let mut asked = parts[0].run["asked"].clone();
     asked.as_object_mut().map(|asked| asked.shift_remove("shard"));
     let inputs = parts.iter().flat_map(Part::files).collect();
-    let command = if lead.is_search() { "optimise" } else { "sweep" };
-    let question = Question::new(command, lead.run["name"].as_str().unwrap_or_default(), asked);
+    let question = Question::new("sweep", parts[0].run["name"].as_str().unwrap_or_default(), asked);
     let question = Question { inputs, in_force: run["in_force"].clone(), ..question };
     let mut folder = Folder::open(&out, question, &names, force)?;
-    let joined = match lead.is_search() {
-        true => search::joined(&parts, lead, &mut folder, &mut run),
-        false => joined(&parts, &mut folder, &mut run),
-    };
+    let joined = joined(&parts, &mut folder, &mut run);
     // If joining failed, an edited part is the better reason.
     part::unedited(&parts)?;
     joined?;
     record::timed(&mut run, start.elapsed().as_secs_f64());
     folder.run_json(&run)?;
-    let warnings = if lead.is_search() { Vec::new() } else { part::differences(&parts) };
+    let warnings = part::differences(&parts);
     let Written { files, removed } = folder.finish()?;
     Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })
 }

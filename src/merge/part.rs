@@ -1,4 +1,4 @@
-//! Parts on the disk, and checks that they belong to one sweep, or to searches of one spec.
+//! Parts on the disk, and checks that they belong to one sweep.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::search::{seed_of_first, values};
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Listed, WORK, hash_file, is_sealed, listed, names_in, open_of_result, read_run};
 use crate::sink::format::TableFormat;
@@ -24,10 +23,6 @@ pub(super) struct Part {
 }
 
 impl Part {
-    pub fn is_search(&self) -> bool {
-        self.run["command"] == "optimise"
-    }
-
     pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
         let names = self.listed.iter().map(|file| file.name.as_str()).chain(["run.json"]);
         names.map(|name| self.folder.join(name))
@@ -137,28 +132,19 @@ const SAME: [(&str, &str); 8] = [
     ("/spec/hash", "text of the spec, though its values are the same"),
 ];
 
-/// Fails unless all parts have the same command, spec, version and backend; seeds of searches may differ by their numbers.
+/// Fails unless all parts have the same spec, version and backend.
 fn of_one_question(parts: &[Part]) -> Result<(), Error> {
     let first = &parts[0];
     for part in &parts[1..] {
-        let other = |what: &str| {
-            let why = format!("this part and {} are of another {what}", first.folder.display());
-            Err(refuse(&part.folder, why, "parts of one spec, version, backend, precision and tolerance"))
-        };
-        if part.is_search() != first.is_search() {
-            return other("command");
-        }
-        if first.is_search() && values(first) != values(part) {
-            return other("spec (values in force)");
-        }
-        if first.is_search() && seed_of_first(first) != seed_of_first(part) {
-            return other("row of seeds");
-        }
         let null = Value::Null;
         let of = |part: &Part, place: &str| part.run.pointer(place).unwrap_or(&null).clone();
         let differs = |(place, _): &&(&str, &str)| of(first, place) != of(part, place);
         if let Some((place, what)) = SAME.iter().find(differs) {
-            return other(&format!("{what}: {} and {}", of(part, place), of(first, place)));
+            let (here, there) = (of(part, place), of(first, place));
+            let other = first.folder.display();
+            let why = format!("this part and {other} are of another {what}: {here} and {there}");
+            let allowed = "parts of one spec, version, backend, precision and tolerance";
+            return Err(refuse(&part.folder, why, allowed));
         }
     }
     Ok(())
@@ -175,15 +161,9 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     })?;
     let run: Value = serde_json::from_str(&text).unwrap_or_default();
     let number = |key: &str| run["shard"][key].as_u64();
-    let (what, is_own) = match run["command"] == "optimise" {
-        true => ("a finished search", run["result"]["value"].is_number()),
-        false => {
-            let own = [Some(shard.index.into()), Some(shard.of.into())] == ["index", "of"].map(number);
-            ("a sweep", own && run["command"] == "sweep" && run["name"].is_string())
-        }
-    };
-    if !is_own {
-        return Err(refuse(folder, format!("its run.json is not that of part {shard} of {what}"), &again));
+    let own = [Some(shard.index.into()), Some(shard.of.into())] == ["index", "of"].map(number);
+    if !own || run["command"] != "sweep" || !run["name"].is_string() {
+        return Err(refuse(folder, format!("its run.json is not that of part {shard} of a sweep"), &again));
     }
     // Its counts go into the whole, so it must be unedited.
     let Some(listed) = listed(&run).filter(|_| is_sealed(&text, &run)) else {

@@ -5,17 +5,13 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::part::Part;
-use super::search::seed;
 
-const SUMS: [(&str, &str); 15] = [
+const SUMS: [(&str, &str); 12] = [
     ("counts", "taps"),
     ("counts", "solved"),
     ("counts", "interpolated"),
     ("counts", "referred"),
     ("counts", "complete_rows"),
-    ("counts", "evaluations"),
-    ("counts", "evaluations_sensitivity"),
-    ("counts", "starts"),
     ("counts", "status"),
     ("counts", "combinations"),
     ("model_error", "taps_by_full_model"),
@@ -26,9 +22,9 @@ const SUMS: [(&str, &str); 15] = [
 ];
 const LARGEST: [(&str, &str); 2] = [("counts", "sweeps_max"), ("material_fit", "largest_gauge_strain")];
 
-/// The run.json of the whole, with shared entries from `lead`; row counts and the time of the merge are added later.
-pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
-    let mut run = lead.run.clone();
+/// The run.json of the whole, with shared entries from the first part; row counts and the time of the merge are added later.
+pub(super) fn whole(parts: &[Part], out: &Path) -> Value {
+    let mut run = parts[0].run.clone();
     for (group, key) in SUMS.into_iter().chain(LARGEST) {
         let values = parts.iter().map(|part| &part.run[group][key]).filter(|x| !x.is_null()).cloned();
         let both = if LARGEST.contains(&(group, key)) { larger } else { sum };
@@ -36,13 +32,11 @@ pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
             run[group][key] = all;
         }
     }
-    if !lead.is_search() {
-        // Mean over the parts, weighted by their solved taps.
-        let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
-        let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
-        let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();
-        run["counts"]["sweeps_mean"] = (if solved > 0.0 { spent / solved } else { 0.0 }).into();
-    }
+    // Mean over the parts, weighted by their solved taps.
+    let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
+    let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
+    let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();
+    run["counts"]["sweeps_mean"] = (if solved > 0.0 { spent / solved } else { 0.0 }).into();
     if !run["material_fit"].is_null() {
         let within = |part: &Part| part.run["material_fit"]["within_data_range"] != false;
         run["material_fit"]["within_data_range"] = parts.iter().all(within).into();
@@ -62,7 +56,7 @@ pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
     }
     // Entries of one device stay with its part.
     run["backend"].as_object_mut().map(|backend| backend.shift_remove("device"));
-    run["parts"] = parts.iter().map(|part| described(part, std::ptr::eq(part, lead))).collect();
+    run["parts"] = parts.iter().map(described).collect();
     run
 }
 
@@ -87,15 +81,9 @@ fn sum(a: &Value, b: &Value) -> Value {
     }
 }
 
-fn described(part: &Part, lead: bool) -> Value {
+fn described(part: &Part) -> Value {
     let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
     let (seconds, files, counts) = (&run["seconds"]["total"], &run["files"], &run["counts"]);
-    if part.is_search() {
-        return json!({
-            "folder": folder, "part": shard, "seed": seed(part), "value": run["result"]["value"], "best": lead,
-            "evaluations": counts["evaluations"], "seconds": seconds, "files": files,
-        });
-    }
     json!({
         "folder": folder, "part": shard, "designs": run["shard"]["designs"], "backend": run["backend"], "taps": counts["taps"],
         "handed_over": run["handed_over"], "seconds": seconds, "files": files,

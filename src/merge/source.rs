@@ -81,7 +81,10 @@ impl Source {
                     };
                 }
                 *taken += 1;
-                if wanted { sheet.copy(group, *taken - 1..*taken) } else { Ok(()) }
+                match sheet {
+                    Sheet::Parquet(writer) if wanted => writer.write(group, *taken - 1..*taken),
+                    _ => Ok(()),
+                }
             }
         }
     }
@@ -102,7 +105,7 @@ impl Source {
             Rows::Parquet { reader, .. } => {
                 while let Some(group) = reader.next_group()? {
                     rows += group.len() as u64;
-                    sheet.copy(&group, 0..group.len())?;
+                    sheet.write(&[group])?;
                 }
                 Ok(rows)
             }

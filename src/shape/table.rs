@@ -1,15 +1,15 @@
 //! `shape.csv` and `contacts.csv`.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 
 use super::{Node, Shape, shape};
 use crate::census::Taps;
 use crate::design::Design;
-use crate::error::{Error, InputError, SolveError};
+use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Outcome};
-use crate::progress::Progress;
+use crate::progress::{Progress, go_on};
 use crate::scene::{DirectionColumns, Layout, Setup, Space, Spec, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
@@ -38,9 +38,7 @@ pub fn tables(
     let [mut sections, mut contacts] = ["shape", "contacts"].map(|table| heading(table).frame_for(setup));
     let mut shapes = 0;
     for (i, ((design, task), outcome)) in designs.iter().zip(&tasks).zip(&outcomes).enumerate() {
-        if stop.load(Ordering::Relaxed) {
-            return Err(SolveError::Stopped.into());
-        }
+        go_on(stop)?;
         let bent = shape(setup, design, task, outcome, nodes);
         shapes += usize::from(bent.is_some());
         for node in bent.iter().flat_map(|shape| &shape.nodes) {

@@ -166,7 +166,7 @@ impl Search<'_> {
         let easy = (designs - hard.len() as u64) * self.layout.block();
         run.reached.counts.taps += easy;
         run.reached.counts.interpolated += easy;
-        rank(run, self.taps, (&hard, &[]))?;
+        rank(run, self.taps, &hard)?;
         run.show(0);
         bound(&mut run.reached.found, self.ranker.keep());
         run.complete(designs, (run.designs.end - run.designs.start, "designs"))

@@ -207,35 +207,38 @@ impl<'g> Reduced<'g> {
         (0..self.strokes.len()).filter_map(row).collect()
     }
 
-    fn put<'r>(&'r self, columns: &Columns<'_, 'r>, n: usize, frame: &mut Frame) -> Result<(), Error> {
-        match columns {
-            Columns::Tuples(columns) => {
-                let tap = (&self.outcomes[n], &self.estimates[n]);
-                frame.row(columns.fields(&TapRow::of(&self.reduction, self.design, self.at(n).1, tap)))
-            }
-            Columns::Designs(columns) => frame.row(columns.fields(&self.stroke(n))),
-            Columns::Distances(columns) => {
-                let (design, unit) = (self.distances[n], self.reduction.unit());
-                frame.row(columns.fields(&AtDistance { design, row: &self.reduction.distances[n], unit }))
-            }
-        }
+    fn tap(&self, n: usize) -> TapRow<'_> {
+        TapRow::of(&self.reduction, self.design, self.at(n).1, (&self.outcomes[n], &self.estimates[n]))
     }
-}
 
-enum Columns<'s, 'r> {
-    Tuples(Chosen<'s, TapRow<'r>>),
-    Designs(Chosen<'s, AtDrive>),
-    Distances(Chosen<'s, AtDistance<'r>>),
-}
+    fn distance(&self, n: usize) -> AtDistance<'_> {
+        let (design, unit) = (self.distances[n], self.reduction.unit());
+        AtDistance { design, row: &self.reduction.distances[n], unit }
+    }
 
-impl<'s> Columns<'s, '_> {
-    fn of(table: Table, setup: &'s Setup) -> Self {
+    /// The tap and the stroke of row `n` of a table, or its first ones.
+    fn place(&self, table: Table, n: u32) -> (u32, u32) {
         match table {
-            Table::Tuples => Self::Tuples(TapRow::chosen(setup)),
-            Table::Designs => Self::Designs(AtDrive::chosen(setup)),
-            Table::Distances => Self::Distances(AtDistance::chosen(setup)),
+            Table::Tuples => (n, self.places.of[n as usize].1),
+            Table::Designs => (self.places.strokes[n as usize], n),
+            Table::Distances => (self.places.distances[n as usize], 0),
         }
     }
+}
+
+/// The `rows` of a table in pieces, made in parallel.
+fn pieces<R>(
+    empty: &Frame,
+    columns: &Chosen<'_, R>,
+    rows: &[(u32, u32)],
+    row: impl Fn(usize, usize) -> R + Sync,
+) -> Result<Vec<Frame>, Error> {
+    let piece = |rows: &[(u32, u32)]| {
+        let mut made = empty.like();
+        rows.iter().try_for_each(|&(d, n)| made.row(columns.fields(&row(d as usize, n as usize))))?;
+        Ok(made)
+    };
+    rows.par_chunks(PIECE).map(piece).collect()
 }
 
 fn write(
@@ -250,45 +253,34 @@ fn write(
             Table::Designs => one.strokes.len(),
             Table::Distances => one.distances.len(),
         };
-        let is_kept = move |n: &usize| {
-            let stroke = || (one.number, one.places.of[*n].1);
+        let is_kept = move |n: &u32| {
+            let stroke = || (one.number, one.place(table, *n).1);
             table != Table::Tuples || kept.is_none_or(|kept| kept.binary_search(&stroke()).is_ok())
         };
-        (0..n).filter(is_kept).map(move |n| (d as u32, n as u32))
+        (0..n as u32).filter(is_kept).map(move |n| (d as u32, n))
     });
     let mut rows: Vec<(u32, u32)> = rows.collect();
     // Row in the list, or its first one.
     let first = |&(d, n): &(u32, u32)| {
         let one = &all[d as usize];
-        let tap = match table {
-            Table::Tuples => n,
-            Table::Designs => one.places.strokes[n as usize],
-            Table::Distances => one.places.distances[n as usize],
-        };
-        taps.row(one.number, tap)
+        taps.row(one.number, one.place(table, n).0)
     };
     if !taps.in_order() {
         rows.par_sort_unstable_by_key(first);
     }
     let place = |row: &(u32, u32)| {
         let (one, n) = (&all[row.0 as usize], row.1);
-        let stroke = match table {
-            Table::Tuples => one.places.of[n as usize].1,
-            Table::Designs => n,
-            Table::Distances => 0,
-        };
         let order = first(row).map_or((0, one.number, n), |row| (0, row, 0));
-        Place { table, of: (one.number, stroke), order, charted: f32::NAN }
+        Place { table, of: (one.number, one.place(table, n).1), order, charted: f32::NAN }
     };
     let setup = &run.study.setup;
-    let (columns, empty) = (Columns::of(table, setup), table.heading().frame_for(setup));
-    let piece = |rows: &[(u32, u32)]| {
-        let mut made = empty.like();
-        rows.iter().try_for_each(|&(d, n)| all[d as usize].put(&columns, n as usize, &mut made))?;
-        Ok(made)
-    };
+    let empty = table.heading().frame_for(setup);
     for rows in rows.chunks(CHUNK as usize) {
-        let pieces: Vec<Frame> = rows.par_chunks(PIECE).map(piece).collect::<Result<_, Error>>()?;
+        let pieces = match table {
+            Table::Tuples => pieces(&empty, &TapRow::chosen(setup), rows, |d, n| all[d].tap(n)),
+            Table::Designs => pieces(&empty, &AtDrive::chosen(setup), rows, |d, n| all[d].stroke(n)),
+            Table::Distances => pieces(&empty, &AtDistance::chosen(setup), rows, |d, n| all[d].distance(n)),
+        }?;
         run.writers.place(rows.iter().map(place))?;
         run.write(table, &pieces)?;
     }

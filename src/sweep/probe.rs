@@ -3,8 +3,6 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::route::rank;
-use super::taps::Taps;
 use super::{Run, charted};
 use crate::backend::Choice;
 use crate::census;
@@ -15,12 +13,10 @@ use crate::kernel::ranking::Case;
 use crate::plan::{CHUNK, Plan, Rankers};
 use crate::progress::Silent;
 use crate::scene::{Layout, Space, Study, Tuple};
-use crate::sink::table::Table;
 
 /// A sample that takes this long is large enough, s.
 const ENOUGH: f64 = 0.03;
 const LOOK: f64 = 0.5;
-const SINGLE: u64 = 16;
 /// Bytes per second of tables, hashed and written.
 const WRITTEN: f64 = 4e8;
 /// Cost of the exact model's curve, in taps.
@@ -37,7 +33,10 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let curves = 1.0 + more / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.rankers) {
         (Space::Grid(factors), Some(rankers)) => ranked(&mut run, &Layout::new(factors), rankers)?,
-        (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
+        (Space::Grid(factors), None) => {
+            let layout = Layout::new(factors);
+            listed(&mut run, layout.len(), &|i| layout.tuple(i))? * curves
+        }
         (Space::List(list), _) => listed(&mut run, list.len() as u64, &|i| list.tuple(i as usize))? * curves,
     };
     Ok(choice.seconds + plan.seconds + opened + work + plan.bytes / WRITTEN)
@@ -61,7 +60,8 @@ fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f
     // The first one compiles shaders and makes charts; later differences exclude the latency of a device.
     let first = timed(1)?;
     let (mut each, mut spent, mut n, mut before) = (first, 0.0, 1, (0, 0.0));
-    while before.0 < most && most > 1 && spent < LOOK {
+    let largest = most.min(CHUNK);
+    while before.0 < largest && most > 1 && spent < LOOK {
         let seconds = timed(n)?;
         spent += seconds;
         let more: f64 = seconds - before.1;
@@ -70,7 +70,7 @@ fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f
             break;
         }
         before = (n, seconds);
-        n = (4 * n).min(most);
+        n = (4 * n).min(largest);
     }
     Ok([first, each])
 }
@@ -80,30 +80,8 @@ fn place(i: u64, n: u64) -> u64 {
     (((i as f64 + 1.0) * 0.618_033_988_749_894_9).fract() * n as f64) as u64
 }
 
-/// Times whole designs, solved, reduced and formatted; or single taps of large designs, multiplied by the cost of their curves.
-fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
-    let tables: Vec<Table> = match run.study.output.top {
-        Some(_) => Vec::new(),
-        None => Table::ALL.into_iter().filter(|table| run.plan.rows[*table as usize] > 0).collect(),
-    };
-    let tuple = |i: u64| layout.tuple(place(i, layout.len()));
-    if layout.block() > CHUNK / 8 {
-        return Ok(listed(run, layout.len(), &tuple)? * curves);
-    }
-    // Single taps are enough for a slow design, whose taps the reference solves.
-    let [_, each] = pace(layout.block().min(SINGLE), &mut |n| solved(run, n, &tuple))?;
-    if each * layout.block() as f64 > LOOK {
-        return Ok(each * layout.len() as f64 * curves);
-    }
-    let taps = Taps::new(&run.study.space);
-    paced(layout.n_designs, &mut |n| {
-        let designs: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
-        rank(run, &taps, (&designs, &tables))
-    })
-}
-
 fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64, Error> {
-    paced(n, &mut |some| solved(run, some.min(CHUNK), &|i| tuple(place(i, n))))
+    paced(n, &mut |some| solved(run, some, &|i| tuple(place(i, n))))
 }
 
 fn solved(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<(), Error> {
@@ -137,6 +115,5 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers) -> Result<f64, E
     let kept = (ranker.keep() as u64).saturating_mul(layout.n_distances).min(layout.len());
     let beside = kept as f64 + share * layout.len() as f64;
     let tuple = |i: u64| layout.tuple(place(i, layout.len()));
-    let tap = listed(run, beside.ceil() as u64, &tuple)?;
-    Ok(easy + tap)
+    Ok(easy + listed(run, beside.ceil() as u64, &tuple)?)
 }

@@ -65,15 +65,11 @@ fn chunks(
     Ok(())
 }
 
-/// Offers the complete rows of `designs` to the best ones, and writes `tables`; does not count as a chunk.
-pub(super) fn rank(
-    run: &mut Run<'_>,
-    taps: &Taps<'_>,
-    (designs, tables): (&[u64], &[Table]),
-) -> Result<(), Error> {
+/// Offers the complete rows of `designs` to the best ones; does not count as a chunk.
+pub(super) fn rank(run: &mut Run<'_>, taps: &Taps<'_>, designs: &[u64]) -> Result<(), Error> {
     let mut designs = designs.iter().copied().peekable();
     while let Some(group) = Group::next(run, taps, (&mut designs, false))? {
-        let complete = group.finish(run, taps, (tables, None))?;
+        let complete = group.finish(run, taps, (&[], None))?;
         offer(run, complete);
     }
     Ok(())

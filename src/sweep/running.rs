@@ -1,7 +1,7 @@
 //! State of a running sweep.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::best::Best;
@@ -14,10 +14,10 @@ use crate::curve::{
     both::{self, Both},
 };
 use crate::design::Design;
-use crate::error::{Error, SolveError};
+use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
-use crate::progress::Progress;
+use crate::progress::{Progress, go_on};
 use crate::scene::{Study, Theory, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::run_json::Counts;
@@ -121,7 +121,7 @@ impl<'a> Run<'a> {
     }
 
     pub fn check_stop(&self) -> Result<(), Error> {
-        if self.stop.load(Ordering::Relaxed) { Err(SolveError::Stopped.into()) } else { Ok(()) }
+        Ok(go_on(self.stop)?)
     }
 
     /// Taps that the full model solved instead of the reduced one.

@@ -15,19 +15,18 @@ use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
 use crate::optimise::evaluate::Scorer;
-use crate::optimise::run::{no_axes, precise};
+use crate::optimise::run::{TOLERANCE, no_axes};
 use crate::optimise::score::{Goal, Score};
 use crate::plan::pays;
 use crate::progress::Progress;
 use crate::scene::search::{Budget, Limits, Objective, Search};
-use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Study, Theory};
+use crate::scene::{BackendChoice, Contact, Layout, Precision, RunOptions, Setup, Study, Theory};
 use crate::statistics::DriveRow;
 
 use curve::Curve;
 use tried::{COARSE, STEPS, incomplete, overstrained, tried};
 
-use needed::find_needed;
-pub use needed::needed;
+pub use needed::{find, needed};
 pub use write::{k_names, result, table, unit};
 
 /// Reason for the CPU in f64 as default.
@@ -120,27 +119,18 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
     let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
         && options.adapter.is_none();
     if free && options.precision.is_none() && options.tolerance.is_none() {
-        let mut choice = precise(&RunOptions::default())?;
-        choice.backend.reason = FEW.into();
-        return Ok(choice);
+        return few(&RunOptions { tolerance: Some(TOLERANCE), ..RunOptions::default() });
     }
     Choice::for_work(options, pays::of_study(study, options))
 }
 
-/// With `bound`, effects are left off whose joint change of strain stays within it: over the interval, at the optima, and where the status changes.
-/// Errors: several whiskers, or a tuple file; no complete row; no drive within the strain limit; a failing backend; `stop`.
-pub fn find(
-    study: &Study,
-    ends: [f64; 2],
-    objective: Objective,
-    choice: &Choice,
-    (bound, stop, progress): (Option<f64>, &AtomicBool, &mut dyn Progress),
-) -> Result<Report, Error> {
-    let asked = TapAsked { ends, objective, choice, needed: None, stop };
-    match bound {
-        Some(bound) => find_needed(study, asked, bound, progress),
-        None => find_by(study, asked, progress),
-    }
+/// The CPU for few taps, in f64 unless `options` say otherwise.
+pub fn few(options: &RunOptions) -> Result<Choice, Error> {
+    let precision = options.precision.or(Some(Precision::F64));
+    let mut choice =
+        Choice::new(&RunOptions { backend: Some(BackendChoice::Cpu), precision, ..options.clone() })?;
+    choice.backend.reason = FEW.into();
+    Ok(choice)
 }
 
 #[derive(Clone, Copy)]

@@ -1,26 +1,33 @@
-//! The best tap angle by a reduced model (`--model-error`).
+//! The best tap angle, also by a reduced model (`--model-error`).
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::{Report, TapAsked, find_by};
+use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::census::sample::{ComparedRows, Row};
 use crate::chart::ranges::Wanted;
-use crate::error::{Error, SolveError};
+use crate::error::Error;
 use crate::optimise::run::no_axes;
-use crate::progress::Progress;
+use crate::progress::{Progress, go_on};
+use crate::scene::search::Objective;
 use crate::scene::{Study, Tuple};
 
-pub(super) fn find_needed(
+/// With `bound`, effects are left off whose joint change of strain stays within it: over the interval, at the optima, and where the status changes.
+/// Errors: several whiskers, or a tuple file; no complete row; no drive within the strain limit; a failing backend; `stop`.
+pub fn find(
     study: &Study,
-    asked: TapAsked<'_>,
-    bound: f64,
-    progress: &mut dyn Progress,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    (bound, stop, progress): (Option<f64>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
+    let asked = TapAsked { ends, objective, choice, needed: None, stop };
+    let Some(bound) = bound else { return find_by(study, asked, progress) };
     let layout = study.space.layout().ok_or_else(no_axes)?;
-    let (mut needed, mut study) = (needed(study, asked.ends, bound)?, study.clone());
+    let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
     let (whisker, n) = (layout.design(0), layout.n_distances);
     let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
     loop {
@@ -36,11 +43,7 @@ pub(super) fn find_needed(
         let seconds = begun.elapsed().as_secs_f64();
         let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
         let rows: Vec<Row> = report.turns().into_iter().map(row).collect();
-        let go_on = || match asked.stop.load(Ordering::Relaxed) {
-            true => Err(SolveError::Stopped.into()),
-            false => Ok(()),
-        };
-        if needed.keeps(&rows, &go_on)? {
+        if needed.keeps(&rows, &|| Ok(go_on(stop)?))? {
             let model_error = Some((needed.summary(seconds), needed.sentence()));
             return Ok(Report { model_error, ..report });
         }

@@ -1,14 +1,14 @@
 //! Bounds the time of the search. The reference takes up to a second per tap; if kernels leave many taps to it, the search is repeated with a
 //! larger tolerance, then with fewer drives, and refused if it would still take minutes.
 
-use super::{FEW, Report, Sample, TapAsked, best, write};
+use super::{FEW, Report, Sample, TapAsked, best, few, write};
 use crate::backend::Choice;
 use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
 use crate::optimise::run::no_axes;
 use crate::optimise::score::Limit;
 use crate::progress::Progress;
-use crate::scene::{BackendChoice, Layout, Precision, RunOptions, Setup, Signal, Study};
+use crate::scene::{Layout, RunOptions, Setup, Signal, Study};
 
 /// Largest numbers of grid steps, one per attempt. The optimum is polished for any grid.
 pub const STEPS: &[f64] = &[1000.0, 200.0, 50.0];
@@ -44,17 +44,7 @@ pub(super) fn tried(
 
 /// Replaces the `choice` for few taps if it is too fine: f64 with its usual tolerance.
 fn looser(choice: &Choice) -> Result<Option<Choice>, Error> {
-    if choice.backend.reason != FEW {
-        return Ok(None);
-    }
-    let options = RunOptions {
-        backend: Some(BackendChoice::Cpu),
-        precision: Some(Precision::F64),
-        ..RunOptions::default()
-    };
-    let mut looser = Choice::new(&options)?;
-    looser.backend.reason = FEW.into();
-    Ok(Some(looser))
+    (choice.backend.reason == FEW).then(|| few(&RunOptions::default())).transpose()
 }
 
 /// Refuses a contact at or before the gauge's near end: no drive gives it a signal.

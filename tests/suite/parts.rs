@@ -230,50 +230,6 @@ fn the_program_makes_parts_and_joins_them() {
 }
 
 #[test]
-fn searches_with_seeds_of_their_own_are_joined() {
-    let rig =
-        "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n[tap]\na = [21, 33, 48]\n";
-    let search = "[optimise]\nobjective = \"pareto\"\nseed = 5\nbudget = { evaluations = 600 }\nvariables = { D = [8, 12], d = [2, 10], theta = [0.5, 10] }\n";
-    let desk = Desk::new(&format!("{rig}{search}"));
-    let line = |seed: &str, out: &str| {
-        desk.write("seeded/spec.toml", format!("{rig}{}", search.replace("seed = 5", seed)));
-        desk.run(&["optimise", "seeded/spec.toml", "--backend", "cpu", "--out", out]).exits(0);
-    };
-    for (part, seed) in [("1/3", "seed = 5"), ("2/3", "seed = 6"), ("3/3", "seed = 7")] {
-        desk.run(&["optimise", "spec.toml", "--backend", "cpu", "--out", "out", "--shard", part]).exits(0);
-        let folder = part.replace('/', "-of-");
-        let alone = format!("alone-{folder}");
-        line(seed, &alone);
-        assert_eq!(
-            desk.read(&format!("out/shard-{folder}/pareto.csv")),
-            desk.read(&format!("{alone}/pareto.csv")),
-            "{seed}"
-        );
-    }
-    let merged = desk.json("merge out");
-    let run = desk.whole("out");
-    assert_eq!(merged["counts"]["evaluations"], run["counts"]["evaluations"]);
-    let parts = run["parts"].as_array().unwrap();
-    assert_eq!(parts.iter().map(|p| p["seed"].as_u64().unwrap()).collect::<Vec<_>>(), [5, 6, 7]);
-    let values: Vec<f64> = parts.iter().map(|p| p["value"].as_f64().unwrap()).collect();
-    assert_eq!(run["result"]["value"], values.iter().copied().fold(f64::INFINITY, f64::min));
-    // The front has no dominated point and contains the best of every part.
-    let front = crate::common::sweeping::Table::read(&desk.path("out/pareto.csv"));
-    let figures: Vec<(f64, f64)> = std::iter::zip(front.numbers("K_sd"), front.numbers("total_rms_mm"))
-        .map(|(a, b)| (a.unwrap(), b.unwrap()))
-        .collect();
-    assert!(figures.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1), "{figures:?}");
-    for i in 1..=3 {
-        let one = crate::common::sweeping::Table::read(&desk.path(&format!("out/shard-{i}-of-3/pareto.csv")));
-        for (sd, total) in std::iter::zip(one.numbers("K_sd"), one.numbers("total_rms_mm")) {
-            let (sd, total) = (sd.unwrap(), total.unwrap());
-            assert!(figures.iter().any(|f| f.0 <= sd && f.1 <= total * (1.0 + 1e-8)), "{sd} {total}");
-        }
-    }
-    desk.ok("sweep out/best.toml --backend cpu --out swept");
-}
-
-#[test]
 fn what_does_not_belong_together_is_refused() {
     let desk = Desk::new(SPEC);
     for part in ["1/2", "2/2"] {

@@ -2,14 +2,13 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::os::unix::fs::FileExt;
 
 use libc::SIGCONT;
 use serde_json::json;
 use vibrissa::sink::folder::{Folder, Question, WORK};
 
 use crate::common::program::{Desk, SPEC};
-use crate::common::world::{Running, calibrated, held, program, send, words};
+use crate::common::world::{Running, held, program, send, words};
 
 /// A result of one table for `out`, complete but not yet finished.
 fn written(desk: &Desk, out: &str) -> Folder {
@@ -74,25 +73,4 @@ fn a_sweep_whose_table_is_removed_while_it_runs_fails() {
         assert!(said.contains(&format!("tuples.{format}: this file was removed or changed")), "{said}");
         assert!(!desk.path("out").exists(), "{format}");
     }
-}
-
-#[test]
-fn readings_that_change_while_they_are_located_give_no_result() {
-    let desk = calibrated();
-    let rows: String = (0..400_000).map(|i| format!("4,{}e-7\n", 3000 + i % 900)).collect();
-    desk.write("many.csv", format!("theta_deg,strain\n{rows}4,0.0003\n"));
-    let table = desk.path("out").join(WORK).join("located.csv");
-    let begin = || {
-        let _ = fs::remove_dir_all(desk.path("out"));
-        Running::new(&mut program(&desk, &["locate", "cal/calibration.toml", "many.csv", "--out", "out"]))
-    };
-    let child = held(begin, || table.metadata().is_ok_and(|m| m.len() > 0));
-    let file = fs::OpenOptions::new().write(true).open(desk.path("many.csv")).unwrap();
-    file.write_all_at(b"4", file.metadata().unwrap().len() - 2).unwrap();
-    send(&child, SIGCONT);
-    let left = child.wait_with_output().unwrap();
-    let said = words(&left.stderr);
-    assert_eq!(left.status.code(), Some(1), "{said}");
-    assert!(said.contains("many.csv: these readings were changed while they were read"), "{said}");
-    assert!(!desk.path("out").exists());
 }

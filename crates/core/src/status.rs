@@ -57,6 +57,11 @@ impl Status {
         (Self::BAD_INPUT, "bad_input"),
     ];
 
+    /// A bit a word. Python has the same: a new word takes the next bit, wherever it stands among the words.
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+
     /// True if a word of `other` is in this set.
     pub fn has(self, other: Self) -> bool {
         self.0 & other.0 != 0

@@ -1,9 +1,16 @@
 //! Progress reports of long work, and its stop flag.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::SolveError;
 
 /// A stop flag that is never raised.
 pub static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// Fails with [`SolveError::Stopped`] once `stop` is set.
+pub fn go_on(stop: &AtomicBool) -> Result<(), SolveError> {
+    if stop.load(Ordering::Relaxed) { Err(SolveError::Stopped) } else { Ok(()) }
+}
 
 /// Receives the progress of work.
 pub trait Progress {

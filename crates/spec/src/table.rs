@@ -1,7 +1,6 @@
 //! CSV files of a spec: a header with known columns, then rows of finite numbers, separated and with decimals as in data files.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::Read;
 use std::path::Path;
 
 use super::reader::{Document, Item, Result};
@@ -63,10 +62,11 @@ impl Source<'_> {
                 let value = value.or_else(|| Some(document.excerpt(span.clone())));
                 InputError { key, value, allowed, ..document.error(Some(span), message) }
             }
+            // Read again: while its rows were read, it was not held.
             Self::File(path) => {
-                let (line, text) = line_at(path, place as u64).ok().unzip();
-                let value = error.value.clone().or(text).unwrap_or_default();
-                error.value(value).at(path.display().to_string(), line)
+                let text = std::fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+                let (file, text) = (path.display().to_string(), text.unwrap_or_default());
+                Source::Text(Document { file: &file, text: &text }).placed(error, place)
             }
             Self::Memory => {
                 let value = format!("{} in row {place}", error.value.as_deref().unwrap_or_default());
@@ -204,23 +204,7 @@ impl<'a> Header<'a> {
     }
 }
 
-/// Number and text of the first line at or after byte `start` that is neither blank nor a comment.
-pub(super) fn line_at(path: &Path, start: u64) -> std::io::Result<(usize, String)> {
-    let mut reader = BufReader::new(File::open(path)?);
-    let mut line = 1;
-    for byte in (&mut reader).take(start).bytes() {
-        line += usize::from(byte? == b'\n');
-    }
-    for text in reader.lines() {
-        let text = text?;
-        if !text.trim_end().is_empty() && !text.starts_with('#') {
-            return Ok((line, text.trim_end().to_owned()));
-        }
-        line += 1;
-    }
-    Ok((line, String::new()))
-}
-
+/// The first line at or after byte `start` that is neither blank nor a comment.
 pub(super) fn line_span(text: &str, start: usize) -> std::ops::Range<usize> {
     let mut begin = start;
     for line in text.get(start..).unwrap_or_default().split_inclusive('\n') {

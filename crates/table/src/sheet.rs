@@ -1,7 +1,5 @@
 //! A table being written in its format, also continued after a stop. Each step fails if the file cannot be written.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::folder::{Listed, Output};
@@ -59,18 +57,6 @@ impl Sheet {
                 texts.iter().try_for_each(|text| output.write(text))
             }),
             Self::Parquet(writer) => pieces.iter().try_for_each(|piece| writer.write(piece, 0..piece.len())),
-        }
-    }
-
-    /// Appends the rows `rows` of another table.
-    pub fn copy(&mut self, from: &Frame, rows: Range<usize>) -> Result<(), Error> {
-        match self {
-            Self::Csv(output) => {
-                let mut some = from.like();
-                some.extend(from, rows)?;
-                output.write(&some.lines()?)
-            }
-            Self::Parquet(writer) => writer.write(from, rows),
         }
     }
 

@@ -19,7 +19,6 @@ use super::error::{keywords, raise};
 use super::job;
 use super::table::FileGiven;
 use super::table::Table;
-use super::words::bits;
 
 type About =
     (Option<&'static str>, &'static str, Vec<String>, Option<f64>, Vec<f64>, Vec<String>, Vec<String>);
@@ -111,7 +110,7 @@ impl Locator {
             false => Sequence::new(locator, self.zero).answer(locator, drive, value),
         };
         let Located { distance, sigma, status, .. } = job::here(py, answer)?;
-        Ok((distance, sigma, bits(status)))
+        Ok((distance, sigma, status.bits()))
     }
 
     /// Readings in the order in which they were taken, a row of signals for each, of several channels above their zeros and with a drive of NaN where
@@ -130,7 +129,7 @@ impl Locator {
             job::whole(py, None, None, move |stop, _| Ok(answers.readings(zero, &drives, &values, stop)?))?;
         let numbers =
             |of: fn(&Located) -> f64| PyArray1::from_vec(py, all.iter().map(of).collect()).into_any();
-        let words = PyArray1::from_vec(py, all.iter().map(|l| bits(l.status)).collect());
+        let words = PyArray1::from_vec(py, all.iter().map(|l| l.status.bits()).collect());
         let told = told.iter().map(|text| keywords(text)).collect();
         Ok((numbers(|l| l.distance), numbers(|l| l.sigma), words.into_any(), told))
     }

@@ -19,7 +19,6 @@ use vibrissa::taps::refuse;
 use super::error::raise;
 use super::job;
 use super::spec::KEYWORDS;
-use super::words::bits;
 
 /// Up to this number taps are solved on the calling thread, because they take less than a moment.
 const FEW: usize = 256;
@@ -49,7 +48,7 @@ fn told(o: &Outcome) -> Told {
     let [strain, linear, deviation, normal, tangential, arc] = upright;
     let azimuth = o.azimuth.to_degrees();
     let numbers = [strain, linear, deviation, normal, tangential, arc, o.strain_2, azimuth, o.slide];
-    (numbers, bits(o.status), o.sticking)
+    (numbers, o.status.bits(), o.sticking)
 }
 
 /// The warnings about taps of which the columns have these `largest` values.
@@ -208,24 +207,8 @@ impl Taps {
     }
 }
 
-enum Argument {
-    One(f64),
-    Each(Vec<f64>),
-}
-
-impl Argument {
-    fn at(&self, i: usize) -> f64 {
-        match self {
-            Self::One(x) => *x,
-            Self::Each(all) => all[i],
-        }
-    }
-}
-
-pub struct Given {
-    seven: [Argument; 7],
-    directions: [Option<Argument>; 2],
-}
+/// Columns of taps: D, d, L_a, x_ss, l, a, drive, tilt, lean; each of one value, or of a value for each tap.
+pub struct Given([Vec<f64>; 9]);
 
 pub type Column<'py> = Option<PyReadonlyArray1<'py, f64>>;
 
@@ -233,44 +216,35 @@ impl Given {
     /// Columns of length 1 or `n`: seven, then optionally tilt and lean. NaN is allowed.
     pub fn new(py: Python<'_>, n: usize, columns: Vec<Column<'_>>) -> PyResult<Self> {
         let wrong = || super::error::run(py, "arrays of other lengths");
-        let one = |column: PyReadonlyArray1<'_, f64>| match column.as_slice().map_err(|_| wrong())? {
-            [one] => Ok(Argument::One(*one)),
-            values if column.len() == n => Ok(Argument::Each(values.to_vec())),
+        let one = |(k, column): (usize, Column<'_>)| match &column {
+            None if k >= 7 => Ok(vec![0.0]),
+            Some(values) if [1, n].contains(&values.len()) => {
+                values.as_slice().map(<[f64]>::to_vec).map_err(|_| wrong())
+            }
             _ => Err(wrong()),
         };
-        let mut columns = columns.into_iter();
-        let seven = columns.by_ref().take(7).flatten().map(one).collect::<PyResult<Vec<_>>>()?;
-        let seven = <[Argument; 7]>::try_from(seven).map_err(|_| wrong())?;
-        let mut direction = || columns.next().flatten().map(one).transpose();
-        let directions = [direction()?, direction()?];
-        if columns.next().is_none() { Ok(Self { seven, directions }) } else { Err(wrong()) }
+        let upright = (columns.len()..9).map(|_| None);
+        let all = columns.into_iter().chain(upright).enumerate().map(one).collect::<PyResult<Vec<_>>>()?;
+        all.try_into().map(Self).map_err(|_| wrong())
     }
 
     #[allow(non_snake_case)]
     pub fn tap(&self, i: usize) -> Tuple {
-        let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.seven[k].at(i));
-        let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or(0.0, |c| c.at(i)));
+        let at = |column: &Vec<f64>| column[if column.len() == 1 { 0 } else { i }];
+        let [D, d, L_a, x_ss, l, a, drive, tilt, lean] = self.0.each_ref().map(at);
         Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
     }
 
     /// Largest value of each column of the taps; NaN without a number.
     #[allow(non_snake_case)]
     pub fn largest(&self) -> [f64; COLUMNS] {
-        let of = |column: &Argument| match column {
-            Argument::One(x) => *x,
-            Argument::Each(all) => all.iter().copied().fold(f64::NAN, f64::max),
-        };
-        let [D, d, L_a, x_ss, l, a, drive] = self.seven.each_ref().map(of);
-        let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or(0.0, of));
+        let of = |column: &Vec<f64>| column.iter().copied().fold(f64::NAN, f64::max);
+        let [D, d, L_a, x_ss, l, a, drive, tilt, lean] = self.0.each_ref().map(of);
         [D, d, L_a, x_ss, l, a, tilt, lean, drive]
     }
 
     /// True for tilt, and for lean, if any tap has one; NaN counts as such.
     pub fn leaning(&self) -> [bool; 2] {
-        let some = |column: &Argument| match column {
-            Argument::One(x) => *x != 0.0,
-            Argument::Each(all) => all.iter().any(|x| *x != 0.0),
-        };
-        self.directions.each_ref().map(|column| column.as_ref().is_some_and(some))
+        [7, 8].map(|k| self.0[k].iter().any(|x| *x != 0.0))
     }
 }

@@ -24,7 +24,7 @@ use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::kernel::ranking::Charts;
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
-use crate::progress::NEVER;
+use crate::progress::{NEVER, go_on};
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Geometry, Layout, Material, Setup};
 use crate::status::Status;
@@ -96,10 +96,6 @@ impl<'a> Evaluator<'a> {
     /// Fails with [`SolveError::Stopped`] once `stop` is set.
     pub fn stopping(self, stop: &'a AtomicBool) -> Self {
         Self { stop, ..self }
-    }
-
-    fn go_on(&self) -> Result<(), SolveError> {
-        if self.stop.load(Ordering::Relaxed) { Err(SolveError::Stopped) } else { Ok(()) }
     }
 
     /// With `guard` for the taps near a threshold, if there is one.
@@ -183,7 +179,7 @@ impl<'a> Evaluator<'a> {
 
     /// [`Self::run`] for designs with rigs of one kind, without the guard.
     fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
-        self.go_on()?;
+        go_on(self.stop)?;
         // Which solver answers a tap does not depend on the other taps.
         let (tilted, upright): (Vec<usize>, Vec<usize>) =
             (0..tasks.len()).partition(|&i| tasks[i].is_spatial(self.setup));
@@ -209,7 +205,7 @@ impl<'a> Evaluator<'a> {
             let solved = self.solutions_anywhere(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, None)?
         };
-        self.go_on()?;
+        go_on(self.stop)?;
         Ok(outcomes)
     }
 
@@ -225,7 +221,7 @@ impl<'a> Evaluator<'a> {
     /// Outcomes of `tasks` with all contacts of `grip`: accurate to the tolerance relative to their strain or, where that crosses zero next to the
     /// contact, to the strain of linear theory, as charts hold their ratio.
     pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip) -> Outcomes {
-        self.go_on()?;
+        go_on(self.stop)?;
         if built::asked(self.setup) {
             return self.built(designs, tasks, Some(grip), None);
         }
@@ -291,7 +287,7 @@ impl<'a> Evaluator<'a> {
             fast(setup, tolerance, design, task, solved.as_ref())
         };
         let outcomes = tasks.par_iter().zip(solved).enumerate().map(finish).collect();
-        self.go_on()?;
+        go_on(self.stop)?;
         Ok(outcomes)
     }
 }

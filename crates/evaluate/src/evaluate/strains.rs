@@ -9,6 +9,7 @@ use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
 use crate::physics::taper::Taper;
+use crate::progress::go_on;
 use crate::scene::{Clamp, Contact, Drive, Geometry, Property, Setup, Signal, Tuple};
 
 const FEW: usize = 3;
@@ -16,7 +17,7 @@ const FEW: usize = 3;
 impl Evaluator<'_> {
     /// Strains of `framed`, bit-identical to [`Self::run`], and the places of taps left out: not framed, or not solved by the kernel alone.
     pub fn strains(&mut self, framed: &Framed, out: &mut [f64]) -> Result<Vec<usize>, SolveError> {
-        self.go_on()?;
+        go_on(self.stop)?;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
             return Ok((0..out.len()).collect());
         };

@@ -174,7 +174,7 @@ fn objection(
     (question, begun): (&Question, bool),
 ) -> Result<Option<String>, Error> {
     if run.is_null() {
-        let shards = matches!(question.command, "sweep" | "optimise");
+        let shards = question.command == "sweep";
         let is_own = |name: &str| name.starts_with(PREFIX) || shards && Shard::of_folder(name).is_some();
         let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
         let foreign = !begun && names.any(|name| !is_own(&name.to_string_lossy()));

@@ -32,34 +32,6 @@ pub(super) fn hash_numbers(numbers: impl Iterator<Item = f64>) -> String {
     hex(digest.finalize())
 }
 
-/// A reader that hashes the bytes that it reads.
-#[derive(Debug)]
-pub struct Hashing<R> {
-    reader: R,
-    digest: Sha256,
-}
-
-impl<R: Read> Hashing<R> {
-    /// Wraps `reader`.
-    pub fn new(reader: R) -> Self {
-        Self { reader, digest: Sha256::new() }
-    }
-
-    /// Reads the rest and returns the hex SHA-256 of everything read.
-    pub fn end(mut self) -> io::Result<String> {
-        io::copy(&mut self, &mut io::sink())?;
-        Ok(hex(self.digest.finalize()))
-    }
-}
-
-impl<R: Read> Read for Hashing<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.reader.read(buffer)?;
-        self.digest.update(&buffer[..n]);
-        Ok(n)
-    }
-}
-
 /// Hex BLAKE3 of a result file.
 pub fn hash_file(file: impl Read) -> io::Result<String> {
     let mut digest = blake3::Hasher::new();

@@ -22,8 +22,8 @@ pub use claim::Question;
 use claim::{LONG, NOTHING, Old, judge, refuse};
 use files::{Closed, RUN, commit, create, is_plain, make_durable, sync};
 pub use files::{
-    Hashing, Listed, Output, hash, hash_file, is_result_name, is_sealed, listed, look, names_in,
-    open_of_result, read_run, sealed,
+    Listed, Output, hash, hash_file, is_result_name, is_sealed, listed, look, names_in, open_of_result,
+    read_run, sealed,
 };
 pub use hidden::{Left, WORK, end_all, pack, unpack};
 use hidden::{UNCHANGED, Work, clear, completing};
