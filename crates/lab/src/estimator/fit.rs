@@ -48,37 +48,7 @@ pub struct Fit {
     pub deviations: DVector<f64>,
 }
 
-/// Tap of a fitted cell.
-#[derive(Debug, Clone, Copy)]
-pub struct Ordered {
-    /// Index of its cell among the fitted ones.
-    pub cell: usize,
-    /// Number of taps of this cell.
-    pub of: f64,
-    /// Index of the tap in the file.
-    pub order: f64,
-    /// Measured − expected reading.
-    pub left: f64,
-}
-
 impl Fit {
-    /// Fitted constant of the signal, its error if the zero may also drift in the order of `rows`, and the residuals; `None` if they are inseparable.
-    pub fn constant(&self, rows: &[Ordered]) -> Option<([f64; 2], DVector<f64>)> {
-        let k = self.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
-        let (n, m) = (rows.len(), self.slopes.ncols());
-        let middle = rows.iter().map(|r| r.order).sum::<f64>() / n as f64;
-        let deviation = |r: &Ordered| self.deviations[r.cell] * r.of.sqrt();
-        let entry = |r: &Ordered, j: usize| if j < m { self.slopes[(r.cell, j)] } else { r.order - middle };
-        let design = DMatrix::from_fn(n, m + 1, |i, j| entry(&rows[i], j) / deviation(&rows[i]));
-        let left = DVector::from_iterator(n, rows.iter().map(|r| r.left / deviation(r)));
-        let (step, inverse) = least::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
-        let freedom = n.checked_sub(m + 1).filter(|n| *n > 0)? as f64;
-        let rest = left - &design * &step;
-        let error = ((rest.norm_squared() / freedom).max(1.0) * inverse[(k, k)]).sqrt();
-        let value = self.exact.values[Parameter::Zero as usize] + step[k];
-        Some(([value, error], DVector::from_fn(n, |i, _| rest[i] * deviation(&rows[i]))))
-    }
-
     /// Standard errors of the fitted parameters, with that of the subtracted `zero`.
     pub fn errors(&self, zero: f64) -> Vec<f64> {
         let weights = self.deviations.map(|d| 1.0 / (d * d));
