@@ -136,8 +136,7 @@ fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
 fn left_out(found: &Calibrated) -> f64 {
     let of = |s: &super::SideResult| {
         let [first, last] = s.record.distances_mm;
-        let rms = s.held_out(found.winner).and_then(|h| h.rms(|_| true).0);
-        rms.map_or(f64::INFINITY, |rms| rms / (last - first))
+        s.rms(found.winner).0.map_or(f64::INFINITY, |rms| rms / (last - first))
     };
     found.sides.iter().map(of).fold(0.0, f64::max)
 }

@@ -78,7 +78,7 @@ pub fn range(side: &SideResult) -> f64 {
 /// `learned`, unless on a side it fails and an estimator of all sides is much better. Estimators that answer less than half of the taps do not count.
 pub fn of(sides: &[SideResult]) -> Estimator {
     let rms = |s: &SideResult, e: Estimator| {
-        let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
+        let (rms, answered) = s.rms(e);
         rms.filter(|_| 2 * answered >= s.used).unwrap_or(f64::INFINITY)
     };
     let lost = |s: &&SideResult| {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::{Reason, SideResult};
+use super::{Calibrated, Reason};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::estimator::least::{FREE, by_values};
@@ -12,8 +12,8 @@ use crate::estimator::model::pair::{Pair, Transfer};
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::evaluate::Task;
 use crate::locate::calibration::Second;
+use crate::measure::Data;
 use crate::measure::zero::Zero;
-use crate::measure::{Data, Rig};
 
 /// Relative change of squares below which the fit ends.
 const SETTLED: f64 = 1e-14;
@@ -57,15 +57,14 @@ struct Row {
 }
 
 /// Second gauge from rows on the side of the gauge in the spec; `None` with a warning if it cannot be determined.
-pub fn second(
-    data: &Data,
-    rig: &Rig,
-    (taps, zeros): (&[Tap], &[ZeroReading]),
-    side: &SideResult,
-    open: Opener<'_>,
-    warnings: &mut Vec<String>,
-) -> Result<Option<Second>, Error> {
-    let label = &data.file;
+pub(super) fn second(data: &Data, of: &mut Calibrated, open: Opener<'_>) -> Result<Option<Second>, Error> {
+    let (label, rig, warnings) = (&data.file, &of.calibration.rig, &mut of.warnings);
+    let Some(side) = of.sides.iter().find(|s| s.record.gauge() == rig.setup.gauge.side) else {
+        warnings.push(format!(
+            "{label}: the second gauge is not calibrated: no row is on the side of the gauge that the spec says"
+        ));
+        return Ok(None);
+    };
     let Some((_, column)) = &data.beside.second else {
         warnings.push(format!(
             "{label}: the whisker has a second gauge, but there is no column {}: it is not calibrated, and every pole counts as upright",
@@ -75,13 +74,14 @@ pub fn second(
     };
     let lean_deg = rig.design.tuple.lean;
     let fitted = |values: &Values| -> Result<Result<Second, String>, Error> {
-        let at = Extent::around(rig, side.gauge, side.record.distances_mm, side.record.ends(), 0.0);
+        let at = Extent::around(rig, side.record.gauge(), side.record.distances_mm, side.record.ends(), 0.0);
         let model = match Pair::new(rig, values, at, lean_deg) {
             Ok(model) => model,
             Err(why) => return Ok(Err(why.to_string())),
         };
-        let rows = rows(data, (taps, zeros), side.sign, rig.setup.gauge.factor, &model, open)?;
-        Ok(fit(&rows, values[0], side.noise).ok_or_else(|| format!("no usable row has a number in {column}")))
+        let rows = rows(data, (&of.taps, &of.zeros), side.learnt.sign, rig.setup.gauge.factor, &model, open)?;
+        Ok(fit(&rows, values[0], of.calibration.noise)
+            .ok_or_else(|| format!("no usable row has a number in {column}")))
     };
     let found = match (&side.record.exact, both::forbids(rig.setup.model.contact)) {
         (None, _) => Err("it is told from the model of the spec, which could not be fitted".to_owned()),
