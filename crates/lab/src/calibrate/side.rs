@@ -16,7 +16,7 @@ use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::paper::FactorRecord;
 use crate::estimator::taps::Tap;
-use crate::estimator::{Estimator, Judged, SideRecord};
+use crate::estimator::{Estimator, SideRecord};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
@@ -184,14 +184,15 @@ pub(super) fn calibrate(
         let n = distances.len();
         let of = if e == Estimator::Curve && n >= BETWEEN { 1..n - 1 } else { 0..n };
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(cells, drives.len(), &of));
-        let judged = Judged { rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0), bias_mm: bias };
+        let rms = unseen.as_ref().and_then(|h| h.rms(|_| true).0);
         match e {
-            Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, judged),
+            Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, rms, bias),
             Estimator::Exact => {
-                record.exact = fit.as_ref().map(|fit| ExactRecord::calibrated(ask.rig, fit, judged))
+                let of = |fit: &Fit| ExactRecord::calibrated(ask.rig, &fit.exact, rms, bias);
+                record.exact = fit.as_ref().map(of);
             }
-            Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, judged),
-            Estimator::Learned => record.learned = Some(LearnedRecord::new(&learnt, judged)),
+            Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, rms, bias),
+            Estimator::Learned => record.learned = Some(LearnedRecord::new(&learnt, rms, drives.len())),
         }
         held.extend(unseen.map(|h| (e, h)));
     }

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::Judged;
 use super::cells::Cell;
 use super::held_out::Side;
 use super::model::polynomial::{Form, Point, Polynomial};
@@ -28,9 +27,9 @@ pub struct SmoothRecord {
 
 impl SmoothRecord {
     /// Curve through all of `side`.
-    pub fn calibrated(side: &Side<'_>, Judged { rms_mm, bias_mm }: Judged) -> Option<Self> {
+    pub fn calibrated(side: &Side<'_>, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Option<Self> {
         let fit = Polynomial::through(&points(side, None), form(side)?, BEYOND[0])?;
-        Some(Self { held_out_rms_mm: rms_mm, bias_mm, fit })
+        Some(Self { held_out_rms_mm, bias_mm, fit })
     }
 }
 

@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::fit::Fit;
 use super::held_out::Side;
-use super::model::exact::{Exact, Extent, HARD, Opener, Parameter, Values, spec_values};
+use super::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use super::model::{Found, ModelError};
-use super::{Judged, SideRecord, least};
+use super::{SideRecord, least};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::measure::Rig;
@@ -36,14 +36,14 @@ pub struct ExactRecord {
 }
 
 impl ExactRecord {
-    /// Record of the `fit` to all of a side.
-    pub fn calibrated(rig: &Rig, Fit { exact, .. }: &Fit, Judged { rms_mm, bias_mm }: Judged) -> Self {
+    /// Record of the model fitted to all of a side.
+    pub fn calibrated(rig: &Rig, exact: &Exact, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Self {
         let kind = rig.setup.drive;
         let spec = spec_values(&rig.setup);
         let known = |p: &Parameter| spec[*p as usize].is_finite();
         let value = |p: Parameter| (p.name(kind).to_owned(), exact.values[p as usize]);
         Self {
-            held_out_rms_mm: rms_mm,
+            held_out_rms_mm,
             bias_mm,
             fitted: exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
             values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
@@ -73,7 +73,6 @@ impl ExactRecord {
         // Room for the offset's uncertainty, and for readings a little beyond the calibrated drives.
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
         let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
-        let at = Extent { hard: HARD, ..at };
         let exact = Exact::new(rig, values, fitted, self.covariance.clone(), at, open);
         let exact = exact.map_err(|why| unsolved(rig, record, why))?;
         Ok(Inverted { exact, last: RwLock::default() })

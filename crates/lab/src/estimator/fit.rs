@@ -82,8 +82,9 @@ impl Task<'_> {
     /// # Errors
     /// Too few such cells; a backend that fails.
     pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, ModelError> {
+        let task = Self { at: Extent { hard: [usize::MAX; 2], ..self.at }, ..*self };
         let mut start = spec_values(&self.rig.setup);
-        let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), self.at, self.open)?;
+        let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), task.at, self.open)?;
         let room = ROOM * self.at.drives[1];
         let ratio = |c: &Cell| c.signal / exact.expected(c.a, c.drive);
         let known = |c: &Cell| ratio(c).is_finite() && exact.expected(c.a, c.drive + room).is_finite();
@@ -94,7 +95,7 @@ impl Task<'_> {
             return Err(ModelError::FewTaps { found: cells.len(), of: self.cells.len() });
         }
         start[0] = crate::reduce::median(&mut cells.iter().map(ratio).collect::<Vec<_>>());
-        let fit = Task { cells: &cells, ..*self }.fit_from(start, asked)?;
+        let fit = Task { cells: &cells, ..task }.fit_from(start, asked)?;
         Ok(Fit { cells: places, ..fit })
     }
 

@@ -7,12 +7,12 @@ use vibrissa_learned::curve::{Curve, Spread};
 use vibrissa_learned::tails::{PARTS, Tails};
 
 use super::held_out::Side;
-use super::learnt::{EVERYWHERE, LearnedCurve, Learnt, extent, whisker};
-use super::{Judged, Known, SideRecord};
+use super::learnt::{EVERYWHERE, LearnedCurve, Learnt, whisker};
+use super::{Known, SideRecord};
 use crate::error::Error;
 use crate::estimator::exact::unsolved;
 use crate::estimator::model::Found;
-use crate::estimator::model::exact::{Exact, Opener, spec_values};
+use crate::estimator::model::exact::{Exact, Extent, Opener, spec_values};
 use crate::measure::Rig;
 
 /// Learned curve.
@@ -61,7 +61,7 @@ pub struct LearnedRecord {
 
 impl LearnedRecord {
     /// Record of a fit; `zero` was subtracted from the signals before.
-    pub fn new(learnt: &Learnt, judged: Judged) -> Self {
+    pub fn new(learnt: &Learnt, held_out_rms_mm: Option<f64>, drives: usize) -> Self {
         let Learnt { fit, runs, zero_read, .. } = learnt;
         let Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread: s, tails } = &fit.curve;
         let word = |t: &Term| match t {
@@ -72,8 +72,8 @@ impl LearnedRecord {
             Term::Zero | Term::Local => ("zero".to_owned(), 0, 0),
         };
         Self {
-            held_out_rms_mm: judged.rms_mm,
-            bias_mm: vec![0.0; judged.bias_mm.len()],
+            held_out_rms_mm,
+            bias_mm: vec![0.0; drives],
             whisker_drive_offset: fit.power.is_none().then(|| fit.base.offset()),
             power: fit.power.map(|f| [f.power.offset, f.power.p, f.power.q]),
             power_end: fit.power.map(|f| f.power.end).filter(|end| *end > 0.0),
@@ -151,7 +151,7 @@ impl LearnedRecord {
                 (Base::Power(Power { offset, p, q, end: self.power_end.unwrap_or(0.0) }), EVERYWHERE)
             }
             None => {
-                let at = extent(rig, record);
+                let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), rig.before);
                 let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)
                     .map_err(|why| unsolved(rig, record, why))?;
                 let (curve, reach) = whisker(exact);

@@ -8,10 +8,9 @@ use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Joint, Object, Told};
 
+use super::Known;
 use super::model::Found;
-use super::model::exact::{Exact, Extent, HARD};
-use super::{Known, SideRecord};
-use crate::measure::Rig;
+use super::model::exact::Exact;
 use crate::status::Status;
 
 /// Curve of a known whisker, and the range of distances with value and slope, mm.
@@ -22,11 +21,6 @@ pub fn whisker(exact: Exact) -> (Whisker, [f64; 2]) {
 
 /// Range of distances of a power law, mm.
 pub const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
-
-pub(super) fn extent(rig: &Rig, record: &SideRecord) -> Extent {
-    let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), rig.before);
-    Extent { hard: HARD, ..at }
-}
 
 /// Learned model of a side with its data.
 #[derive(Clone)]

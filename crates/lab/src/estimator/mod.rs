@@ -173,12 +173,3 @@ impl Answers {
         if let Self::Learned(curve) = self { Some(curve) } else { None }
     }
 }
-
-/// Errors on distances left out.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
-    /// RMS error, mm; `None` without answers.
-    pub rms_mm: Option<f64>,
-    /// Error beyond the noise, per drive, mm.
-    pub bias_mm: Vec<f64>,
-}

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Judged;
 use super::cells::Cell;
 use super::held_out::Side;
 use super::model::{Found, between};
@@ -29,9 +28,9 @@ pub struct FactorRecord {
 
 impl FactorRecord {
     /// Factors from all of `side`.
-    pub fn calibrated(side: &Side<'_>, Judged { rms_mm, bias_mm }: Judged) -> Option<Self> {
+    pub fn calibrated(side: &Side<'_>, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Option<Self> {
         let [k, variance] = factors(side, |_| true)?;
-        Some(Self { held_out_rms_mm: rms_mm, K: k, K_variance: variance, bias_mm })
+        Some(Self { held_out_rms_mm, K: k, K_variance: variance, bias_mm })
     }
 
     /// True if there is a valid factor for each of `drives`.

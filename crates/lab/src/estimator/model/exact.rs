@@ -15,7 +15,7 @@ use crate::scene::{Model, Side};
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
 
 /// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
-pub const HARD: [usize; 2] = [48, 1024];
+const HARD: [usize; 2] = [48, 1024];
 
 /// Domain of a surface.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +51,7 @@ impl Extent {
             true => [0.02 * first, last + first.max(0.1 * last).max(ahead)],
             false => drives,
         };
-        Self { side, reach, drives, hard: [usize::MAX; 2] }
+        Self { side, reach, drives, hard: HARD }
     }
 }
 
