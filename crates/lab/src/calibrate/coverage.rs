@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Calibrated;
-use crate::estimator::learnt::Learnt;
+use crate::estimator::learned::Learnt;
 use crate::estimator::{Estimator, Known};
 
 /// Share of the errors at one position within 1 σ and beyond 3 σ.

@@ -25,10 +25,9 @@ pub mod report;
 pub mod second;
 pub mod several;
 pub mod side;
-mod told;
 mod zero;
 
-pub use crate::estimator::reason::Reason;
+pub use crate::estimator::taps::Reason;
 pub use side::SideResult;
 
 use vibrissa_learned::rows::range;

@@ -4,7 +4,7 @@ use vibrissa_learned::base::power;
 
 use super::{Options, Reason, between, learn, zero};
 use crate::error::{Error, InputError};
-use crate::estimator::learnt::Learnt;
+use crate::estimator::learned::Learnt;
 use crate::estimator::model::SAME;
 use crate::estimator::model::exact::{Exact, Opener, spec_values};
 use crate::estimator::taps::{Sorted, Tap};

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::coverage::Covered;
 use super::side::{KTable, SideResult};
-use super::{Calibrated, Reason, told};
+use super::{Calibrated, Reason, learn};
 use crate::error::InputError;
 use crate::estimator::Estimator;
 use crate::locate::Parameter;
@@ -88,7 +88,7 @@ fn side(s: &SideResult, found: &Calibrated, rig: &Rig) -> Value {
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
         "contradictions": s.contradictions,
-        "learned": told::json(&s.learnt, kind),
+        "learned": learn::json(&s.learnt, kind),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind, found.unread)),
     })
 }
@@ -285,7 +285,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         if let Some(why) = &s.record.no_exact {
             let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
         }
-        for line in told::text(&s.learnt, kind) {
+        for line in learn::text(&s.learnt, kind) {
             let _ = writeln!(t, "  {line}");
         }
         if let Some(f) = &s.fit {

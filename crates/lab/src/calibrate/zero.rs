@@ -6,7 +6,7 @@ use vibrissa_learned::rows::range;
 use crate::error::Error;
 use crate::estimator::cells::{Cell, grouped};
 use crate::estimator::fit::Task;
-use crate::estimator::learnt::Learnt;
+use crate::estimator::learned::Learnt;
 use crate::estimator::least;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::{Sorted, Tap};

@@ -6,11 +6,13 @@ use rayon::prelude::*;
 
 use super::cells::Cell;
 use super::fit::Fit;
-use super::learnt::Learnt;
 use super::model::Found;
 use super::paper::Paper;
 use super::taps::Tap;
-use super::{Estimator, curve, exact, learned};
+use super::{
+    Estimator, curve, exact,
+    learned::{self, Learnt},
+};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 

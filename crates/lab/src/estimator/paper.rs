@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::cells::Cell;
 use super::held_out::Side;
 use super::model::{Found, between};
-use super::record::{known, positive};
+use super::{known, positive};
 use crate::design::amount;
 use crate::measure::Rig;
 use crate::physics::inverse::Inverse;

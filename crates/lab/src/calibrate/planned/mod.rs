@@ -13,7 +13,7 @@ use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
 use vibrissa_learned::rows::range;
 
 use crate::error::{Error, InputError};
-use crate::estimator::learnt::whisker;
+use crate::estimator::learned::whisker;
 use crate::estimator::model::exact::{Exact, Extent, Opener, spec_values};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
