@@ -16,15 +16,15 @@ pub mod coverage;
 mod doubtful;
 mod lag;
 mod learn;
-pub mod order;
+mod order;
 pub mod output;
 pub mod planned;
 mod prepare;
 mod remarks;
 pub mod report;
-pub mod second;
+mod second;
 pub mod several;
-pub mod side;
+mod side;
 mod zero;
 
 pub use crate::estimator::taps::Reason;

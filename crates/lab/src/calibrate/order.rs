@@ -10,7 +10,6 @@ use crate::estimator::cells::{Cell, Levels};
 /// Two neighbouring positions, one of which is mislabelled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contradiction {
-    /// The two distances, mm.
     #[serde(rename = "a_mm")]
     pub a: [f64; 2],
     /// Number of drives at which their signals are in the wrong order.
@@ -70,7 +69,6 @@ const FAR: f64 = 0.1;
 /// The winner's error must be below this share of that of `learned`.
 const BETTER: f64 = 1.0 / 3.0;
 
-/// Range of the calibrated distances, mm.
 pub fn range(side: &SideResult) -> f64 {
     side.record.distances_mm[1] - side.record.distances_mm[0]
 }

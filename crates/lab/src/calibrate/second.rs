@@ -22,9 +22,6 @@ const ENOUGH: usize = 10;
 const TILTED: f64 = 0.017;
 
 /// Refuses invalid columns of a second gauge.
-///
-/// # Errors
-/// A signal of another kind than the first; a field that is not a number; a tilt of 90° or more.
 pub fn check(data: &Data) -> Result<(), InputError> {
     let beside = &data.beside;
     if let Some((unit, name)) = beside.second.as_ref().filter(|(unit, _)| *unit != data.unit) {

@@ -37,7 +37,6 @@ pub(super) struct Ask<'a> {
     pub recorded: bool,
     /// Reason why the model cannot be fitted, if whisker and drives are known.
     pub no_exact: Option<&'a str>,
-    /// Additional parameters to fit.
     pub fit: &'a [Parameter],
 }
 
@@ -64,17 +63,12 @@ pub struct SideResult {
 /// K and distances by the paper's procedure.
 #[derive(Debug, Clone)]
 pub struct KTable {
-    /// Distances of the table.
     pub distances: Levels,
-    /// Drives of the table.
     pub drives: Levels,
     /// Cells: means over taps of one distance and drive.
     pub cells: Vec<Cell>,
-    /// Statistics per drive.
     pub by_drive: Vec<DriveRow>,
-    /// Statistics per distance.
     pub by_distance: Vec<DistanceRow>,
-    /// Estimate of each cell.
     pub estimates: Vec<Estimated>,
 }
 
@@ -111,9 +105,6 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
 }
 
 /// Calibrates every estimator that the data allow.
-///
-/// # Errors
-/// Fewer than two distances without suspect rows; a backend that fails.
 pub(super) fn calibrate(
     ask: &Ask<'_>,
     gauge: Side,

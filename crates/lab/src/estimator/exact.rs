@@ -19,7 +19,6 @@ use crate::measure::Rig;
 use crate::scene::{self, Contact, Drive};
 use crate::status::Status;
 
-/// Fitted model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExactRecord {
@@ -29,14 +28,11 @@ pub struct ExactRecord {
     pub bias_mm: Vec<f64>,
     /// Names of the fitted parameters, in the order of the covariance.
     pub fitted: Vec<String>,
-    /// Values of the model's parameters.
     pub values: IndexMap<String, f64>,
-    /// Covariance of the fitted parameters.
     pub covariance: Vec<Vec<f64>>,
 }
 
 impl ExactRecord {
-    /// Record of the model fitted to all of a side.
     pub fn calibrated(rig: &Rig, exact: &Exact, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Self {
         let kind = rig.setup.drive;
         let spec = spec_values(&rig.setup);
@@ -78,7 +74,6 @@ impl ExactRecord {
         Ok(Inverted { exact, last: RwLock::default() })
     }
 
-    /// Reading per strain, if in the record.
     pub fn factor(&self, kind: Drive) -> Option<f64> {
         self.values.get(Parameter::Factor.name(kind)).copied()
     }

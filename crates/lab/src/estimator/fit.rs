@@ -27,10 +27,8 @@ const MISFITS: [f64; 2] = [1e-8, 1.0];
 const BEYOND_NOISE: f64 = 6.6;
 const ENOUGH: f64 = 0.5;
 
-/// Result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
-    /// Model with the fitted parameters.
     pub exact: Exact,
     /// Requested parameters that the data do not determine: held at the spec's value.
     pub undetermined: Vec<Parameter>,
@@ -44,7 +42,6 @@ pub struct Fit {
     pub slopes: DMatrix<f64>,
     /// Measured − expected reading of the fitted cells.
     pub residuals: DVector<f64>,
-    /// Standard deviations of the fitted cells.
     pub deviations: DVector<f64>,
 }
 
@@ -59,28 +56,19 @@ impl Fit {
     }
 }
 
-/// Inputs of a fit.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
-    /// The whisker.
     pub rig: &'a Rig,
-    /// Range in which the model is solved.
     pub at: Extent,
-    /// Cells of the data.
     pub cells: &'a [Cell],
-    /// Standard deviation of one reading.
     pub noise: f64,
     /// True if the zero of the signal is fitted; else it is already subtracted or 0.
     pub sought: bool,
-    /// Solves models.
     pub open: Opener<'a>,
 }
 
 impl Task<'_> {
     /// Fits factor, drive offset and the `asked` parameters to the cells for which the model has solutions.
-    ///
-    /// # Errors
-    /// Too few such cells; a backend that fails.
     pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, ModelError> {
         let task = Self { at: Extent { hard: [usize::MAX; 2], ..self.at }, ..*self };
         let mut start = spec_values(&self.rig.setup);

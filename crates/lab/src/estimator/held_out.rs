@@ -21,19 +21,12 @@ const PARTS: usize = 40;
 /// Used data of one side.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
-    /// The whisker.
     pub rig: &'a Rig,
-    /// All taps of the file.
     pub taps: &'a [Tap],
-    /// Cells of the used taps.
     pub cells: &'a [Cell],
-    /// Calibrated drives.
     pub drives: &'a [f64],
-    /// Number of distances.
     pub distances: usize,
-    /// Standard deviation of one reading.
     pub noise: f64,
-    /// Learned model.
     pub learned: &'a Learnt,
 }
 
@@ -77,7 +70,6 @@ impl HeldOut {
         (errors.rms(), n)
     }
 
-    /// RMS over the taps of each drive.
     pub fn rms_by_drive(&self, cells: &[Cell], drives: usize) -> Vec<Option<f64>> {
         let mut errors = vec![Errors::default(); drives];
         for cell in cells {

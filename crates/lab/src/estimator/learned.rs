@@ -20,7 +20,6 @@ use crate::estimator::model::exact::{Exact, Extent, Opener, spec_values};
 use crate::measure::Rig;
 use crate::status::Status;
 
-/// Learned curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearnedRecord {
@@ -51,11 +50,9 @@ pub struct LearnedRecord {
     pub drive_shift: f64,
     /// Kind (curve, wave, a, u, zero) and degrees of each term.
     pub terms: Vec<(String, u8, u8)>,
-    /// Coefficients of the terms.
     pub mean: Vec<f64>,
     /// Independent standard deviations of the coefficients.
     pub deviations: Vec<Vec<f64>>,
-    /// Number of runs in the data.
     pub runs: usize,
     /// Variances of a reading about the curve: independent and proportional noise, position, visit, zero and gain of a run, drift.
     pub spread: [f64; 7],
@@ -122,7 +119,6 @@ impl LearnedRecord {
         })
     }
 
-    /// True if its values are consistent.
     pub fn is_sound(&self) -> bool {
         let n = self.terms.len();
         let mut numbers = self
@@ -203,21 +199,13 @@ pub struct Learnt {
     pub task: Task,
     /// Range of distances of the whisker or the power law, mm.
     pub reach: [f64; 2],
-    /// Index of the tap of each row.
     pub taps: Vec<Option<usize>>,
-    /// Index in the file of each row.
     pub lines: Vec<usize>,
-    /// Sign of the side.
     pub sign: f64,
-    /// Indices of the used rows.
     pub places: Vec<usize>,
-    /// Fit of the used rows.
     pub fit: Arc<Fit>,
-    /// Number of runs.
     pub runs: usize,
-    /// True if zeros were read.
     pub zero_read: bool,
-    /// True if the zero is known.
     pub zero_known: bool,
     /// Zero subtracted from the taps after the fit, in the sign of the side.
     pub subtracted: f64,
@@ -250,7 +238,6 @@ impl Learnt {
     }
 }
 
-/// Inverted learned curve.
 pub struct LearnedCurve {
     curve: Curve,
     base: Base,
@@ -289,13 +276,11 @@ impl LearnedCurve {
         made.unwrap_or_else(|| self.plain().0)
     }
 
-    /// Model of several taps of one object.
     pub fn joint(&self, tared: bool) -> &Joint {
         let new = || Joint::new(&self.curve, &self.base, tared, self.of(tared));
         self.joints[0][usize::from(tared)].get_or_init(new)
     }
 
-    /// Model of strokes.
     pub fn joint_of_strokes(&self, tared: bool) -> &Joint {
         let new = || Joint::of_strokes(&self.curve, &self.base, tared, self.of(tared));
         self.joints[1][usize::from(tared)].get_or_init(new)

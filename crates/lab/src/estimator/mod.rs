@@ -1,14 +1,14 @@
 //! Estimators of the distance: how each is calibrated, judged, written and opened.
 //! An estimator is a variant of [`Estimator`], a section of [`SideRecord`], and a file that calibrates, checks and opens its section as [`Answers`].
 
-pub mod cells;
-pub mod curve;
-pub mod exact;
-pub mod fit;
-pub mod held_out;
-pub mod learned;
-pub mod model;
-pub mod paper;
+pub(crate) mod cells;
+pub(crate) mod curve;
+pub(crate) mod exact;
+pub(crate) mod fit;
+pub(crate) mod held_out;
+pub(crate) mod learned;
+pub(crate) mod model;
+pub(crate) mod paper;
 pub mod taps;
 
 use serde::{Deserialize, Serialize};

@@ -17,12 +17,9 @@ pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
 /// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
 const HARD: [usize; 2] = [48, 1024];
 
-/// Domain of a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
-    /// Side of the gauge.
     pub side: Side,
-    /// Range of distances, mm.
     pub reach: [f64; 2],
     /// Range of drives, degrees or mm, with offsets.
     pub drives: [f64; 2],
@@ -56,9 +53,6 @@ impl Extent {
 }
 
 /// Surface of the model with `values`.
-///
-/// # Errors
-/// As [`Surface::build`]; a backend that cannot be opened.
 pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, ModelError> {
     let setup = scene_with(&rig.setup, values);
     let method = open(&setup.model)?;
