@@ -162,7 +162,7 @@ fn both_sides_and_the_side_that_was_not_calibrated() {
     let (contact, other) = (table(&near, &noisy()), table(&far, &Settings { seed: 2, ..noisy() }));
     let lines = |t: &str| t.lines().skip(1).collect::<Vec<_>>().join("\n");
     let both = once(&format!("{contact}{}\n", lines(&other)), &near);
-    assert_eq!(both.sides.iter().map(|s| s.gauge).collect::<Vec<_>>(), [Side::Contact, Side::Far]);
+    assert_eq!(both.sides.iter().map(|s| s.record.gauge()).collect::<Vec<_>>(), [Side::Contact, Side::Far]);
     let one = once(&contact, &near);
     let taps = table(&fresh(&far, [21.0, 48.0], 200), &Settings { seed: 8, ..noisy() });
     for found in [&both, &one] {

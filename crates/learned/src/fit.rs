@@ -2,19 +2,16 @@
 
 use nalgebra::DMatrix;
 
-use crate::average::{Widths, mean, points};
 use crate::base::{Base, Fitted, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms};
 use crate::curve::Curve;
 use crate::evidence::{Problem, ln_det};
 use crate::hyper::{Hyper, Prior};
 use crate::labels;
-use crate::newton::{Peak, approach, climb};
+use crate::peaks::{Widths, held, mean, peaks, points};
 use crate::rows::{Cell, Row, cells};
 use crate::start::{slopes, start};
 
-/// Peaks whose ln likelihood is this far below the best are ignored.
-pub const HEARD: f64 = 6.0;
 /// With more cells than this, a part is fitted first to find a start.
 pub const MANY: usize = 500;
 
@@ -191,39 +188,4 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
         evidence,
         freedom,
     })
-}
-
-fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
-    let same = problem.model.hypers == whole.hypers;
-    let solved = if same { problem.solve(&whole.at)? } else { return None };
-    Some(Peak { at: whole.at.clone(), solved, hessian: whole.hessian.clone() })
-}
-
-/// Peaks from starts with low noise, high noise and wrong positions, highest first.
-fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
-    let from = |noise: f64, position: f64| -> Vec<f64> {
-        let of = |(h, p): (&Hyper, &Prior)| match h {
-            Hyper::Floor | Hyper::Relative => f64::ln(noise),
-            Hyper::Position => f64::ln(position),
-            _ => p.median,
-        };
-        problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
-    };
-    if let Some(warm) = warm.filter(|w| w.len() == problem.dim())
-        && let Some(found) = climb(problem, &approach(problem, warm).map_or(warm.to_vec(), |a| a.0))
-    {
-        return vec![found];
-    }
-    let starts = [[3e-3, 3e-3], [5e-2, 3e-3], [1e-2, 1e-1]];
-    let mut ends: Vec<(Vec<f64>, f64)> = Vec::new();
-    for end in starts.into_iter().filter_map(|[noise, position]| approach(problem, &from(noise, position))) {
-        if !ends.iter().any(|(at, _)| at.iter().zip(&end.0).all(|(x, y)| (x - y).abs() < 0.3)) {
-            ends.push(end);
-        }
-    }
-    let best = ends.iter().map(|e| e.1).fold(f64::INFINITY, f64::min);
-    let near = ends.into_iter().filter(|(_, value)| *value < best + HEARD);
-    let mut all: Vec<Peak> = near.filter_map(|(at, _)| climb(problem, &at)).collect();
-    all.sort_by(|p, q| p.solved.value.total_cmp(&q.solved.value));
-    all
 }

@@ -4,8 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Calibrated;
-use super::output::side_name;
-use crate::estimator::learnt::Learnt;
+use crate::estimator::learned::Learnt;
 use crate::estimator::{Estimator, Known};
 
 /// Share of the errors at one position within 1 σ and beyond 3 σ.
@@ -62,7 +61,7 @@ pub fn coverage(found: &Calibrated) -> Covered {
                 let errors: Vec<[f64; 2]> =
                     taps.map(|k| [held.taps[*k], held.sigmas[*k]]).filter(|e| e[1].is_finite()).collect();
                 if !errors.is_empty() {
-                    positions.push(Coverage::new(side_name(side.gauge), *a, &errors));
+                    positions.push(Coverage::new(side.name(), *a, &errors));
                     all.extend(errors);
                 }
             }

@@ -1,5 +1,6 @@
 //! Data with too many suspect rows: likely causes, each tested by a fit.
 
+use super::prepare::votes;
 use super::{Calibrated, Options, Reason, check, named};
 use crate::error::{Error, InputError};
 use crate::measure::{Data, Rig, Row};
@@ -30,10 +31,11 @@ pub fn judged(
     (data, rig, options): (&Data, &Rig, &Options),
     settle: impl Fn(&Data, &Rig, &Options) -> Result<Calibrated, Error>,
 ) -> Result<Calibrated, Error> {
-    let grows = |of: &Calibrated| data.drive.is_some() && votes(of, 1) > 0.0;
+    let size_votes = |of: &Calibrated, fixed| votes(&of.taps, fixed, |t| t.signal.abs());
+    let grows = |of: &Calibrated| data.drive.is_some() && size_votes(of, 1) > 0.0;
     let unused = |of: &Calibrated| of.taps.iter().filter(|t| t.reason.is_some()).count() as f64;
     let is_turned =
-        |of: &Calibrated| grows(of) && (votes(of, 0) < 0.0 || unused(of) > MOST * of.taps.len() as f64);
+        |of: &Calibrated| grows(of) && (size_votes(of, 0) < 0.0 || unused(of) > MOST * of.taps.len() as f64);
     let turned = found.as_ref().is_ok_and(is_turned);
     let suspicion = found.as_ref().ok().and_then(|of| suspicion(of, &data.file));
     let suspect = suspicion.is_some();
@@ -111,20 +113,6 @@ fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
     Some(InputError::new(message).at(file, lines.first().copied()).key("a_mm"))
 }
 
-/// Number of groups with equal distance (`fixed` 0) or drive (1) in which the signal rises, less those in which it falls.
-fn votes(found: &Calibrated, fixed: usize) -> f64 {
-    let mut groups = std::collections::BTreeMap::<u64, Vec<[f64; 2]>>::new();
-    for t in found.taps.iter().filter(|t| t.reason.is_none()) {
-        groups.entry(t.group[fixed].to_bits()).or_default().push([t.group[1 - fixed], t.signal.abs()]);
-    }
-    let slope = |all: &Vec<[f64; 2]>| {
-        let middle = all.iter().map(|p| p[0]).sum::<f64>() / all.len() as f64;
-        let product = all.iter().map(|p| (p[0] - middle) * p[1]).sum::<f64>();
-        if product == 0.0 { 0.0 } else { product.signum() }
-    };
-    groups.values().map(slope).sum()
-}
-
 fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
     use Reason::{Missing, NoStrain, NotANumber, OutsideDomain, Saturated, Tilted};
     let none =
@@ -136,8 +124,7 @@ fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
 fn left_out(found: &Calibrated) -> f64 {
     let of = |s: &super::SideResult| {
         let [first, last] = s.record.distances_mm;
-        let rms = s.held_out(found.winner).and_then(|h| h.rms(|_| true).0);
-        rms.map_or(f64::INFINITY, |rms| rms / (last - first))
+        s.rms(found.winner).0.map_or(f64::INFINITY, |rms| rms / (last - first))
     };
     found.sides.iter().map(of).fold(0.0, f64::max)
 }

@@ -9,7 +9,7 @@ use vibrissa_learned::rows::Row;
 use super::{Calibrated, SideResult};
 use crate::digits::short;
 use crate::estimator::Estimator;
-use crate::estimator::learnt::Learnt;
+use crate::estimator::learned::Learnt;
 use crate::measure::Data;
 use crate::measure::lag::{Lag, MOST};
 

@@ -16,19 +16,18 @@ pub mod coverage;
 mod doubtful;
 mod lag;
 mod learn;
-pub mod order;
+mod order;
 pub mod output;
 pub mod planned;
 mod prepare;
 mod remarks;
 pub mod report;
-pub mod second;
+mod second;
 pub mod several;
-pub mod side;
-mod told;
+mod side;
 mod zero;
 
-pub use crate::estimator::reason::Reason;
+pub use crate::estimator::taps::Reason;
 pub use side::SideResult;
 
 use vibrissa_learned::rows::range;
@@ -172,7 +171,6 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         ));
     }
     let noise = sides[0].1.noise();
-    let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
     let mut results = Vec::new();
     for (gauge, learnt) in sides {
@@ -181,44 +179,18 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
             rig: &rig,
             taps: &taps,
             sign: learnt.sign,
-            gauge,
             noise,
             recorded,
             no_exact: no_exact.as_deref(),
             fit: &options.fit,
         };
-        results.push(side::calibrate(&asked, learnt, &open)?);
+        results.push(side::calibrate(&asked, gauge, learnt, &open)?);
     }
-    let knows = |s: &SideResult| {
-        let rms = |e: &Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
-        Estimator::ALL.iter().filter_map(rms).any(|rms| rms < order::range(s))
-    };
+    let knows =
+        |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < order::range(s));
     if !results.iter().all(knows) {
         return Err(remarks::nothing_known(data, &rig, &results).into());
     }
-    warnings.extend(remarks::remarks(data, &taps, &results, &rig, unread));
-    let mut beside = None;
-    if rig.setup.gauge.second {
-        if let Some(side) = results.iter().find(|s| s.gauge == rig.setup.gauge.side) {
-            beside = second::second(data, &rig, (&taps, &zeros), side, &open, &mut warnings)?;
-        } else {
-            warnings.push(format!(
-                "{}: the second gauge is not calibrated: no row is on the side of the gauge that the spec says",
-                data.file
-            ));
-        }
-    }
-    // Only the model with both gauges gives distance and tilt.
-    let both = beside.is_some() && results.iter().all(|s| s.has(Estimator::Exact));
-    let winner = if both { Estimator::Exact } else { order::of(&results) };
-    if !both && winner.name() != Estimator::Learned.name() {
-        warnings.push(format!(
-            "{}: learned tells distances that it has not seen no better than a guess of the middle, {} does: it answers by default",
-            data.file,
-            winner.name()
-        ));
-    }
-    let used = results.iter().map(|s| s.used).sum();
     if !data.unit.is_absolute() {
         // Noise of such a reading is not in strain; the calibration stores it.
         rig.setup.gauge.noise_strain = None;
@@ -227,26 +199,44 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         checksum: String::new(),
-        estimator: winner.name().to_owned(),
+        estimator: String::new(),
         signal: data.unit.column().to_owned(),
         drive_recorded: recorded,
         drive_origin: origin,
         noise,
-        noise_from,
+        noise_from: "the model of all rows".to_owned(),
         zero: Some(tared),
         lag: None,
-        second: beside,
+        second: None,
         data: Source {
             file: data.file.clone(),
             hash: options.hash.clone(),
             rows: taps.len(),
-            used,
+            used: results.iter().map(|s| s.used).sum(),
             zeros: zeros.len(),
         },
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
-    Ok(Calibrated { calibration, taps, zeros, zero, groups, unread, sides: results, winner, warnings })
+    let winner = Estimator::Learned;
+    let mut found =
+        Calibrated { calibration, taps, zeros, zero, groups, unread, sides: results, winner, warnings };
+    found.warnings.extend(remarks::remarks(data, &found));
+    if found.calibration.rig.setup.gauge.second {
+        found.calibration.second = second::second(data, &mut found, &open)?;
+    }
+    // Only the model with both gauges gives distance and tilt.
+    let both = found.calibration.second.is_some() && found.sides.iter().all(|s| s.has(Estimator::Exact));
+    found.winner = if both { Estimator::Exact } else { order::of(&found.sides) };
+    let name = found.winner.name();
+    if !both && found.winner != Estimator::Learned {
+        found.warnings.push(format!(
+            "{}: learned tells distances that it has not seen no better than a guess of the middle, {name} does: it answers by default",
+            data.file
+        ));
+    }
+    found.calibration.estimator = name.to_owned();
+    Ok(found)
 }
 
 fn missing(data: &Data, warnings: &mut Vec<String>) {

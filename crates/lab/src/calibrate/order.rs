@@ -10,7 +10,6 @@ use crate::estimator::cells::{Cell, Levels};
 /// Two neighbouring positions, one of which is mislabelled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contradiction {
-    /// The two distances, mm.
     #[serde(rename = "a_mm")]
     pub a: [f64; 2],
     /// Number of drives at which their signals are in the wrong order.
@@ -70,7 +69,6 @@ const FAR: f64 = 0.1;
 /// The winner's error must be below this share of that of `learned`.
 const BETTER: f64 = 1.0 / 3.0;
 
-/// Range of the calibrated distances, mm.
 pub fn range(side: &SideResult) -> f64 {
     side.record.distances_mm[1] - side.record.distances_mm[0]
 }
@@ -78,7 +76,7 @@ pub fn range(side: &SideResult) -> f64 {
 /// `learned`, unless on a side it fails and an estimator of all sides is much better. Estimators that answer less than half of the taps do not count.
 pub fn of(sides: &[SideResult]) -> Estimator {
     let rms = |s: &SideResult, e: Estimator| {
-        let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
+        let (rms, answered) = s.rms(e);
         rms.filter(|_| 2 * answered >= s.used).unwrap_or(f64::INFINITY)
     };
     let lost = |s: &&SideResult| {

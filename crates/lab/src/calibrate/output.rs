@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::estimator::Estimator;
 use crate::locate::Locator;
 use crate::measure::Data;
-use crate::scene::{Direction, Setup, Side, Tuple};
+use crate::scene::{Direction, Setup, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::table::{AtDistance, AtDrive};
@@ -27,11 +27,6 @@ pub fn tables(found: &Calibrated, data: &Data, locator: &Locator) -> Result<[Fra
     ])
 }
 
-/// Name of a side.
-pub fn side_name(side: Side) -> &'static str {
-    if side == Side::Far { "far" } else { "contact" }
-}
-
 fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Error> {
     let signal = data.unit.common();
     let mut table = heading("K_table").frame(&[setup.drive.column(), signal, &format!("{signal}_sd")]);
@@ -46,9 +41,9 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Erro
             let deviation = (linear - c.signal) / c.signal;
             let of_k = |x: f64| if k.is_finite() { x } else { f64::NAN };
             let numbers = [
-                side.sign * c.signal,
+                side.learnt.sign * c.signal,
                 sd,
-                side.sign * linear,
+                side.learnt.sign * linear,
                 k,
                 deviation,
                 of_k(e.distance),
@@ -57,7 +52,7 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Erro
             ];
             row.extend(numbers.map(Field::Number));
             let status = if k.is_finite() { e.status } else { Status::OK };
-            table.row(row.into_iter().chain([side_name(side.gauge).into(), status.into()]))?;
+            table.row(row.into_iter().chain([side.name().into(), status.into()]))?;
         }
     }
     Ok(table)
@@ -81,7 +76,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
         for (j, drive) in drives.iter().enumerate() {
             let design = Tuple { drive: *drive, ..rig.design.tuple.towards(Direction::UPRIGHT) };
             let row = AtDrive { design, row: side.table.by_drive[j].figures(), unit: rig.k_unit() };
-            table.row(beside(columns.fields(&row), [held[j].into(), side_name(side.gauge).into()]))?;
+            table.row(beside(columns.fields(&row), [held[j].into(), side.name().into()]))?;
         }
     }
     Ok(table)
@@ -96,7 +91,7 @@ fn distances(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
         for (i, a) in distances.centres.iter().enumerate() {
             let design = Tuple { a: *a, ..rig.design.tuple.towards(Direction::UPRIGHT) };
             let at = AtDistance { design, row: &by_distance[i], unit: rig.k_unit() };
-            table.row(beside(columns.fields(&at), [side_name(side.gauge).into()]))?;
+            table.row(beside(columns.fields(&at), [side.name().into()]))?;
         }
     }
     Ok(table)

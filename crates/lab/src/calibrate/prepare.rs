@@ -4,9 +4,9 @@ use vibrissa_learned::base::power;
 
 use super::{Options, Reason, between, learn, zero};
 use crate::error::{Error, InputError};
-use crate::estimator::learnt::Learnt;
+use crate::estimator::learned::Learnt;
 use crate::estimator::model::SAME;
-use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
+use crate::estimator::model::exact::{Exact, Opener, spec_values};
 use crate::estimator::taps::{Sorted, Tap};
 use crate::fields::plain;
 use crate::measure::group::Groups;
@@ -166,28 +166,31 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
 /// Sign of all taps if an unread zero turns it, by the slope of the signals or because one curve above a constant follows both signs best.
 fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
     let own: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
-    // Groups by the other label: one row in another unit spoils only its group.
-    let slope = |fixed: usize, of: fn(&Tap) -> f64| {
-        let mut groups = std::collections::BTreeMap::<u64, Vec<&Tap>>::new();
-        own.iter().for_each(|t| groups.entry(t.group[fixed].to_bits()).or_default().push(t));
-        let one = |all: &Vec<&Tap>| {
-            let mean = |f: &dyn Fn(&Tap) -> f64| all.iter().map(|t| f(t)).sum::<f64>() / all.len() as f64;
-            let (x, y) = (mean(&of), mean(&|t| t.signal));
-            let [xy, xx] = all
-                .iter()
-                .fold([0.0; 2], |[xy, xx], t| [xy + (of(t) - x) * (t.signal - y), xx + (of(t) - x).powi(2)]);
-            if xx > all.len() as f64 * (SAME * x).powi(2) { xy.signum() } else { 0.0 }
-        };
-        groups.values().map(one).sum::<f64>()
-    };
-    let by_drive = slope(0, |t| t.drive);
-    let sign = if by_drive == 0.0 { -slope(1, |t| t.a) } else { by_drive }.signum();
+    let by_drive = votes(taps, 0, |t| t.signal);
+    let sign = if by_drive == 0.0 { -votes(taps, 1, |t| t.signal) } else { by_drive }.signum();
     let against = own.iter().filter(|t| t.signal * sign < 0.0).count();
     match against {
         0 => None,
         n if n == own.len() => (by_drive != 0.0 || raw).then_some(sign),
         _ => is_one_curve(&own, sign).then_some(sign),
     }
+}
+
+/// Number of groups with equal distance (`fixed` 0) or drive (1) in which the signal rises, less those in which it falls. One row in another unit
+/// spoils only its group.
+pub(super) fn votes(taps: &[Tap], fixed: usize, signal: fn(&Tap) -> f64) -> f64 {
+    let mut groups = std::collections::BTreeMap::<u64, Vec<[f64; 2]>>::new();
+    for t in taps.iter().filter(|t| t.reason.is_none()) {
+        let x = if fixed == 0 { t.drive } else { t.a };
+        groups.entry(t.group[fixed].to_bits()).or_default().push([x, signal(t)]);
+    }
+    let slope = |all: &Vec<[f64; 2]>| {
+        let n = all.len() as f64;
+        let [x, y] = [0, 1].map(|k| all.iter().map(|p| p[k]).sum::<f64>() / n);
+        let [xy, xx] = [1, 0].map(|k| all.iter().map(|p| (p[0] - x) * (p[k] - [x, y][k])).sum::<f64>());
+        if xy != 0.0 && xx > n * (SAME * x).powi(2) { xy.signum() } else { 0.0 }
+    };
+    groups.values().map(slope).sum()
 }
 
 /// True if one power law above a constant fits signals of both signs better than one law for each sign.
@@ -333,7 +336,6 @@ fn spec_model(
     let Some(at) = super::extent(rig, taps, sign, gauge) else {
         return Ok(Err("no tap is usable".to_owned()));
     };
-    let at = Extent { hard: HARD, ..at };
     let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
     let last = usable.max_by(|s, t| s.drive.total_cmp(&t.drive));
     match Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open) {

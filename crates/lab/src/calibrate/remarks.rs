@@ -1,7 +1,7 @@
 //! Warnings about a calibration.
 
 use super::order::growing;
-use super::{Reason, SideResult, named};
+use super::{Calibrated, Reason, SideResult, named};
 use crate::error::InputError;
 use crate::estimator::Estimator;
 use crate::estimator::model::exact::Parameter;
@@ -24,7 +24,8 @@ const NEAR: f64 = 0.05;
 /// Misfit of the model, as a share of the signal, that is reported.
 const UNEXPLAINED: f64 = 0.01;
 
-pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unread: f64) -> Vec<String> {
+pub fn remarks(data: &Data, found: &Calibrated) -> Vec<String> {
+    let (taps, rig) = (&found.taps, &found.calibration.rig);
     let mut all = Vec::new();
     let mut add = |wanted: &dyn Fn(&Tap) -> bool, say: &dyn Fn(usize, String) -> String| {
         let lines: Vec<usize> = taps.iter().filter(|t| wanted(t)).map(|t| t.line).collect();
@@ -45,7 +46,7 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
     add(&|t| t.reason == Some(Reason::Tilted), &|n, lines| {
         format!("{n} of {of} rows are of tilted poles and serve the second gauge only (lines {lines})")
     });
-    for s in sides {
+    for s in &found.sides {
         if let Some(why) = &s.record.no_exact {
             all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
         }
@@ -69,7 +70,7 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
                 c.deviations
             ));
         }
-        let [grows, of] = growing(&s.table.cells, s.table.drives.len(), s.noise, rig.known);
+        let [grows, of] = growing(&s.table.cells, s.table.drives.len(), found.calibration.noise, rig.known);
         if grows > 0 && 2 * grows >= of {
             all.push(format!(
                 "{}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
@@ -81,22 +82,20 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
         all.extend(end_stop(data, taps, s));
         // A foil reads some 5 % of the strain in f.
         let about_one = rig.known && rig.setup.gauge.foil.is_none();
-        if let Some(k) = s
-            .mean_k()
-            .filter(|k| data.unit.is_absolute() && s.recorded && about_one && !(0.33..3.0).contains(k))
-        {
+        let about_one = about_one && data.unit.is_absolute() && found.calibration.drive_recorded;
+        if let Some(k) = s.mean_k().filter(|k| about_one && !(0.33..3.0).contains(k)) {
             let (signal, drive) = (data.unit.column(), rig.setup.drive.column());
             all.push(format!(
                 "K is {k:.3e} where theory expects about 1: check the unit of {signal} and the drive, and that a_mm and {drive} are not swapped"
             ));
         }
-        all.extend(other_whisker(data, s, unread));
+        all.extend(other_whisker(data, s, found.unread));
     }
     all
 }
 
 fn end_stop(data: &Data, taps: &[Tap], side: &SideResult) -> Option<String> {
-    let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == side.sign;
+    let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == side.learnt.sign;
     let first = taps.iter().find(stopped)?;
     Some(format!(
         "{}: {} rows read {} = {}, beyond which there is no reading, where more is expected (the first in line {}): this is taken as the end \
@@ -151,11 +150,9 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
 
 pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError {
     let of = |s: &SideResult| {
-        let each = Estimator::ALL.into_iter().filter(|e| s.has(*e)).map(|e| {
-            match s.held_out(e).and_then(|h| h.rms(|_| true).0) {
-                Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
-                None => format!("{} answers nothing", e.name()),
-            }
+        let each = Estimator::ALL.into_iter().filter(|e| s.has(*e)).map(|e| match s.rms(e).0 {
+            Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
+            None => format!("{} answers nothing", e.name()),
         });
         let [first, last] = s.record.distances_mm;
         format!(

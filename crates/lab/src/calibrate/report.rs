@@ -5,9 +5,8 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::coverage::Covered;
-use super::output::side_name;
 use super::side::{KTable, SideResult};
-use super::{Calibrated, Reason, told};
+use super::{Calibrated, Reason, learn};
 use crate::error::InputError;
 use crate::estimator::Estimator;
 use crate::locate::Parameter;
@@ -21,7 +20,6 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
     let Covered { positions, all, runs } = covered;
     let kind = rig.setup.drive;
     let c = &found.calibration;
-    let zero = found.unread;
     let suspect: Vec<Value> = found
         .taps
         .iter()
@@ -40,7 +38,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,
         "suspects": suspect,
-        "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
+        "sides": found.sides.iter().map(|s| side(s, found, rig)).collect::<Vec<_>>(),
         "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "centres": g.centres, "width": g.width })),
         "coverage": { "all": all.as_ref().map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
                       "positions": positions,
@@ -65,11 +63,11 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
     })
 }
 
-fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
-    let kind = rig.setup.drive;
+fn side(s: &SideResult, found: &Calibrated, rig: &Rig) -> Value {
+    let (kind, noise) = (rig.setup.drive, found.calibration.noise);
     let common = s.common_errors(&Estimator::ALL);
     let one = |e: Estimator| {
-        let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
+        let (rms, answered) = s.rms(e);
         let (common, n) = common.iter().find(|of| of.0 == e).map_or((None, 0), |of| of.1);
         let why = s.record.no_exact.as_ref().filter(|_| e == Estimator::Exact);
         json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": s.used,
@@ -77,21 +75,21 @@ fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
     };
     let estimators: serde_json::Map<String, Value> =
         Estimator::ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
-    let best = if s.table.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
+    let best = if s.table.drives.len() > 1 && rig.known { best(s, kind, noise) } else { Value::Null };
     json!({
-        "side": side_name(s.gauge),
-        "sign": s.sign,
+        "side": s.name(),
+        "sign": s.learnt.sign,
         "used": s.used,
         "estimators": estimators,
         "best": best,
-        "drives": if rig.known { drives(&s.table, Some(s), rig) } else { Vec::new() },
+        "drives": if rig.known { drives(&s.table, Some((s, noise)), rig) } else { Vec::new() },
         "distances": if rig.known { distances(&s.table, rig) } else { Vec::new() },
         "with_suspects": s.with_suspects.as_ref().filter(|_| rig.known).map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
         "contradictions": s.contradictions,
-        "learned": told::json(&s.learnt, kind),
-        "parameters": s.fit.as_ref().map(|f| parameters(f, kind, zero)),
+        "learned": learn::json(&s.learnt, kind),
+        "parameters": s.fit.as_ref().map(|f| parameters(f, kind, found.unread)),
     })
 }
 
@@ -125,8 +123,8 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
     t.drives.centres.iter().enumerate().map(at).collect()
 }
 
-fn best(s: &SideResult, kind: Drive) -> Value {
-    let all = at_drives(&s.table, s.noise);
+fn best(s: &SideResult, kind: Drive, noise: f64) -> Value {
+    let all = at_drives(&s.table, noise);
     let least = |f: &dyn Fn(&AtDrive) -> Option<f64>| {
         let known = all.iter().filter_map(|d| Some((d, f(d)?)));
         known.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(d, _)| d)
@@ -143,11 +141,11 @@ fn best(s: &SideResult, kind: Drive) -> Value {
     json!({ "by_K_sd": say(least(&clean)), "without_noise": say(least(&|d| d.bias)), "with_noise": say(least(&|d| d.total)) })
 }
 
-fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
+fn drives(t: &KTable, of: Option<(&SideResult, f64)>, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
-    let noise = of.map_or(0.0, |s| s.noise);
+    let noise = of.map_or(0.0, |of| of.1);
     let held: Vec<(&str, Vec<Option<f64>>)> =
-        Estimator::ALL.into_iter().filter_map(|e| Some((e.name(), of?.rms_by_drive(e)?))).collect();
+        Estimator::ALL.into_iter().filter_map(|e| Some((e.name(), of?.0.rms_by_drive(e)?))).collect();
     let row = |(j, d): (usize, AtDrive)| {
         let row = t.by_drive[j].figures();
         let mut v = json!({
@@ -260,13 +258,13 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
     for s in &found.sides {
         let [first, last] = s.record.distances_mm.map(short);
         let ends = s.table.drives.ends().map(short);
-        let drives = match (s.recorded, s.table.drives.len()) {
+        let drives = match (found.calibration.drive_recorded, s.table.drives.len()) {
             (false, _) => "one drive that nobody recorded".to_owned(),
             (true, 1) => format!("{symbol} = {}{degree}", ends[0]),
             (true, n) => format!("{n} {symbol} values {} … {}{degree}", ends[0], ends[1]),
         };
         let n = s.table.distances.len();
-        let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", side_name(s.gauge));
+        let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", s.name());
         let common = s.common_errors(&Estimator::ALL);
         let n = common.first().map_or(0, |of| of.1.1);
         let _ = writeln!(
@@ -287,7 +285,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         if let Some(why) = &s.record.no_exact {
             let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
         }
-        for line in told::text(&s.learnt, kind) {
+        for line in learn::text(&s.learnt, kind) {
             let _ = writeln!(t, "  {line}");
         }
         if let Some(f) = &s.fit {
@@ -296,7 +294,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             }
         }
         if s.table.drives.len() > 1 && rig.known {
-            let b = best(s, kind);
+            let b = best(s, kind, found.calibration.noise);
             let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
             let say = |k: &str| {
                 let at = &b[k];

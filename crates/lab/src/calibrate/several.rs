@@ -110,8 +110,7 @@ impl Calibration {
     }
 
     fn held_out(&self, k: usize) -> Option<f64> {
-        let side = &self.each[k].sides[0];
-        side.held_out(self.each[k].winner).and_then(|h| h.rms(|_| true).0)
+        self.each[k].sides[0].rms(self.each[k].winner).0
     }
 
     /// Table of the taps: labels, signals, expected signals, distance from all channels.

@@ -4,7 +4,6 @@ use vibrissa_learned::rows::range;
 
 use super::Reason;
 use super::order::{Contradiction, contradictions};
-use super::output::side_name;
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, grouped};
@@ -12,12 +11,11 @@ use crate::estimator::curve::SmoothRecord;
 use crate::estimator::exact::ExactRecord;
 use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
-use crate::estimator::learned::LearnedRecord;
-use crate::estimator::learnt::Learnt;
+use crate::estimator::learned::{LearnedRecord, Learnt};
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::paper::FactorRecord;
 use crate::estimator::taps::Tap;
-use crate::estimator::{Estimator, Judged, SideRecord};
+use crate::estimator::{Estimator, SideRecord};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
@@ -27,36 +25,24 @@ use crate::status::Status;
 /// Fewest distances for which errors at the ends can be ignored.
 const BETWEEN: usize = 5;
 
-/// Inputs of a side.
+/// Inputs of a side: the rig with the measured noise, and all taps of the file.
 #[derive(Clone, Copy)]
-pub struct Ask<'a> {
-    /// The file, for messages.
+pub(super) struct Ask<'a> {
     pub data: &'a Data,
-    /// Rig with the measured noise.
     pub rig: &'a Rig,
-    /// All taps of the file.
     pub taps: &'a [Tap],
-    /// Sign of the signals of this side.
     pub sign: f64,
-    /// Side of the gauge.
-    pub gauge: Side,
-    /// Standard deviation of one reading.
     pub noise: f64,
     /// True if the drive is known.
     pub recorded: bool,
     /// Reason why the model cannot be fitted, if whisker and drives are known.
     pub no_exact: Option<&'a str>,
-    /// Additional parameters to fit.
     pub fit: &'a [Parameter],
 }
 
 /// A calibrated side.
 #[derive(Debug, Clone)]
 pub struct SideResult {
-    /// Sign of its signals.
-    pub sign: f64,
-    /// Side of the gauge.
-    pub gauge: Side,
     /// Number of used taps.
     pub used: usize,
     /// K table of the used taps.
@@ -67,10 +53,6 @@ pub struct SideResult {
     pub record: SideRecord,
     /// The fit of the model.
     pub fit: Option<Fit>,
-    /// True if the drive is known.
-    pub recorded: bool,
-    /// Standard deviation of one reading.
-    pub noise: f64,
     /// Learned model.
     pub learnt: Learnt,
     /// Contradicting positions.
@@ -81,17 +63,12 @@ pub struct SideResult {
 /// K and distances by the paper's procedure.
 #[derive(Debug, Clone)]
 pub struct KTable {
-    /// Distances of the table.
     pub distances: Levels,
-    /// Drives of the table.
     pub drives: Levels,
     /// Cells: means over taps of one distance and drive.
     pub cells: Vec<Cell>,
-    /// Statistics per drive.
     pub by_drive: Vec<DriveRow>,
-    /// Statistics per distance.
     pub by_distance: Vec<DistanceRow>,
-    /// Estimate of each cell.
     pub estimates: Vec<Estimated>,
 }
 
@@ -128,10 +105,12 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
 }
 
 /// Calibrates every estimator that the data allow.
-///
-/// # Errors
-/// Fewer than two distances without suspect rows; a backend that fails.
-pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<SideResult, Error> {
+pub(super) fn calibrate(
+    ask: &Ask<'_>,
+    gauge: Side,
+    learnt: Learnt,
+    open: Opener<'_>,
+) -> Result<SideResult, Error> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
     let table = KTable::new(ask, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
         let message = "after suspect rows are left out, fewer than two distances remain";
@@ -159,7 +138,7 @@ pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<Side
     let mut no_exact = ask.no_exact.map(str::to_owned);
     let mut fit = None;
     if ask.recorded && ask.rig.known && no_exact.is_none() {
-        let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
+        let at = super::extent(ask.rig, ask.taps, ask.sign, gauge).expect("there are cells");
         let task = Task { rig: ask.rig, at, cells, noise: ask.noise, sought: false, open };
         match task.fit(ask.fit) {
             Ok(found) => fit = Some(found),
@@ -170,7 +149,7 @@ pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<Side
     let drive_ends = reached(ask.taps, cells, drives.len());
     let mut record = SideRecord {
         sign: ask.sign as i8,
-        gauge_side: side_name(ask.gauge).to_owned(),
+        gauge_side: if gauge == Side::Far { "far" } else { "contact" }.to_owned(),
         distances_mm: distances.ends(),
         drives: drives.centres.clone(),
         drive_ends: Some(drive_ends).filter(|r| *r != drives.ends()),
@@ -195,32 +174,20 @@ pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<Side
         let n = distances.len();
         let of = if e == Estimator::Curve && n >= BETWEEN { 1..n - 1 } else { 0..n };
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(cells, drives.len(), &of));
-        let judged = Judged { rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0), bias_mm: bias };
+        let rms = unseen.as_ref().and_then(|h| h.rms(|_| true).0);
         match e {
-            Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, judged),
+            Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, rms, bias),
             Estimator::Exact => {
-                record.exact = fit.as_ref().map(|fit| ExactRecord::calibrated(ask.rig, fit, judged))
+                let of = |fit: &Fit| ExactRecord::calibrated(ask.rig, &fit.exact, rms, bias);
+                record.exact = fit.as_ref().map(of);
             }
-            Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, judged),
-            Estimator::Learned => record.learned = Some(LearnedRecord::new(&learnt, judged)),
+            Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, rms, bias),
+            Estimator::Learned => record.learned = Some(LearnedRecord::new(&learnt, rms, drives.len())),
         }
         held.extend(unseen.map(|h| (e, h)));
     }
     let used = cells.iter().map(|c| c.taps.len()).sum();
-    Ok(SideResult {
-        sign: ask.sign,
-        gauge: ask.gauge,
-        used,
-        table,
-        with_suspects,
-        record,
-        fit,
-        recorded: ask.recorded,
-        noise: ask.noise,
-        learnt,
-        contradictions,
-        held,
-    })
+    Ok(SideResult { used, table, with_suspects, record, fit, learnt, contradictions, held })
 }
 
 /// Range of answered drives: a tap at an end of the range scatters as those of the calibration do.
@@ -238,6 +205,11 @@ fn end_stop(ask: &Ask<'_>) -> Option<f64> {
 }
 
 impl SideResult {
+    /// Name of the side: contact or far.
+    pub fn name(&self) -> &'static str {
+        if self.record.gauge() == Side::Far { "far" } else { "contact" }
+    }
+
     /// True if `estimator` is calibrated.
     pub fn has(&self, estimator: Estimator) -> bool {
         estimator.is_in(&self.record)
@@ -246,6 +218,11 @@ impl SideResult {
     /// Errors of `estimator` on distances left out.
     pub fn held_out(&self, estimator: Estimator) -> Option<&HeldOut> {
         self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
+    }
+
+    /// RMS error of `estimator` on distances left out, mm, and the number of taps that it answers.
+    pub fn rms(&self, estimator: Estimator) -> (Option<f64>, usize) {
+        self.held_out(estimator).map_or((None, 0), |h| h.rms(|_| true))
     }
 
     /// RMS error in mm of each of `estimators` on distances left out, over the taps that all answer, and their number.

@@ -1,11 +1,13 @@
 //! Unread zero of the signal.
 
+use nalgebra::{DMatrix, DVector};
 use vibrissa_learned::rows::range;
 
 use crate::error::Error;
-use crate::estimator::cells::grouped;
-use crate::estimator::fit::{Ordered, Task};
-use crate::estimator::learnt::Learnt;
+use crate::estimator::cells::{Cell, grouped};
+use crate::estimator::fit::Task;
+use crate::estimator::learned::Learnt;
+use crate::estimator::least;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::{Sorted, Tap};
 use crate::measure::zero::{Tared, TaredBy};
@@ -35,21 +37,32 @@ pub(super) fn of_model(
         _ => return Ok(None),
     };
     let rows = found.cells.iter().enumerate().flat_map(|(cell, at)| {
-        let c = &cells[*at];
-        c.taps.iter().map(move |k| (cell, c.n(), &taps[*k]))
+        let Cell { taps: of_cell, .. } = &cells[*at];
+        let deviation = found.deviations[cell] * (of_cell.len() as f64).sqrt();
+        of_cell.iter().map(move |k| (cell, deviation, &taps[*k]))
     });
-    let rows: Vec<(Ordered, f64)> = rows
-        .map(|(cell, of, t)| {
-            let left = t.signal.abs() - found.exact.expected(t.a, t.drive);
-            (Ordered { cell, of, order: t.place as f64, left }, t.signal.abs())
-        })
-        .filter(|(row, _)| row.left.is_finite())
+    // Measured − expected signal, in standard deviations.
+    let rows: Vec<(usize, f64, &Tap, f64)> = rows
+        .map(|(cell, sd, t)| (cell, sd, t, (t.signal.abs() - found.exact.expected(t.a, t.drive)) / sd))
+        .filter(|row| row.3.is_finite())
         .collect();
-    let said = found.constant(&rows.iter().map(|r| r.0).collect::<Vec<_>>());
-    let Some((constant, left)) = said else { return Ok(None) };
-    let n = left.len() as f64;
-    let within = left.norm_squared() <= noise * noise * (n + 2.0 * (2.0 * n).sqrt());
-    let exact = || rows.iter().zip(left.iter()).all(|((_, signal), e)| e.abs() <= SOLVED * signal);
+    // The zero may also drift in the order of the rows.
+    let (n, m) = (rows.len(), found.slopes.ncols());
+    let middle = rows.iter().map(|r| r.2.place as f64).sum::<f64>() / n as f64;
+    let design = DMatrix::from_fn(n, m + 1, |i, j| {
+        let (cell, sd, t, _) = rows[i];
+        (if j < m { found.slopes[(cell, j)] } else { t.place as f64 - middle }) / sd
+    });
+    let left = DVector::from_iterator(n, rows.iter().map(|r| r.3));
+    let zero = found.exact.fitted.iter().position(|p| *p == Parameter::Zero).filter(|_| n > m + 1);
+    let solved = least::solve(&design.tr_mul(&design), &design.tr_mul(&left));
+    let Some((k, (step, inverse))) = zero.zip(solved) else { return Ok(None) };
+    let rest = left - &design * &step;
+    let error = ((rest.norm_squared() / (n - m - 1) as f64).max(1.0) * inverse[(k, k)]).sqrt();
+    let constant = [found.exact.values[Parameter::Zero as usize] + step[k], error];
+    let squares: f64 = rows.iter().zip(&rest).map(|(r, e)| (e * r.1).powi(2)).sum();
+    let within = squares <= noise * noise * (n as f64 + 2.0 * (2.0 * n as f64).sqrt());
+    let exact = || rows.iter().zip(&rest).all(|(r, e)| (e * r.1).abs() <= SOLVED * r.2.signal.abs());
     Ok((within || exact()).then_some(constant))
 }
 

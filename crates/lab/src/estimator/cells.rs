@@ -15,7 +15,6 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Levels of `values`.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = values.collect();
         all.sort_by(f64::total_cmp);
@@ -38,22 +37,18 @@ impl Levels {
         levels
     }
 
-    /// Level of one of the values.
     pub fn place(&self, x: f64) -> usize {
         self.largest.partition_point(|e| *e < x).min(self.largest.len() - 1)
     }
 
-    /// First and last level; panics without levels.
     pub fn ends(&self) -> [f64; 2] {
         [self.centres[0], self.centres[self.len() - 1]]
     }
 
-    /// True without levels.
     pub fn is_empty(&self) -> bool {
         self.centres.is_empty()
     }
 
-    /// Number of levels.
     pub fn len(&self) -> usize {
         self.centres.len()
     }
@@ -62,17 +57,11 @@ impl Levels {
 /// Taps of one distance and one drive on one side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
-    /// Level of the distance.
     pub i: usize,
-    /// Level of the drive.
     pub j: usize,
-    /// Indices of its taps.
     pub taps: Vec<usize>,
-    /// Mean distance, mm.
     pub a: f64,
-    /// Mean drive.
     pub drive: f64,
-    /// Mean |signal|.
     pub signal: f64,
     /// Mean θ f in the theory of the spec.
     pub linear: f64,
@@ -87,7 +76,6 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Number of taps.
     pub fn n(&self) -> f64 {
         self.taps.len() as f64
     }

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::Judged;
 use super::cells::Cell;
 use super::held_out::Side;
 use super::model::polynomial::{Form, Point, Polynomial};
@@ -14,7 +13,6 @@ const BEYOND: [f64; 2] = [0.5, 4.0];
 /// Up to this many taps, each counts with its own labels; with more, cells count with their means.
 const EACH: usize = 1000;
 
-/// Fitted curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SmoothRecord {
@@ -22,15 +20,13 @@ pub struct SmoothRecord {
     pub held_out_rms_mm: Option<f64>,
     /// Error on distances left out beyond the noise, per drive.
     pub bias_mm: Vec<f64>,
-    /// Polynomial of the curve.
     pub fit: Polynomial,
 }
 
 impl SmoothRecord {
-    /// Curve through all of `side`.
-    pub fn calibrated(side: &Side<'_>, Judged { rms_mm, bias_mm }: Judged) -> Option<Self> {
+    pub fn calibrated(side: &Side<'_>, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Option<Self> {
         let fit = Polynomial::through(&points(side, None), form(side)?, BEYOND[0])?;
-        Some(Self { held_out_rms_mm: rms_mm, bias_mm, fit })
+        Some(Self { held_out_rms_mm, bias_mm, fit })
     }
 }
 
@@ -39,7 +35,6 @@ pub fn form(side: &Side<'_>) -> Option<Form> {
     Polynomial::choose(&points(side, None))
 }
 
-/// Curve of this form without the distances `gone`.
 pub fn without(side: &Side<'_>, gone: &Range<usize>, form: Option<Form>) -> Option<Polynomial> {
     Polynomial::through(&points(side, Some(gone)), form?, BEYOND[1])
 }

@@ -10,16 +10,15 @@ use serde::{Deserialize, Serialize};
 
 use super::fit::Fit;
 use super::held_out::Side;
-use super::model::exact::{Exact, Extent, HARD, Opener, Parameter, Values, spec_values};
+use super::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use super::model::{Found, ModelError};
-use super::{Judged, SideRecord, least};
+use super::{SideRecord, least};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::measure::Rig;
 use crate::scene::{self, Contact, Drive};
 use crate::status::Status;
 
-/// Fitted model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExactRecord {
@@ -29,21 +28,18 @@ pub struct ExactRecord {
     pub bias_mm: Vec<f64>,
     /// Names of the fitted parameters, in the order of the covariance.
     pub fitted: Vec<String>,
-    /// Values of the model's parameters.
     pub values: IndexMap<String, f64>,
-    /// Covariance of the fitted parameters.
     pub covariance: Vec<Vec<f64>>,
 }
 
 impl ExactRecord {
-    /// Record of the `fit` to all of a side.
-    pub fn calibrated(rig: &Rig, Fit { exact, .. }: &Fit, Judged { rms_mm, bias_mm }: Judged) -> Self {
+    pub fn calibrated(rig: &Rig, exact: &Exact, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Self {
         let kind = rig.setup.drive;
         let spec = spec_values(&rig.setup);
         let known = |p: &Parameter| spec[*p as usize].is_finite();
         let value = |p: Parameter| (p.name(kind).to_owned(), exact.values[p as usize]);
         Self {
-            held_out_rms_mm: rms_mm,
+            held_out_rms_mm,
             bias_mm,
             fitted: exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
             values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
@@ -73,13 +69,11 @@ impl ExactRecord {
         // Room for the offset's uncertainty, and for readings a little beyond the calibrated drives.
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
         let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
-        let at = Extent { hard: HARD, ..at };
         let exact = Exact::new(rig, values, fitted, self.covariance.clone(), at, open);
         let exact = exact.map_err(|why| unsolved(rig, record, why))?;
         Ok(Inverted { exact, last: RwLock::default() })
     }
 
-    /// Reading per strain, if in the record.
     pub fn factor(&self, kind: Drive) -> Option<f64> {
         self.values.get(Parameter::Factor.name(kind)).copied()
     }

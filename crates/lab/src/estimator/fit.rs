@@ -27,10 +27,8 @@ const MISFITS: [f64; 2] = [1e-8, 1.0];
 const BEYOND_NOISE: f64 = 6.6;
 const ENOUGH: f64 = 0.5;
 
-/// Result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
-    /// Model with the fitted parameters.
     pub exact: Exact,
     /// Requested parameters that the data do not determine: held at the spec's value.
     pub undetermined: Vec<Parameter>,
@@ -44,41 +42,10 @@ pub struct Fit {
     pub slopes: DMatrix<f64>,
     /// Measured − expected reading of the fitted cells.
     pub residuals: DVector<f64>,
-    /// Standard deviations of the fitted cells.
     pub deviations: DVector<f64>,
 }
 
-/// Tap of a fitted cell.
-#[derive(Debug, Clone, Copy)]
-pub struct Ordered {
-    /// Index of its cell among the fitted ones.
-    pub cell: usize,
-    /// Number of taps of this cell.
-    pub of: f64,
-    /// Index of the tap in the file.
-    pub order: f64,
-    /// Measured − expected reading.
-    pub left: f64,
-}
-
 impl Fit {
-    /// Fitted constant of the signal, its error if the zero may also drift in the order of `rows`, and the residuals; `None` if they are inseparable.
-    pub fn constant(&self, rows: &[Ordered]) -> Option<([f64; 2], DVector<f64>)> {
-        let k = self.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
-        let (n, m) = (rows.len(), self.slopes.ncols());
-        let middle = rows.iter().map(|r| r.order).sum::<f64>() / n as f64;
-        let deviation = |r: &Ordered| self.deviations[r.cell] * r.of.sqrt();
-        let entry = |r: &Ordered, j: usize| if j < m { self.slopes[(r.cell, j)] } else { r.order - middle };
-        let design = DMatrix::from_fn(n, m + 1, |i, j| entry(&rows[i], j) / deviation(&rows[i]));
-        let left = DVector::from_iterator(n, rows.iter().map(|r| r.left / deviation(r)));
-        let (step, inverse) = least::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
-        let freedom = n.checked_sub(m + 1).filter(|n| *n > 0)? as f64;
-        let rest = left - &design * &step;
-        let error = ((rest.norm_squared() / freedom).max(1.0) * inverse[(k, k)]).sqrt();
-        let value = self.exact.values[Parameter::Zero as usize] + step[k];
-        Some(([value, error], DVector::from_fn(n, |i, _| rest[i] * deviation(&rows[i]))))
-    }
-
     /// Standard errors of the fitted parameters, with that of the subtracted `zero`.
     pub fn errors(&self, zero: f64) -> Vec<f64> {
         let weights = self.deviations.map(|d| 1.0 / (d * d));
@@ -89,31 +56,23 @@ impl Fit {
     }
 }
 
-/// Inputs of a fit.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
-    /// The whisker.
     pub rig: &'a Rig,
-    /// Range in which the model is solved.
     pub at: Extent,
-    /// Cells of the data.
     pub cells: &'a [Cell],
-    /// Standard deviation of one reading.
     pub noise: f64,
     /// True if the zero of the signal is fitted; else it is already subtracted or 0.
     pub sought: bool,
-    /// Solves models.
     pub open: Opener<'a>,
 }
 
 impl Task<'_> {
     /// Fits factor, drive offset and the `asked` parameters to the cells for which the model has solutions.
-    ///
-    /// # Errors
-    /// Too few such cells; a backend that fails.
     pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, ModelError> {
+        let task = Self { at: Extent { hard: [usize::MAX; 2], ..self.at }, ..*self };
         let mut start = spec_values(&self.rig.setup);
-        let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), self.at, self.open)?;
+        let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), task.at, self.open)?;
         let room = ROOM * self.at.drives[1];
         let ratio = |c: &Cell| c.signal / exact.expected(c.a, c.drive);
         let known = |c: &Cell| ratio(c).is_finite() && exact.expected(c.a, c.drive + room).is_finite();
@@ -124,7 +83,7 @@ impl Task<'_> {
             return Err(ModelError::FewTaps { found: cells.len(), of: self.cells.len() });
         }
         start[0] = crate::reduce::median(&mut cells.iter().map(ratio).collect::<Vec<_>>());
-        let fit = Task { cells: &cells, ..*self }.fit_from(start, asked)?;
+        let fit = Task { cells: &cells, ..task }.fit_from(start, asked)?;
         Ok(Fit { cells: places, ..fit })
     }
 

@@ -6,11 +6,13 @@ use rayon::prelude::*;
 
 use super::cells::Cell;
 use super::fit::Fit;
-use super::learnt::Learnt;
 use super::model::Found;
 use super::paper::Paper;
 use super::taps::Tap;
-use super::{Estimator, curve, exact, learned};
+use super::{
+    Estimator, curve, exact,
+    learned::{self, Learnt},
+};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
@@ -19,19 +21,12 @@ const PARTS: usize = 40;
 /// Used data of one side.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
-    /// The whisker.
     pub rig: &'a Rig,
-    /// All taps of the file.
     pub taps: &'a [Tap],
-    /// Cells of the used taps.
     pub cells: &'a [Cell],
-    /// Calibrated drives.
     pub drives: &'a [f64],
-    /// Number of distances.
     pub distances: usize,
-    /// Standard deviation of one reading.
     pub noise: f64,
-    /// Learned model.
     pub learned: &'a Learnt,
 }
 
@@ -75,7 +70,6 @@ impl HeldOut {
         (errors.rms(), n)
     }
 
-    /// RMS over the taps of each drive.
     pub fn rms_by_drive(&self, cells: &[Cell], drives: usize) -> Vec<Option<f64>> {
         let mut errors = vec![Errors::default(); drives];
         for cell in cells {

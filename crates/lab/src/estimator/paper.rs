@@ -2,36 +2,31 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Judged;
 use super::cells::Cell;
 use super::held_out::Side;
 use super::model::{Found, between};
-use super::record::{known, positive};
+use super::{known, positive};
 use crate::design::amount;
 use crate::measure::Rig;
 use crate::physics::inverse::Inverse;
 use crate::scene::{Drive, Theory};
 
-/// Record of `paper`: a K̄ for each drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct FactorRecord {
     /// RMS error on distances left out.
     pub held_out_rms_mm: Option<f64>,
-    /// K̄ per drive.
     pub K: Vec<f64>,
-    /// Variance of ln K̄.
     pub K_variance: Vec<f64>,
     /// Error on distances left out beyond the noise, per drive.
     pub bias_mm: Vec<f64>,
 }
 
 impl FactorRecord {
-    /// Factors from all of `side`.
-    pub fn calibrated(side: &Side<'_>, Judged { rms_mm, bias_mm }: Judged) -> Option<Self> {
+    pub fn calibrated(side: &Side<'_>, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Option<Self> {
         let [k, variance] = factors(side, |_| true)?;
-        Some(Self { held_out_rms_mm: rms_mm, K: k, K_variance: variance, bias_mm })
+        Some(Self { held_out_rms_mm, K: k, K_variance: variance, bias_mm })
     }
 
     /// True if there is a valid factor for each of `drives`.
@@ -63,7 +58,6 @@ fn factors(side: &Side<'_>, wanted: impl Fn(&Cell) -> bool) -> Option<[Vec<f64>;
     Some([k, sums.iter().map(|s| s.1 / (s.2 * s.2) as f64).collect()])
 }
 
-/// Closed form f with its factors.
 #[derive(Debug, Clone)]
 pub struct Paper {
     inverse: Inverse,
@@ -81,13 +75,11 @@ impl Paper {
         Self { inverse, kind: rig.setup.drive, drives, k, variance }
     }
 
-    /// Factors from `side` without the distances `gone`.
     pub fn without(side: &Side<'_>, gone: &std::ops::Range<usize>) -> Option<Self> {
         let [k, variance] = factors(side, |c| !gone.contains(&c.i))?;
         Some(Self::new(side.rig, side.drives, &k, &variance))
     }
 
-    /// Distance for a `reading` > 0.
     pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
         let k = between(&self.drives, &self.k, drive);
         let amount = amount(self.kind, drive);
@@ -99,12 +91,10 @@ impl Paper {
         Some(Found::root(roots.far, near, slope, variance))
     }
 
-    /// Expected reading at a (mm).
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         amount(self.kind, drive) * self.inverse.curve().value(a) / between(&self.drives, &self.k, drive)
     }
 
-    /// Variance of the expected reading from the calibration.
     pub fn variance(&self, a: f64, drive: f64) -> f64 {
         self.expected(a, drive).powi(2) * between(&self.drives, &self.variance, drive)
     }

@@ -1,8 +1,8 @@
-//! Strokes of a whisker over an object as TOML: the file of `simulate --object`.
+//! Whiskers that are moved or mounted, as TOML: strokes over an object (`simulate --object`), an array (`locate --array`).
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::sense;
+use crate::contour::point::Noise;
 use crate::contour::truth::Pose;
 use crate::error::InputError;
 use crate::simulate::object::{Curve, Object};
@@ -100,5 +100,72 @@ fn curve(file: &Item<'_>, folder: &Path, closed: bool) -> Result<Curve, InputErr
     Curve::new(points, closed).ok_or_else(|| {
         let error = InputError::new("these points make no curve").at(&label, None);
         error.allowed("four points or more, no two that follow each other the same")
+    })
+}
+
+/// A whisker and its mounting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mount {
+    /// Name of the whisker.
+    pub name: String,
+    /// Path of its calibration.
+    pub calibration: PathBuf,
+    /// Position and direction.
+    pub pose: Pose,
+}
+
+/// Array as read from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Array {
+    /// At least one mount; names are unique.
+    pub mounts: Vec<Mount>,
+    /// Uncertainties besides the signals.
+    pub noise: Noise,
+}
+
+impl Array {
+    /// Parses `text` of the file `label`; calibrations are relative to `folder`.
+    ///
+    /// # Errors
+    /// A text that is not an array; two whiskers with one name.
+    pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
+        spec::described(label, text, "array", |file| Self::of(file, folder))
+    }
+
+    fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
+        let angle = file.or("angle_noise", Noise::default().angle, Item::ranged)?;
+        let base = file.or("base_noise", 0.0, Item::ranged)?;
+        let whiskers = file.needs("whisker")?;
+        let mut mounts: Vec<Mount> = Vec::new();
+        for whisker in whiskers.tables()? {
+            let mount = mount(&whisker, folder)?;
+            if mounts.iter().any(|m| m.name == mount.name) {
+                return whisker.needs("name")?.refuse("two whiskers have this name", "different names");
+            }
+            mounts.push(mount);
+        }
+        if mounts.is_empty() {
+            return whiskers.wrong("there is no whisker");
+        }
+        Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
+    }
+}
+
+fn mount(whisker: &Item<'_>, folder: &Path) -> Result<Mount, InputError> {
+    let place = |key: &str| whisker.needs(key)?.ranged();
+    let heading = place("heading")?.to_radians();
+    let base = [place("x")?, place("y")?, whisker.or("z", 0.0, Item::ranged)?];
+    Ok(Mount {
+        name: whisker.needs("name")?.text()?.to_owned(),
+        calibration: folder.join(whisker.needs("calibration")?.text()?),
+        pose: Pose { base, heading, sense: sense(whisker)? },
+    })
+}
+
+/// Sense of rotation of the whisker of `table`: 1 (counterclockwise, default) or −1.
+fn sense(table: &Item<'_>) -> Result<f64, InputError> {
+    table.or("sense", 1.0, |sense| match sense.ranged()? {
+        value if value.abs() == 1.0 => Ok(value),
+        _ => sense.wrong("this value is out of range"),
     })
 }

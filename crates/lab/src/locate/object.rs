@@ -14,7 +14,7 @@ use super::stream::Ask;
 use super::tared::Once;
 use super::{Located, Locator};
 use crate::error::InputError;
-use crate::estimator::learnt::LearnedCurve;
+use crate::estimator::learned::LearnedCurve;
 use crate::sink::lab::LabCell;
 use crate::status::Status;
 

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::estimate::WIDENING;
-use crate::estimator::learnt::LearnedCurve;
+use crate::estimator::learned::LearnedCurve;
 use crate::estimator::model::exact::Opener;
 use crate::estimator::model::{SAME, between};
 use crate::estimator::{Answers, Estimator, SideRecord};

@@ -6,11 +6,9 @@
 
 mod course;
 mod expected;
-mod modes;
 mod object;
 mod outlook;
 mod posterior;
-mod search;
 mod stroke;
 #[cfg(test)]
 mod tests;

@@ -13,8 +13,8 @@ use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
 use vibrissa_learned::rows::range;
 
 use crate::error::{Error, InputError};
-use crate::estimator::learnt::whisker;
-use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
+use crate::estimator::learned::whisker;
+use crate::estimator::model::exact::{Exact, Extent, Opener, spec_values};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
 
@@ -146,7 +146,7 @@ pub fn plan(
     };
     let ends = |all: &[f64]| [all[0], all[all.len() - 1]];
     let side = rig.setup.gauge.side;
-    let at = Extent { hard: HARD, ..Extent::around(rig, side, ends(&distances), ends(&drives), 0.0) };
+    let at = Extent::around(rig, side, ends(&distances), ends(&drives), 0.0);
     let physical = apart::parameters(rig);
     let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open);
     let exact = exact.map_err(|why| match why.is_of_whisker() {

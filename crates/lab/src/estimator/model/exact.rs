@@ -15,14 +15,11 @@ use crate::scene::{Model, Side};
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
 
 /// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
-pub const HARD: [usize; 2] = [48, 1024];
+const HARD: [usize; 2] = [48, 1024];
 
-/// Domain of a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
-    /// Side of the gauge.
     pub side: Side,
-    /// Range of distances, mm.
     pub reach: [f64; 2],
     /// Range of drives, degrees or mm, with offsets.
     pub drives: [f64; 2],
@@ -51,14 +48,11 @@ impl Extent {
             true => [0.02 * first, last + first.max(0.1 * last).max(ahead)],
             false => drives,
         };
-        Self { side, reach, drives, hard: [usize::MAX; 2] }
+        Self { side, reach, drives, hard: HARD }
     }
 }
 
 /// Surface of the model with `values`.
-///
-/// # Errors
-/// As [`Surface::build`]; a backend that cannot be opened.
 pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, ModelError> {
     let setup = scene_with(&rig.setup, values);
     let method = open(&setup.model)?;

@@ -34,9 +34,6 @@ pub struct Pair {
 
 impl Pair {
     /// Model of `rig` with the parameters `values`, over the distances of `at`, for poles that lean by `lean` degrees.
-    ///
-    /// # Errors
-    /// Impossible distances.
     pub fn new(rig: &Rig, values: &Values, at: Extent, lean: f64) -> Result<Self, ModelError> {
         let mut setup = scene_with(&rig.setup, values);
         setup.gauge.side = at.side;
@@ -49,17 +46,14 @@ impl Pair {
         Ok(Self { setup, designs: [design], offsets: [values[2], values[1]], lean, reach })
     }
 
-    /// Evaluator of its taps by `method`.
     pub fn evaluator(&self, method: Method) -> Evaluator<'_> {
         Evaluator::new(&self.setup, method)
     }
 
-    /// Model that `method` must solve.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// Tap labelled with a (mm), tilt (degrees) and drive.
     pub fn tap(&self, a: f64, tilt: f64, drive: f64) -> Task {
         let ([a0, drive0], direction) = (self.offsets, Direction { tilt, lean: self.lean });
         Task { design: 0, a: a + a0, direction, drive: drive + drive0 }

@@ -19,13 +19,11 @@ const DRIVES: usize = 32;
 
 const DEGREES: usize = 4;
 
-/// Form of a polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Form {
     /// Total degree in ln signal and the drive.
     pub degree: usize,
-    /// Degree in the drive.
     pub drive_degree: usize,
     /// True if ln a is fitted instead of a.
     pub log_a: bool,
@@ -86,13 +84,9 @@ impl Form {
 /// Tap: distance in mm, drive, |signal| > 0, and the position that cross-validation leaves out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Contact distance, mm.
     pub a: f64,
-    /// Drive, degrees or mm.
     pub drive: f64,
-    /// |signal| > 0.
     pub signal: f64,
-    /// Index of the position.
     pub position: usize,
     /// Number of taps that it represents.
     pub n: f64,
@@ -100,21 +94,17 @@ pub struct Point {
 
 type Range = (f64, [f64; 2]);
 
-/// Fitted curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Polynomial {
-    /// Form of the polynomial.
     pub form: Form,
     /// Middle and half width of ln signal, and of the drive or its logarithm.
     pub scale: [[f64; 2]; 2],
     /// Coefficients, by exponent of the scaled ln signal, then of the scaled drive.
     pub coefficients: Vec<f64>,
-    /// Covariance of the coefficients.
     pub covariance: Vec<Vec<f64>>,
     /// 1 if the distance grows with the signal, −1 if it falls.
     pub sign: f64,
-    /// Range of answered distances, mm.
     pub reach: [f64; 2],
 }
 

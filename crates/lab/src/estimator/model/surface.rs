@@ -27,9 +27,7 @@ pub struct Surface {
     kind: Drive,
     /// True if polynomials are in the fourth root of the drive: a yielding skin gives the ratio a part in drive^(−1/3).
     yields: bool,
-    /// Range of distances, mm.
     pub reach: [f64; 2],
-    /// Range of drives, degrees or mm.
     pub drives: [f64; 2],
     strips: Vec<Strip>,
     /// Relative error: sum of the last coefficients of the worst piece.
@@ -57,9 +55,6 @@ struct Piece {
 impl Surface {
     /// Solves the model of `setup` for the whisker of `rig` over `at`. Beyond the tip the taper is continued; the reach ends at the gauge's
     /// near end, short of the apex, and, at large drives, where a thin tip slips off.
-    ///
-    /// # Errors
-    /// Impossible distances; taps without solutions; a backend that fails.
     pub fn build(rig: &Rig, setup: &Setup, at: Extent, method: Method) -> Result<Self, ModelError> {
         let Extent { side, reach, drives, hard } = at;
         let mut setup = setup.clone();
