@@ -6,7 +6,7 @@ use crate::common::measuring::{REAL, prototype, rig};
 use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, rms as rms_of, value};
 use crate::common::tap;
-use vibrissa::contour::truth::Pose;
+use vibrissa::contour::point::Pose;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::Model;
 use vibrissa::simulate::object::Object;

@@ -1,7 +1,6 @@
 //! A point on an object, with what is known of it.
 
 use super::curve::Covariance;
-use super::truth::Pose;
 use crate::error::InputError;
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
@@ -51,6 +50,43 @@ impl Noise {
     }
 }
 
+/// The whisker at first touch, among the object: the frame of model §6.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// The motor's axis, mm.
+    pub base: [f64; 3],
+    /// Direction of the undeflected whisker, rad, counterclockwise from +x.
+    pub heading: f64,
+    /// +1 where it turns counterclockwise towards the object, −1 clockwise.
+    pub sense: f64,
+}
+
+impl Pose {
+    /// A place in the frame of first touch (x along the whisker, y towards the object), mm, in the frame of the object.
+    pub fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [u, v] = self.direction([x, y]);
+        [self.base[0] + u, self.base[1] + v]
+    }
+
+    /// As [`Self::place`], of a direction.
+    pub fn direction(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.heading.sin_cos();
+        let y = self.sense * y;
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
+    /// The same turned on towards the object by `angle`, rad.
+    pub fn turned(&self, angle: f64) -> Self {
+        Self { heading: self.heading + self.sense * angle, ..*self }
+    }
+
+    /// The same with the base carried along the whisker by `shift` mm.
+    pub fn nearer(&self, shift: f64) -> Self {
+        let [x, y] = self.place([shift, 0.0]);
+        Self { base: [x, y, self.base[2]], ..*self }
+    }
+}
+
 /// A point on an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
@@ -62,6 +98,12 @@ pub struct Point {
     pub share: f64,
     /// Distance from the whisker's clamp and its standard deviation, mm.
     pub distance: [f64; 2],
+    /// Third coordinate, that of the base, mm.
+    pub height: f64,
+    /// True where a stroke was followed: the place of the contact at that reading, not at first touch.
+    pub swept: bool,
+    /// True off the stroke, or off the curve.
+    pub outlier: bool,
     /// Words of warning.
     pub status: Status,
 }
@@ -74,6 +116,9 @@ impl Point {
             covariance: Covariance([f64::NAN; 3]),
             share: 1.0,
             distance: [f64::NAN; 2],
+            height: f64::NAN,
+            swept: false,
+            outlier: false,
             status,
         }
     }
@@ -83,9 +128,17 @@ impl Point {
         self.at.iter().chain(&self.covariance.0).all(|x| x.is_finite())
     }
 
+    /// Its coordinates, mm; NaN in the third where it is nowhere.
+    pub fn coordinates(&self) -> [f64; 3] {
+        [self.at[0], self.at[1], if self.is_there() { self.height } else { f64::NAN }]
+    }
+
     /// Where the whisker at `pose` first touched what gave `reading`.
     pub fn of_tap(locator: &Locator, skin: &Skin, pose: &Pose, reading: &AnsweredRow, noise: &Noise) -> Self {
-        let found = reading.located;
+        let found = reading.answer.located;
+        if reading.rests {
+            return Self::nothing(found.status);
+        }
         let sound = pose.base.iter().chain([&pose.heading, &pose.sense]).all(|x| x.is_finite());
         if !sound || !found.distance.is_finite() {
             let unsound = if sound { Status::OK } else { Status::BAD_INPUT };
@@ -107,9 +160,9 @@ impl Point {
         Self {
             at: pose.place([x, y]),
             covariance,
-            share: 1.0,
             distance: [a, found.sigma],
-            status: found.status,
+            height: pose.base[2],
+            ..Self::nothing(found.status)
         }
     }
 }
@@ -118,7 +171,7 @@ impl Point {
 fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     let h = STEP * reading.drive.abs();
     let at = |drive: f64| locator.locate(drive, reading.signal).distance;
-    let slope = match (at(reading.drive - h), reading.located.distance, at(reading.drive + h)) {
+    let slope = match (at(reading.drive - h), reading.answer.located.distance, at(reading.drive + h)) {
         (low, _, high) if low.is_finite() && high.is_finite() => (high - low) / (2.0 * h),
         (low, here, _) if low.is_finite() => (here - low) / h,
         (_, here, high) => (high - here) / h,

@@ -8,8 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::curve::Covariance;
-use super::point::{Noise, Point};
-use super::truth::Pose;
+use super::point::{Noise, Point, Pose};
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;
 use crate::locate::table::AnsweredRow;
@@ -40,8 +39,6 @@ const LEAST: f64 = 1e-6;
 pub struct Swept {
     /// A point for each reading, in their order.
     pub points: Vec<Point>,
-    /// Which of them are off the others.
-    pub outliers: Vec<bool>,
     /// Whether the contact stayed at one place of the object.
     pub sharp: bool,
     /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
@@ -155,7 +152,7 @@ pub fn swept(
     let drives = locator.drives(sign)?;
     let [first, last] = [drives[0] * (1.0 - BEYOND), drives[1] * (1.0 + BEYOND)];
     let fits = |r: &AnsweredRow| {
-        r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.located.distance.is_finite()
+        r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.answer.located.distance.is_finite()
     };
     let mut used: Vec<usize> = (0..readings.len()).filter(|&i| fits(readings[i])).collect();
     let mut outliers = vec![false; readings.len()];
@@ -178,14 +175,14 @@ pub fn swept(
             drives,
             touch: noise.touch.filter(|t| *t > 0.0).unwrap_or(TOUCH),
         };
-        let start = median(&mut of(&|r| r.located.distance));
+        let start = median(&mut of(&|r| r.answer.located.distance));
         let found = stroke.fit(start)?;
         let off = &found.residuals[..used.len()];
         let spread = 1.4826 * median(&mut off.iter().map(|r| r.abs()).collect::<Vec<_>>());
         let wrong: Vec<usize> =
             (0..used.len()).filter(|&k| off[k].abs() > OFF * spread.max(1.0)).map(|k| used[k]).collect();
         if wrong.is_empty() || outliers.iter().any(|o| *o) {
-            return Some(points(&stroke, &found, pose, readings, (&used, outliers), noise));
+            return Some(points(&stroke, &found, pose, readings, (&used, &outliers), noise));
         }
         wrong.iter().for_each(|&i| outliers[i] = true);
         used.retain(|i| !outliers[*i]);
@@ -198,7 +195,7 @@ fn points(
     found: &Minimum,
     pose: &Pose,
     readings: &[&AnsweredRow],
-    (used, outliers): (&[usize], Vec<bool>),
+    (used, outliers): (&[usize], &[bool]),
     noise: &Noise,
 ) -> Swept {
     let n = used.len();
@@ -222,7 +219,7 @@ fn points(
         // What the calibration may be off by moves the whole stroke along the whisker.
         let slope = (stroke.expected(a + 0.01, turn)? - stroke.expected(a - 0.01, turn)?) / 0.02;
         let of_reading = stroke.locator.noise().powi(2) * (1.0 + reading.share) / (slope * slope);
-        let common = (reading.located.sigma.powi(2) - of_reading).max(0.0);
+        let common = (reading.answer.located.sigma.powi(2) - of_reading).max(0.0);
         let heading = pose.turned((angle - turn).to_radians());
         let across = [-(at[1] - pose.base[1]), at[0] - pose.base[0]];
         let sigma_a = DVector::from_fn(found.at.len(), |k, _| {
@@ -238,12 +235,16 @@ fn points(
                 .along(across, noise.angle.to_radians().powi(2)),
             share: if sharp { 1.0 } else { 2.0 } / n as f64,
             distance: [a, sigma_a.sqrt()],
-            status: reading.located.status,
+            height: pose.base[2],
+            swept: true,
+            outlier: false,
+            status: reading.answer.located.status,
         })
     };
     let all = (0..readings.len()).map(|i| {
-        let usable = used.contains(&i) || outliers[i];
-        usable.then(|| point(i)).flatten().unwrap_or(Point::nothing(readings[i].located.status))
+        let used = used.contains(&i).then(|| point(i)).flatten();
+        let nothing = Point::nothing(readings[i].answer.located.status);
+        Point { outlier: outliers[i], ..used.unwrap_or(nothing) }
     });
-    Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2, outliers }
+    Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2 }
 }

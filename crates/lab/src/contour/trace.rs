@@ -49,14 +49,8 @@ pub struct Followed {
 pub struct Trace {
     /// A point for each row.
     pub points: Vec<Point>,
-    /// Third coordinate of each, mm.
-    pub heights: Vec<f64>,
     /// Distance to the left of the curve (mm) and over the standard deviation of each; NaN without.
     pub off: Vec<[f64; 2]>,
-    /// Whether each is of a stroke that was followed: where the contact was then, not at first touch.
-    pub swept: Vec<bool>,
-    /// Whether each is an outlier: of its stroke, or of the curve.
-    pub outliers: Vec<bool>,
     /// Strokes, in the order of the file.
     pub strokes: Vec<Followed>,
     /// Points of the curve.
@@ -90,15 +84,8 @@ impl Trace {
             let error = error.at(readings.file.clone(), Some(1)).key("stroke");
             return Err(error.allowed("theta_deg; or --taps").into());
         }
-        let tap = |i: usize| -> Point {
-            let reading = &readings.rows[i];
-            match reading.rests {
-                true => Point::nothing(reading.located.status),
-                false => Point::of_tap(locator, &skin, &places[i].pose, reading, &asked.noise),
-            }
-        };
+        let tap = |i: usize| Point::of_tap(locator, &skin, &places[i].pose, &readings.rows[i], &asked.noise);
         let mut points: Vec<Point> = (0..n).map(tap).collect();
-        let (mut outliers, mut swept_by) = (vec![false; n], vec![false; n]);
         let mut groups: Vec<usize> = (0..n).collect();
         let mut strokes = Vec::new();
         if with_strokes {
@@ -109,15 +96,9 @@ impl Trace {
                 rows.iter().for_each(|&i| groups[i] = rows[0]);
                 let found =
                     (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
-                if let Some(found) = &found {
-                    for ((&i, point), off) in rows.iter().zip(&found.points).zip(&found.outliers) {
-                        outliers[i] = *off;
-                        // A reading that is off its stroke is where a tap would have it.
-                        if !off {
-                            points[i] = *point;
-                            swept_by[i] = true;
-                        }
-                    }
+                for (&i, point) in rows.iter().zip(found.iter().flat_map(|found| &found.points)) {
+                    // A reading that is off its stroke is where a tap would have it.
+                    points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { *point };
                 }
                 let [touched_before_deg, sigma_touched_before_deg] =
                     found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
@@ -133,7 +114,7 @@ impl Trace {
             }
         }
         go_on()?;
-        let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !outliers[i]).collect();
+        let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !points[i].outlier).collect();
         let sample = |&i: &usize| Sample {
             at: points[i].at,
             covariance: points[i]
@@ -149,20 +130,10 @@ impl Trace {
         if let Ok(chosen) = &curve {
             for (i, (distance, over, outlier)) in used.iter().zip(&chosen.off) {
                 off[*i] = [*distance, *over];
-                outliers[*i] |= outlier;
+                points[*i].outlier |= outlier;
             }
         }
-        Ok(Self {
-            heights: places.iter().map(|p| p.pose.base[2]).collect(),
-            points,
-            off,
-            swept: swept_by,
-            outliers,
-            strokes,
-            samples,
-            curve,
-            on_surface: skin.on_surface(),
-        })
+        Ok(Self { points, off, strokes, samples, curve, on_surface: skin.on_surface() })
     }
 }
 

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::curve::{Curve, Kind};
+use super::point::Point;
 use super::trace::Trace;
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::locate::table::Readings;
+use crate::simulate::object::Object;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::Field;
@@ -20,9 +22,10 @@ const PLACES: usize = 181;
 /// The word of a point that is off.
 pub const OUTLIER: &str = "outlier";
 
-/// The words of a status, with that of an outlier behind them.
-pub fn words(status: Status, outlier: bool) -> String {
-    match (status == Status::OK, outlier) {
+/// The words of the status of a point, with that of an outlier behind them.
+fn words(p: &Point) -> String {
+    let status = p.status;
+    match (status == Status::OK, p.outlier) {
         (true, true) => OUTLIER.to_owned(),
         (false, true) => format!("{status}+{OUTLIER}"),
         (_, false) => status.to_string(),
@@ -34,12 +37,11 @@ pub fn points(trace: &Trace, readings: &Readings) -> Result<Frame, Error> {
     let mut table = readings.empty.clone();
     for (i, row) in readings.rows.iter().enumerate() {
         let p = &trace.points[i];
-        let z = if p.is_there() { trace.heights[i] } else { f64::NAN };
+        let [x, y, z] = p.coordinates();
         let ([major, minor], axis) = p.covariance.ellipse();
         let ([a, sigma], [off, off_sigma]) = (p.distance, trace.off[i]);
-        let numbers = [a, sigma, p.at[0], p.at[1], z, major, minor, axis, off, off_sigma].map(Field::from);
-        let words = words(p.status, trace.outliers[i]).into();
-        table.row(row.kept.iter().cloned().chain(numbers).chain([words]))?;
+        let numbers = [a, sigma, x, y, z, major, minor, axis, off, off_sigma].map(Field::from);
+        table.row(row.kept.iter().cloned().chain(numbers).chain([words(p).into()]))?;
     }
     Ok(table)
 }
@@ -96,8 +98,7 @@ pub fn described(trace: &Trace) -> Value {
 /// Rows, points and words.
 pub fn counts(trace: &Trace, readings: &Readings) -> Value {
     let (mut status, mut combinations) = (BTreeMap::<String, u64>::new(), BTreeMap::<String, u64>::new());
-    for (p, outlier) in trace.points.iter().zip(&trace.outliers) {
-        let words = words(p.status, *outlier);
+    for words in trace.points.iter().map(words) {
         for word in words.split('+') {
             *status.entry(word.to_owned()).or_default() += 1;
         }
@@ -106,7 +107,42 @@ pub fn counts(trace: &Trace, readings: &Readings) -> Value {
     json!({
         "rows": readings.rows.len(), "points": trace.points.iter().filter(|p| p.is_there()).count(),
         "zero_readings": readings.rows.iter().filter(|r| r.rests).count(),
-        "outliers": trace.outliers.iter().filter(|o| **o).count(), "strokes": trace.strokes.len(), "status": status,
+        "outliers": trace.points.iter().filter(|p| p.outlier).count(), "strokes": trace.strokes.len(), "status": status,
         "combinations": combinations,
     })
+}
+
+/// Steps along the outline of a known object; along a traced curve half as many.
+pub const OUTLINE: usize = 400;
+
+/// Distances of points from the object; where the data say what was touched (`true_x_mm`, `true_y_mm` by the readings of a stroke,
+/// `touch_x_mm`, `touch_y_mm` first), from these places.
+pub fn compared(trace: &Trace, readings: &Readings, object: &Object) -> Result<Value, InputError> {
+    let there: Vec<usize> =
+        (0..trace.points.len()).filter(|&i| trace.points[i].is_there() && !trace.points[i].outlier).collect();
+    let rms = |all: Vec<f64>| {
+        let known: Vec<f64> = all.into_iter().filter(|x| x.is_finite()).collect();
+        (known.iter().map(|x| x * x).sum::<f64>() / known.len() as f64).sqrt()
+    };
+    let points = rms(there.iter().map(|&i| object.distance(trace.points[i].at)).collect());
+    let places = |name: &str| -> Result<Option<[Vec<f64>; 2]>, InputError> {
+        let x = readings.numbers(&format!("{name}_x_mm"))?;
+        Ok(x.zip(readings.numbers(&format!("{name}_y_mm"))?).map(|(x, y)| [x, y]))
+    };
+    let (now, first) = (places("true")?, places("touch")?);
+    let apart = now.zip(first).map(|(now, first)| {
+        let one = |&i: &usize| {
+            let Point { at, swept, .. } = trace.points[i];
+            let [x, y] = if swept { &now } else { &first };
+            (at[0] - x[i]).hypot(at[1] - y[i])
+        };
+        rms(there.iter().map(one).collect())
+    });
+    let curve = trace.curve.as_ref().ok().map(|chosen| {
+        let traced = chosen.curve.traced(&trace.samples, OUTLINE / 2);
+        rms(traced.iter().map(|(at, ..)| object.distance(*at)).collect())
+    });
+    Ok(
+        json!({ "points_rms_mm": points, "places_rms_mm": apart, "curve_rms_mm": curve, "points": there.len() }),
+    )
 }

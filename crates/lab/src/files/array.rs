@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::sense;
-use crate::contour::point::Noise;
-use crate::contour::truth::Pose;
+use crate::contour::point::{Noise, Pose};
 use crate::error::InputError;
 use crate::spec::{self, Item};
 

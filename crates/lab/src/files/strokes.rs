@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::sense;
-use crate::contour::truth::Pose;
+use crate::contour::point::Pose;
 use crate::error::InputError;
 use crate::simulate::object::{Curve, Object};
 use crate::simulate::strokes::Strokes;

@@ -3,8 +3,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::object::Objects;
-use super::stream::{self, Ask};
-use super::{Answerer, Calibration, Located, Locator, Sensor, Sequence, Several};
+use super::stream::{self, Ask, UNRECORDED};
+use super::tare::{Tare, doubt};
+use super::{Answerer, Calibration, Located, Locator, Sensor, Several};
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 use crate::estimator::model::exact::Opener;
@@ -120,5 +121,51 @@ impl Several {
         let signal = |(l, value): (&Locator, &f64)| l.unit.strain(*value, l.rig.setup.gauge.factor);
         let signals: Vec<f64> = self.locators.iter().zip(values).map(signal).collect();
         self.locate(drive, &signals, &vec![0.0; signals.len()])
+    }
+}
+
+/// Readings in the order in which they were taken: zero readings among them serve those after them.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    tare: Tare,
+    follows: bool,
+    /// Whether there was a tap, and what should be known of its zero.
+    asked: bool,
+    doubt: Option<String>,
+}
+
+impl Sequence {
+    /// Of readings for `locator`, above `zero` if it is known, both in the unit of the calibration.
+    pub fn new(locator: &Locator, zero: Option<f64>) -> Self {
+        let signal = |z| locator.unit.strain(z, locator.rig.setup.gauge.factor);
+        let tare = Tare::new(locator, zero.map(signal));
+        Self { tare, follows: false, asked: false, doubt: None }
+    }
+
+    /// What a user should know of the zero of the taps so far, told once; `None` before the first tap.
+    pub fn told(&mut self) -> Option<Option<String>> {
+        self.asked.then(|| self.doubt.take())
+    }
+
+    /// The distance of the next reading: a `value` in the unit of the calibration at a `drive`, degrees or mm.
+    pub fn answer(&mut self, locator: &Locator, drive: f64, value: f64) -> Located {
+        let signal = locator.unit.strain(value, locator.rig.setup.gauge.factor);
+        let finite = drive.is_finite() && signal.is_finite();
+        let rests = finite && locator.rests(drive);
+        let follows = std::mem::replace(&mut self.follows, rests);
+        if rests {
+            let _ = self.tare.see(locator, signal, follows);
+            return Located::nothing(Status::NO_STRAIN);
+        }
+        if !finite {
+            return Located::nothing(Status::BAD_INPUT);
+        }
+        let drive = if locator.drive_recorded { drive } else { UNRECORDED };
+        let known = self.tare.at(0);
+        if !std::mem::replace(&mut self.asked, true) {
+            self.doubt = doubt(locator, known.map(|z| z.0));
+        }
+        let (zero, share) = known.unwrap_or((0.0, 0.0));
+        locator.locate_above(drive, signal, zero, share)
     }
 }

@@ -33,7 +33,7 @@ pub struct Line<'a> {
 pub struct Source<'a> {
     input: LabTable<'a, BufReader<Box<dyn Read + 'a>>>,
     line: Vec<u8>,
-    ask: &'a Ask<'a>,
+    pub ask: &'a Ask<'a>,
     /// Lines so far; of a table in memory, those with its names and its rows.
     number: usize,
     place: usize,

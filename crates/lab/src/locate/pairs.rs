@@ -14,34 +14,13 @@ const ALL: usize = ZEROS + 2;
 /// Place of the zeros.
 const ZEROS: usize = 2 + SHARED;
 
-/// Of what the errors of two readings are made.
-pub(super) struct Sources {
-    /// Variance of one reading of each gauge.
-    pub own: [f64; 2],
-    /// Standard deviation that the zero of each gauge brings.
-    pub zeros: [f64; 2],
-    /// By how much both readings are moved by one standard deviation of what all taps share: the zero of the calibration, its curve, the factor
-    /// and the misalignment of the second gauge.
-    pub shared: [[f64; 2]; SHARED - 1],
-}
-
-impl Sources {
-    /// Variances of both readings.
-    pub fn variances(&self) -> [f64; 2] {
-        [0, 1].map(|k| {
-            let shared: f64 = self.shared.iter().map(|s| s[k] * s[k]).sum();
-            self.own[k] + self.zeros[k] * self.zeros[k] + shared
-        })
-    }
-}
-
-/// Numbers that move all taps of a calibration of two gauges alike: those of [`Sources`], and the bias of distances.
+/// Numbers that move all taps of a calibration of two gauges alike: the zero of the calibration, its curve, the factor and the misalignment of the
+/// second gauge, the bias of distances.
 const SHARED: usize = 5;
 
 /// Distance, mm, and tilt, rad, of a tap, and of what their errors are made.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Parts {
-    /// Both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parts {
     pub at: [f64; 2],
     /// Covariance that is of this tap alone.
     pub own: [[f64; 2]; 2],
@@ -52,10 +31,22 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// The distance from where the base stands `shift` mm farther from the object.
-    pub fn moved(self, shift: f64) -> Self {
-        Self { at: [self.at[0] + shift, self.at[1]], ..self }
+    /// Covariance of distance and tilt.
+    pub fn covariance(&self) -> [[f64; 2]; 2] {
+        let (own, shared) = (self.with_zeros(), covariance(self.shared));
+        [0, 1].map(|i| [0, 1].map(|j| own[i][j] + shared[i][j]))
     }
+
+    /// The covariance of this tap alone, where nothing else is known of its zeros.
+    fn with_zeros(&self) -> [[f64; 2]; 2] {
+        let zeros = covariance(self.zeros);
+        [0, 1].map(|i| [0, 1].map(|j| self.own[i][j] + zeros[i][j]))
+    }
+}
+
+/// Covariance of what independent numbers move so far.
+pub(super) fn covariance<const N: usize>(by: [[f64; 2]; N]) -> [[f64; 2]; 2] {
+    [0, 1].map(|i| [0, 1].map(|j| by.iter().map(|by| by[i] * by[j]).sum()))
 }
 
 /// The taps of one object so far.
@@ -71,13 +62,6 @@ pub(super) struct PairObject {
 struct Sums {
     matrix: DMatrix<f64>,
     vector: DVector<f64>,
-}
-
-/// Distance, mm, and tilt, rad, with their standard deviations.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Told {
-    pub at: [f64; 2],
-    pub sigma: [f64; 2],
 }
 
 impl Sums {
@@ -120,7 +104,7 @@ impl PairObject {
 
     /// Adds a tap above the zero with the number `zero`; whether it tells anything.
     pub fn add(&mut self, tap: Parts, zero: u64) -> bool {
-        let Some(weight) = Matrix2::from_fn(|i, j| tap.own[i][j]).try_inverse() else { return false };
+        let Some(weight) = Matrix2::from(tap.own).try_inverse() else { return false };
         if self.zero.replace(zero).is_some_and(|before| before != zero) {
             self.let_zeros_go();
         }
@@ -141,12 +125,12 @@ impl PairObject {
         }
     }
 
-    /// What all taps tell.
-    pub fn told(&self) -> Option<Told> {
+    /// Distance, mm, and tilt, rad, that all taps tell, and their standard deviations.
+    pub fn told(&self) -> Option<[[f64; 2]; 2]> {
         let factor = self.sums.matrix.clone().cholesky()?;
         let (at, covariance) = (factor.solve(&self.sums.vector), factor.inverse());
         let sigma = [0, 1].map(|k| covariance[(k, k)].sqrt());
-        (at[0].is_finite() && sigma.iter().all(|s| *s > 0.0)).then_some(Told { at: [at[0], at[1]], sigma })
+        (at[0].is_finite() && sigma.iter().all(|s| *s > 0.0)).then_some([[at[0], at[1]], sigma])
     }
 
     /// Of the last taps the one that is farthest from what the others say: how long ago it was, and by how many standard deviations; `None` of one
@@ -156,9 +140,7 @@ impl PairObject {
             return None;
         }
         // Zeros count as errors of each tap.
-        let own = |tap: &Parts| {
-            Matrix2::from_fn(|i, j| tap.own[i][j] + tap.zeros.iter().map(|z| z[i] * z[j]).sum::<f64>())
-        };
+        let own = |tap: &Parts| Matrix2::from(tap.with_zeros());
         let mut sums = Sums::new(ZEROS);
         for tap in &self.taps {
             sums.add(&rows(tap, ZEROS), &own(tap).try_inverse()?, Vector2::from(tap.at));
@@ -177,9 +159,4 @@ impl PairObject {
         let (k, most) = offs.max_by(|(_, p), (_, q)| p.total_cmp(q))?;
         Some((self.taps.len() - 1 - k, most))
     }
-}
-
-/// Standard deviations, of distance and tilt together, beyond which the farthest of `n` sound taps is but by `chance`.
-pub(super) fn limit(n: usize, chance: f64) -> f64 {
-    (2.0 * (n as f64 / chance).ln()).sqrt()
 }

@@ -92,11 +92,18 @@ impl<'a> Answerer<'a> {
         self.several.is_some()
     }
 
-    /// The answers to `taps` of several signals, of two gauges with the contact in space.
+    /// The answers to `taps`, of two gauges with the contact in space.
     pub(super) fn answer(self, taps: &[Reading]) -> Result<Vec<Spatial>, Error> {
-        let Some(several) = self.several else { return self.first().locate_pairs(taps) };
-        let one = |t: &Reading| Spatial::of(several.locate(t.drive, &t.signals, &t.shares));
-        Ok(taps.par_iter().map(one).collect())
+        let locator = self.first();
+        let alone = |t: &Reading| Spatial::of(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));
+        match self.several {
+            Some(several) => {
+                let one = |t: &Reading| Spatial::of(several.locate(t.drive, &t.signals, &t.shares));
+                Ok(taps.par_iter().map(one).collect())
+            }
+            None if locator.is_twofold() => locator.locate_pairs(taps),
+            None => Ok(taps.iter().map(alone).collect()),
+        }
     }
 
     /// What the user said of columns, as signal `k` reads it.

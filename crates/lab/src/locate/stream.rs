@@ -3,6 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use serde_json::{Value, json};
+
 use super::Locator;
 use super::group::Group;
 use super::kept::{Kept, added};
@@ -50,6 +52,13 @@ pub struct Counts {
     pub combinations: Combinations,
     /// Whether it was asked to stop, and some of the input may not be answered.
     pub stopped: bool,
+}
+
+impl Counts {
+    /// As they stand in `run.json`.
+    pub fn described(&self) -> Value {
+        json!({ "readings": self.lines, "zero_readings": self.zeros, "status": self.combinations.words(), "combinations": self.combinations.named() })
+    }
 }
 
 /// How readings are answered.
@@ -180,14 +189,10 @@ pub fn answer(
         let mut more = None;
         let answer = match row.tap {
             Err(why) => Ok(Spatial::nothing(why)),
-            Ok(tap) if who.is_alone() => {
-                let alone = Spatial::of(locator.locate_above(tap.drive, tap.signals[0], 0.0, tap.shares[0]));
-                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone, None)), ask));
-                Ok(alone)
-            }
-            Ok(tap) if group.is_some() && who.is_twofold() => {
-                let (alone, parts) = locator.pairs(std::slice::from_ref(&tap))?.remove(0);
-                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone, parts)), ask));
+            // What is told together follows from each answer; of one signal that costs no more.
+            Ok(tap) if group.is_some() || who.is_alone() => {
+                let alone = who.answer(std::slice::from_ref(&tap))?.remove(0);
+                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone)), ask));
                 Ok(alone)
             }
             Ok(tap) => Err(tap),

@@ -4,7 +4,7 @@ use vibrissa_learned::joint::{Course, Nuisance, Stroke, ToldCourse};
 
 use super::Locator;
 use super::free::Free;
-use super::object::limit;
+use super::object::{hundredths, limit};
 use super::rows::Reading;
 use super::stream::Ask;
 use super::tared::Once;
@@ -47,8 +47,8 @@ pub struct Strokes<'a> {
     sides: Vec<Option<Side>>,
     /// Largest signals of either sign.
     signals: [f64; 2],
-    /// The last answer.
-    far: Option<Far>,
+    /// The last answer, and the readings of which it is.
+    far: Option<(usize, Vec<f64>, Status)>,
     /// What is free, and what that changes of the signals of each side.
     free: (Free, Vec<Vec<Nuisance>>),
 }
@@ -62,24 +62,12 @@ struct Side {
     first: f64,
 }
 
-/// What a stroke tells so far.
-#[derive(Clone)]
-pub(super) struct Far {
-    rows: usize,
-    told: Option<ToldCourse>,
-    origin: f64,
-    pub status: Status,
-}
-
-impl Far {
-    /// Its numbers, in the order of the columns.
-    pub fn numbers(&self) -> Vec<f64> {
-        let nothing = ToldCourse { a: [f64::NAN; 5], touch: [f64::NAN; 2], near: None, apart: [f64::NAN; 2] };
-        let ToldCourse { a, touch, apart, .. } = self.told.unwrap_or(nothing);
-        let sigmas = (100.0 * apart[1]).round() / 100.0 + 0.0;
-        let (touched, drive) = (touch[0] + self.origin, apart[0] + self.origin);
-        vec![self.rows as f64, touched, touch[1], a[2], a[1], a[3], a[0], a[4], drive, sigmas]
-    }
+/// What so many rows of a stroke tell, in the order of the columns; drives are counted from `origin`.
+fn numbers(rows: usize, told: Option<ToldCourse>, origin: f64) -> Vec<f64> {
+    let nothing = ToldCourse { a: [f64::NAN; 5], touch: [f64::NAN; 2], near: None, apart: [f64::NAN; 2] };
+    let ToldCourse { a, touch, apart, .. } = told.unwrap_or(nothing);
+    let (touched, drive) = (touch[0] + origin, apart[0] + origin);
+    vec![rows as f64, touched, touch[1], a[2], a[1], a[3], a[0], a[4], drive, hundredths(apart[1])]
 }
 
 impl<'a> Strokes<'a> {
@@ -159,8 +147,13 @@ impl<'a> Strokes<'a> {
         if folded { -drive } else { drive }
     }
 
-    /// Adds a reading of a line with these fields; `None` where it is of no stroke.
-    pub(super) fn tell(&mut self, cells: &[LabCell<'_>], tap: &Reading, ask: &Ask<'_>) -> Option<Far> {
+    /// Adds a reading of a line with these fields: the numbers of the columns of what its stroke tells, and the status; `None` where it is of no stroke.
+    pub fn tell(
+        &mut self,
+        cells: &[LabCell<'_>],
+        tap: &Reading,
+        ask: &Ask<'_>,
+    ) -> Option<(Vec<f64>, Status)> {
         let (name, signal, share) = (self.name(cells), tap.signals[0], tap.shares[0]);
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !signal.is_finite() {
             return None;
@@ -171,9 +164,8 @@ impl<'a> Strokes<'a> {
         }
         let locator = self.locator;
         let (drive, signal) = locator.as_calibrated(drive, signal);
-        let from_first =
-            |side: Option<&Side>| if self.free.0.zero { side.map_or(signal, |s| s.first) } else { 0.0 };
-        let first = from_first(self.sides.iter().flatten().next());
+        let begun = self.sides.iter().flatten().next();
+        let first = if self.free.0.zero { begun.map_or(signal, |s| s.first) } else { 0.0 };
         let signal = signal - first;
         let mut status = locator.limit_of(signal);
         for (side, readings) in locator.sides().iter().zip(&mut self.sides) {
@@ -198,13 +190,11 @@ impl<'a> Strokes<'a> {
         // A side that only a model knows is not read along a stroke.
         let others = self.signals[usize::from(side.sign > 0.0)];
         if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise() {
-            let status = status | Status::OUTSIDE_CALIBRATION;
-            return Some(Far { rows: count, told: None, origin: locator.drive_origin, status });
+            return Some((numbers(count, None, locator.drive_origin), status | Status::OUTSIDE_CALIBRATION));
         }
-        if let Some(far) =
-            self.far.as_ref().filter(|far| count >= PATIENT && count - far.rows < count / PATIENT)
-        {
-            return Some(Far { status: far.status | status, ..far.clone() });
+        let recent = |(rows, ..): &&(usize, _, _)| count >= PATIENT && count - rows < count / PATIENT;
+        if let Some((_, numbers, before)) = self.far.as_ref().filter(recent) {
+            return Some((numbers.clone(), *before | status));
         }
         let learned = side.learned()?;
         let joint = learned.joint_of_strokes(own.tared);
@@ -229,8 +219,8 @@ impl<'a> Strokes<'a> {
         if told.is_some_and(|told| told.apart[1].abs() > limit(4 * count.min(64))) {
             status |= Status::INCONSISTENT;
         }
-        let far = Far { rows: count, told, origin: locator.drive_origin, status };
-        self.far = Some(far.clone());
-        Some(far)
+        let numbers = numbers(count, told, locator.drive_origin);
+        self.far = Some((count, numbers.clone(), status));
+        Some((numbers, status))
     }
 }

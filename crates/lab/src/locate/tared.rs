@@ -39,24 +39,18 @@ pub fn zeros(
     input: LabStream<'_>,
     ask: &Ask<'_>,
 ) -> Result<(Vec<Zero>, Vec<usize>), Error> {
-    let mut source = Source::new(input, ask);
-    let mut rows = RowReader::new(who);
+    let (mut source, mut rows) = (Source::new(input, ask), RowReader::new(who));
     let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
     let mut thousands = Thousands::default();
-    while let Some(line) = source.next(&mut rows)? {
-        let Some(row) = line.row else { continue };
-        let cells = rows.cells(row);
-        let read = rows.parse(row, &cells);
-        thousands.see(line.number, &rows.named(cells), row.separator());
-        let Some((drive, signals)) = read else { continue };
-        if !who.rests(drive, &signals) {
-            sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
+    while let Some(row) = recorded(&mut source, &mut rows, (Some(&mut thousands), None))? {
+        if !row.rests {
+            sizes.extend(Some(row.recorded[0]).filter(|x| x.is_finite()));
             continue;
         }
-        numbers.push((line.place, line.number));
-        for (k, signal) in signals.into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
+        numbers.push((row.line.place, row.line.number));
+        for (k, signal) in row.recorded.into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
             let last = readings[k].last().map_or(signal, |(_, zero)| *zero);
-            readings[k].push((line.place, who.locator(k).beside(last, signal)));
+            readings[k].push((row.line.place, who.locator(k).beside(last, signal)));
         }
     }
     let here = |e: InputError| InputError { file: Some(ask.label().to_owned()), ..e };
@@ -100,6 +94,34 @@ pub(super) struct TaredRow<'b> {
     pub tap: Result<Reading, Status>,
 }
 
+/// The next row as it is recorded; `None` at the end. Where there is an `unclear`, a number of which nothing so far says whether it is more than a thousand
+/// makes its line no reading.
+fn recorded<'s>(
+    source: &'s mut Source<'_>,
+    rows: &mut RowReader<'_>,
+    (thousands, unclear): (Option<&mut Thousands>, Option<&mut Once>),
+) -> Result<Option<TaredRow<'s>>, Error> {
+    let (who, ask) = (rows.who, source.ask);
+    let Some(line) = source.next(rows)? else { return Ok(None) };
+    // Of a line that is no reading, no field is known to be a signal.
+    let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
+    let mut read = line.row.and_then(|row| rows.parse(row, &cells));
+    let cells = rows.named(cells);
+    if let Some((seen, row)) = thousands.zip(line.row) {
+        let grouped = seen.see(line.number, &cells, row.separator());
+        if let Some(once) = unclear.filter(|_| grouped)
+            && let Err(why) = seen.check(&rows.names(), ask.columns)
+        {
+            read = None;
+            once.warn(ask, || format!("line {}: {why}: such lines are bad_input", line.number));
+        }
+    }
+    let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
+    let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
+    let (zero, tap) = (f64::NAN, Err(Status::NO_STRAIN));
+    Ok(Some(TaredRow { line, cells, drive, recorded, rests, untimed, zero, tap }))
+}
+
 /// Rows of readings, one by one, above their zeros.
 pub(super) struct TaredRows<'a> {
     who: Answerer<'a>,
@@ -139,38 +161,17 @@ impl<'a> TaredRows<'a> {
     pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
         let Self { who, source, rows, ask, .. } = self;
         let (who, ask) = (*who, *ask);
-        let Some(line) = source.next(rows)? else { return Ok(None) };
-        // Of a line that is no reading, no field is known to be a signal.
-        let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
-        let mut read = line.row.and_then(|row| rows.parse(row, &cells));
-        let cells = rows.named(cells);
-        if let Some((seen, row)) = self.thousands.as_mut().zip(line.row) {
-            let grouped = seen.see(line.number, &cells, row.separator());
-            if grouped && let Err(why) = seen.check(&rows.names(), ask.columns) {
-                read = None;
-                let told = || format!("line {}: {why}: such lines are bad_input", line.number);
-                self.unclear.warn(ask, told);
-            }
-        }
-        let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
-        let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
-        let follows = std::mem::replace(&mut self.follows, rests);
-        let mut row = TaredRow {
-            line,
-            cells,
-            drive,
-            recorded,
-            rests,
-            untimed,
-            zero: f64::NAN,
-            tap: Err(Status::NO_STRAIN),
-        };
-        if rests {
+        // Zeros that were looked for before have looked at these numbers too.
+        let seen = self.thousands.as_mut();
+        let unclear = Some(&mut self.unclear).filter(|_| seen.is_some());
+        let Some(mut row) = recorded(source, rows, (seen, unclear))? else { return Ok(None) };
+        let follows = std::mem::replace(&mut self.follows, row.rests);
+        if row.rests {
             self.zeros += 1;
             see(who, ask, &mut self.tares, &row, (self.zeros, follows));
             return Ok(Some(row));
         }
-        if let Some(why) = who.lacks(drive, &row.recorded) {
+        if let Some(why) = who.lacks(row.drive, &row.recorded) {
             row.tap = Err(why);
             return Ok(Some(row));
         }
@@ -179,11 +180,11 @@ impl<'a> TaredRows<'a> {
             doubts(who, ask, &zeros);
         }
         row.zero = zeros[0].map_or(f64::NAN, |z| z.0);
-        let values = zeros.iter().map(|zero| zero.unwrap_or((0.0, 0.0)));
-        let (values, shares): (Vec<f64>, Vec<f64>) = values.unzip();
+        let known = zeros.iter().map(|zero| zero.unwrap_or((0.0, 0.0)));
+        let (values, shares): (Vec<f64>, Vec<f64>) = known.unzip();
         row.tap = Ok(Reading {
             line: row.line.number,
-            drive: if who.first().drive_recorded { drive } else { UNRECORDED },
+            drive: if who.first().drive_recorded { row.drive } else { UNRECORDED },
             signals: (0..values.len()).map(|k| rows.above(k, row.recorded[k], values[k])).collect(),
             shares,
             zeros: self.zeros,

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use crate::scene::{DirectionColumns, Drive, Layout, Signal, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use row::State;
+use row::Recorder;
 
 /// What the `source` column holds.
 pub const SOURCE: &str = "synthetic";
@@ -211,13 +211,12 @@ pub fn simulate(
     method: Method,
     write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
-    let mut table = empty(rig, asked.directions, settings.unit);
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
-    let mut counts = Counts::default();
     let layout = asked.layout;
     let strokes: Vec<Tuple> = (0..layout.n_drives).map(|j| layout.stroke(&layout.design(0), j)).collect();
-    let mut state = State::new(rig, settings, asked.directions);
+    let table = empty(rig, asked.directions, settings.unit);
+    let mut recorder = Recorder::new((rig, settings), asked.directions, table, write);
     let per = (BATCH as u64 / layout.n_drives.max(1)).max(1);
     let mut from = 0;
     while from < layout.n_distances {
@@ -235,22 +234,19 @@ pub fn simulate(
             for repeat in 1..=settings.repeats {
                 for (stroke, tap) in strokes.iter().zip(here) {
                     let stroke = Tuple { a: *a, ..*stroke };
-                    state.tap(&mut table, &mut counts, (&stroke, other), repeat, tap)?;
+                    recorder.tap((&stroke, other), repeat, tap)?;
                 }
-                if table.len() > PIECE {
-                    write(&table)?;
-                    table = table.like();
-                }
+                recorder.write(PIECE)?;
             }
         }
         from = to;
     }
     if settings.zero_every.is_some() {
         let last = Tuple { a: layout.distance(layout.n_distances - 1), ..strokes[strokes.len() - 1] };
-        state.zero(&mut table, &mut counts, &last)?;
+        recorder.zero(&last)?;
     }
-    write(&table)?;
-    Ok(counts)
+    recorder.write(0)?;
+    Ok(recorder.counts)
 }
 
 /// The table without rows.

@@ -36,21 +36,46 @@ impl Dice {
     }
 }
 
-/// What one row hands to the next.
-pub(super) struct State<'a> {
+/// Records rows of a table, each after the one before.
+pub(super) struct Recorder<'a> {
     settings: &'a Settings,
     rig: &'a Rig,
     shown: DirectionColumns,
+    pub table: Frame,
+    pub counts: Counts,
+    write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
     pub row: u32,
-    pub since_zero: u64,
+    since_zero: u64,
     /// Strains of the last tap.
     last: [f64; 2],
 }
 
-impl<'a> State<'a> {
-    /// Before the first row.
-    pub fn new(rig: &'a Rig, settings: &'a Settings, shown: DirectionColumns) -> Self {
-        Self { settings, rig, shown, row: 0, since_zero: u64::MAX, last: [0.0; 2] }
+impl<'a> Recorder<'a> {
+    /// Before the first row of `table`, whose pieces `write` takes.
+    pub fn new(
+        (rig, settings): (&'a Rig, &'a Settings),
+        shown: DirectionColumns,
+        table: Frame,
+        write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
+    ) -> Self {
+        let counts = Counts::default();
+        Self { settings, rig, shown, table, counts, write, row: 0, since_zero: u64::MAX, last: [0.0; 2] }
+    }
+
+    /// Writes the rows so far, if they are more than `rows`.
+    pub fn write(&mut self, rows: usize) -> Result<(), Error> {
+        if self.table.len() > rows {
+            (self.write)(&self.table)?;
+            self.table = self.table.like();
+        }
+        Ok(())
+    }
+
+    /// Whether a zero reading stands before the next tap.
+    pub fn rests(&mut self) -> bool {
+        let rests = self.settings.zero_every.is_some_and(|n| self.since_zero >= n);
+        self.since_zero = if rests { 1 } else { self.since_zero.saturating_add(1) };
+        rests
     }
 
     /// Random numbers of the row that is next.
@@ -96,26 +121,17 @@ impl<'a> State<'a> {
         ((0..channels.len()).map(value).collect(), false)
     }
 
-    pub fn zero(&mut self, table: &mut Frame, counts: &mut Counts, at: &Tuple) -> Result<(), Error> {
+    pub fn zero(&mut self, at: &Tuple) -> Result<(), Error> {
         let (values, _) = self.values([0.0; 2], None);
-        counts.zeros += 1;
-        self.since_zero = 0;
+        self.counts.zeros += 1;
         let row = self.row(at, 0.0, &values).into_iter();
-        table.row(row.chain([f64::NAN.into(), SOURCE.into(), "".into(), "ok".into()]))
+        self.table.row(row.chain([f64::NAN.into(), SOURCE.into(), "".into(), "ok".into()]))
     }
 
-    pub fn tap(
-        &mut self,
-        table: &mut Frame,
-        counts: &mut Counts,
-        (at, other): (&Tuple, f64),
-        repeat: u64,
-        tap: &Outcome,
-    ) -> Result<(), Error> {
-        if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
-            self.zero(table, counts, at)?;
+    pub fn tap(&mut self, (at, other): (&Tuple, f64), repeat: u64, tap: &Outcome) -> Result<(), Error> {
+        if self.rests() {
+            self.zero(at)?;
         }
-        self.since_zero = self.since_zero.saturating_add(1);
         let memory = self.last.map(|strain| self.settings.hysteresis * strain);
         let dice = self.dice();
         let wrong = self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers;
@@ -127,7 +143,7 @@ impl<'a> State<'a> {
         if values.iter().all(|x| x.is_finite()) {
             self.last = strains.map(|strain| if strain.is_nan() { 0.0 } else { strain });
         } else {
-            counts.unsolved += 1;
+            self.counts.unsolved += 1;
         }
         let label = Tuple { a: if mislabelled { other } else { at.a }, ..*at };
         let fault = match (stopped, mislabelled, wrong) {
@@ -136,9 +152,9 @@ impl<'a> State<'a> {
             (.., true) => "spike",
             _ => "",
         };
-        counts.faults += u64::from(!fault.is_empty());
-        counts.taps += 1;
+        self.counts.faults += u64::from(!fault.is_empty());
+        self.counts.taps += 1;
         let row = self.row(&label, at.drive, &values).into_iter();
-        table.row(row.chain([repeat.into(), SOURCE.into(), fault.into(), tap.status.into()]))
+        self.table.row(row.chain([repeat.into(), SOURCE.into(), fault.into(), tap.status.into()]))
     }
 }

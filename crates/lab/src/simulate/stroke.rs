@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::object::Object;
-use crate::contour::truth::Pose;
+use crate::contour::point::Pose;
 use crate::measure::Rig;
 use crate::measure::skin::Skin;
 use crate::physics::rod::{RodProblem, RodTap};
