@@ -12,7 +12,7 @@ use crate::locate::locator::opener;
 use crate::measure::Rig;
 use crate::scene::Column;
 use crate::simulate::strokes::{self, Strokes};
-use crate::simulate::{self, Settings, SimulatedTaps};
+use crate::simulate::{self, Settings};
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
@@ -113,18 +113,16 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     let mut question = Question::of_scene("simulate", &spec, of);
     question.inputs.extend(inputs);
     let mut destination = context.open(&out, question, &[file], options.force)?;
-    let directions = spec.study.setup.directions;
     let empty = match &course {
         Some(_) => heading("strokes").frame(&[settings.unit.column()]),
-        None => simulate::empty(&rig, directions, settings.unit),
+        None => simulate::empty(&rig, settings.unit),
     };
     let mut missed = 0;
     let counts = destination.rows(empty, |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
         let Some(course) = &course else {
-            let which = SimulatedTaps { layout: &layout, directions };
             let method = opener(&options)(&rig.setup.model)?;
-            return simulate::simulate(&rig, which, &settings, method, &mut write);
+            return simulate::simulate(&rig, &layout, &settings, method, &mut write);
         };
         let mut miss = |number: usize, why| {
             missed += 1;

@@ -11,6 +11,7 @@ use crate::locate::stream::{Ask, Counts};
 use crate::locate::table::Readings;
 use crate::locate::{Answerer, Locator};
 use crate::measure::Names;
+use crate::measure::columns::missing;
 use crate::measure::header::Sheet;
 use crate::measure::skin::Skin;
 use crate::sink::fact::kind;
@@ -19,25 +20,16 @@ use crate::sink::heading::heading;
 use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::values::{Field, Values};
 
-/// Column that names the whisker of a row.
 pub const WHISKER: &str = "whisker";
 
-/// A whisker of an array.
 pub struct Mounted {
-    /// Its name.
     pub name: String,
-    /// What answers its readings.
     pub locator: Locator,
     /// The motor's axis, the direction of the whisker at first touch when the motor is at 0, and the sense in which it turns.
     pub pose: Pose,
 }
 
-/// Answers the readings of `table`, whose column [`WHISKER`] says which of `whiskers` each is of. Taps of one object by one whisker are taken together
-/// where `ask` says so.
-///
-/// # Errors
-/// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways; taps that are to be taken
-/// together by what tells each alone.
+/// Answers readings whose column [`WHISKER`] names one of `whiskers`; taps of one object by one whisker together where `ask` says so.
 pub fn answer(
     whiskers: &[Mounted],
     input: LabTable<'_>,
@@ -106,7 +98,6 @@ pub fn answer(
     Ok((table, counts))
 }
 
-/// The whisker of each line, by its place.
 fn owners(
     whiskers: &[Mounted],
     label: &str,
@@ -119,13 +110,8 @@ fn owners(
     let mut sheet = Sheet::new(input, said, "whisker, then the columns of readings").map_err(here)?;
     let (names, mark) = (sheet.names.clone(), sheet.mark);
     let place = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
-        let known: Vec<&str> = names.iter().map(String::as_str).collect();
-        let close = nearest(WHISKER, &known).map(|n| format!("; is {n} meant?"));
-        InputError::new(format!("column {WHISKER} is missing{}", close.unwrap_or_default()))
-            .at(label, Some(sheet.line))
-            .key(WHISKER)
-            .value(names.join(","))
-            .allowed("whisker, then the columns of readings; contact_deg where it is needed")
+        let error = missing(WHISKER, &names).at(label, Some(sheet.line));
+        error.allowed("whisker, then the columns of readings; contact_deg where it is needed")
     })?;
     let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
     let mut all = HashMap::new();

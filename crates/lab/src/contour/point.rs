@@ -4,6 +4,7 @@ use super::curve::Covariance;
 use crate::error::InputError;
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
+use crate::measure::columns::missing;
 use crate::measure::skin::Skin;
 use crate::status::Status;
 
@@ -11,7 +12,7 @@ use crate::status::Status;
 const STEP: f64 = 1e-3;
 
 /// Largest standard deviation, degrees or mm, that says anything.
-pub const MOST_NOISE: f64 = 1000.0;
+const MOST_NOISE: f64 = 1000.0;
 
 /// What is not certain beside the signal: one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,8 +21,7 @@ pub struct Noise {
     pub angle: f64,
     /// Of each coordinate of the base, mm.
     pub base: f64,
-    /// Of the motor's angle at first touch, degrees: heading and drive change by as much in opposite ways. `None`: of a tap none, of a
-    /// stroke nothing is known before.
+    /// Of the motor's angle at first touch, degrees: heading and drive err in opposite ways. `None`: 0 for a tap, unknown for a stroke.
     pub touch: Option<f64>,
 }
 
@@ -33,7 +33,6 @@ impl Default for Noise {
 }
 
 impl Noise {
-    /// What a user says of it.
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
         let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
             true => Ok(x),
@@ -87,7 +86,6 @@ impl Pose {
     }
 }
 
-/// A point on an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Where, mm; NaN where there is none.
@@ -104,12 +102,10 @@ pub struct Point {
     pub swept: bool,
     /// True off the stroke, or off the curve.
     pub outlier: bool,
-    /// Words of warning.
     pub status: Status,
 }
 
 impl Point {
-    /// None, and why.
     pub fn nothing(status: Status) -> Self {
         Self {
             at: [f64::NAN; 2],
@@ -123,7 +119,6 @@ impl Point {
         }
     }
 
-    /// Whether it is somewhere.
     pub fn is_there(&self) -> bool {
         self.at.iter().chain(&self.covariance.0).all(|x| x.is_finite())
     }
@@ -179,12 +174,8 @@ fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     if slope.is_finite() { slope } else { 0.0 }
 }
 
-/// Columns that must be there.
-pub const NEEDED: [&str; 3] = ["base_x_mm", "base_y_mm", "heading_deg"];
-/// Columns that may be there.
-pub const MORE: [&str; 4] = ["base_z_mm", "contact_deg", "sense", "stroke"];
+const NEEDED: [&str; 3] = ["base_x_mm", "base_y_mm", "heading_deg"];
 
-/// A row's pose and stroke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {
     /// At first touch; NaN where the row says nothing.
@@ -194,22 +185,15 @@ pub struct Placed {
 }
 
 /// Poses of all rows.
-///
-/// # Errors
-/// A column that is missing; a word in the place of a number; a sense that is none; a stroke with two poses.
 pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
     let n = readings.rows.len();
     let file = || readings.file.clone();
     let mut needed = Vec::new();
     for name in NEEDED {
         needed.push(readings.numbers(name)?.ok_or_else(|| {
-            let known: Vec<&str> = readings.names.iter().map(String::as_str).collect();
-            let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
-            InputError::new(format!("column {name} is missing{}", close.unwrap_or_default()))
-                .at(file(), Some(1))
-                .key(name)
-                .value(readings.names.join(","))
-                .allowed("base_x_mm, base_y_mm, heading_deg; sense, contact_deg, stroke, base_z_mm where they are needed; then those of readings")
+            missing(name, &readings.names).at(file(), Some(1)).allowed(
+                "base_x_mm, base_y_mm, heading_deg; sense, contact_deg, stroke, base_z_mm where they are needed; then those of readings",
+            )
         })?);
     }
     let or = |name: &str, other: f64| {

@@ -27,17 +27,14 @@ const TOUCH: f64 = 0.5;
 const OFF: f64 = 5.0;
 /// Readings are used beyond the calibrated drives by this share of the ends.
 const BEYOND: f64 = 0.1;
-/// Relative gain of χ² below which a fit ends.
 const SETTLED: f64 = 1e-10;
 /// Even number of parts of the integral of the creep.
 const PARTS: usize = 8;
 /// Noise that is counted at least, relative to the signal: the model is solved no better.
 const LEAST: f64 = 1e-6;
 
-/// What a stroke's readings say.
 #[derive(Debug, Clone)]
 pub struct Swept {
-    /// A point for each reading, in their order.
     pub points: Vec<Point>,
     /// Whether the contact stayed at one place of the object.
     pub sharp: bool,
@@ -56,7 +53,6 @@ struct Stroke<'a> {
     angles: Vec<f64>,
     signals: Vec<f64>,
     deviations: Vec<f64>,
-    /// Largest angle, degrees.
     span: f64,
     /// Calibrated drives, degrees.
     drives: [f64; 2],
@@ -109,15 +105,13 @@ impl Stroke<'_> {
         readings.chain([Some(p[0] / self.touch)]).chain(before).collect()
     }
 
-    /// Small changes of the parameters.
     fn steps(&self, n: usize) -> Vec<f64> {
         let mut all = vec![1e-3; n];
         all[0] = 1e-4;
         all
     }
 
-    /// That of a sharp object, unless the readings refuse it (Schwarz's criterion for two numbers more: what bends the polynomial further is
-    /// hardly free).
+    /// The fit of a sharp object, unless Schwarz's criterion for two more numbers prefers a smooth one (higher powers are hardly free).
     fn fit(&self, start: f64) -> Option<Minimum> {
         let of = |p: &[f64]| self.residuals(p);
         let minimum =
@@ -137,8 +131,7 @@ impl Stroke<'_> {
     }
 }
 
-/// Points of a stroke by the whisker that first touched at `pose`; `None` where its readings do not make one: too few, both signs, drives
-/// that were not calibrated.
+/// Points of a stroke of the whisker that first touched at `pose`; `None` of too few readings, both signs, or uncalibrated drives.
 pub fn swept(
     locator: &Locator,
     skin: &Skin,
@@ -149,7 +142,7 @@ pub fn swept(
     let angle = |r: &AnsweredRow| r.drive - locator.drive_origin;
     let sum: f64 = readings.iter().map(|r| r.signal).filter(|s| s.is_finite()).sum();
     let sign = sum.signum();
-    let drives = locator.drives(sign)?;
+    let drives = locator.side_of(sign)?.ends();
     let [first, last] = [drives[0] * (1.0 - BEYOND), drives[1] * (1.0 + BEYOND)];
     let fits = |r: &AnsweredRow| {
         r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.answer.located.distance.is_finite()
@@ -189,7 +182,6 @@ pub fn swept(
     }
 }
 
-/// Points at the readings of a stroke that is fitted.
 fn points(
     stroke: &Stroke<'_>,
     found: &Minimum,

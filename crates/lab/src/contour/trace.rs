@@ -14,10 +14,8 @@ use crate::scene::Drive;
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
 const LEAST: f64 = 1e-3;
 
-/// What is asked of a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TraceOptions {
-    /// What is not certain beside the signal.
     pub noise: Noise,
     /// Contact on the surface of the whisker, or on its centreline; as its model says if not said.
     pub surface: Option<bool>,
@@ -38,34 +36,25 @@ pub struct Followed {
     pub object: Option<&'static str>,
     /// By how much the whisker had turned before drive 0.
     pub touched_before_deg: f64,
-    /// Its standard deviation.
     pub sigma_touched_before_deg: f64,
     /// χ² per degree of freedom.
     pub chi2: f64,
 }
 
-/// A traced object.
 #[derive(Debug, Clone)]
 pub struct Trace {
     /// A point for each row.
     pub points: Vec<Point>,
     /// Distance to the left of the curve (mm) and over the standard deviation of each; NaN without.
     pub off: Vec<[f64; 2]>,
-    /// Strokes, in the order of the file.
     pub strokes: Vec<Followed>,
-    /// Points of the curve.
     pub samples: Vec<Sample>,
-    /// The curve.
     pub curve: Result<Chosen, Nothing>,
-    /// Contact on the surface of the whisker.
     pub on_surface: bool,
 }
 
 impl Trace {
     /// Of `readings` that `locator` has answered.
-    ///
-    /// # Errors
-    /// As [`placed`]; strokes of an object that is moved; [`SolveError::Stopped`] once `stop` is set.
     pub fn new(
         locator: &Locator,
         readings: &Readings,

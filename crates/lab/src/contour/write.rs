@@ -19,7 +19,6 @@ use crate::status::Status;
 pub const FILES: [&str; 3] = ["points.csv", "curve.csv", "contour.svg"];
 /// Rows of curve.csv.
 const PLACES: usize = 181;
-/// The word of a point that is off.
 pub const OUTLIER: &str = "outlier";
 
 /// The words of the status of a point, with that of an outlier behind them.
@@ -32,7 +31,6 @@ fn words(p: &Point) -> String {
     }
 }
 
-/// points.csv.
 pub fn points(trace: &Trace, readings: &Readings) -> Result<Frame, Error> {
     let mut table = readings.empty.clone();
     for (i, row) in readings.rows.iter().enumerate() {
@@ -95,7 +93,6 @@ pub fn described(trace: &Trace) -> Value {
     json!({ "curve": curve, "strokes": trace.strokes, "contact_on_surface": trace.on_surface })
 }
 
-/// Rows, points and words.
 pub fn counts(trace: &Trace, readings: &Readings) -> Value {
     let (mut status, mut combinations) = (BTreeMap::<String, u64>::new(), BTreeMap::<String, u64>::new());
     for words in trace.points.iter().map(words) {
@@ -115,8 +112,7 @@ pub fn counts(trace: &Trace, readings: &Readings) -> Value {
 /// Steps along the outline of a known object; along a traced curve half as many.
 pub const OUTLINE: usize = 400;
 
-/// Distances of points from the object; where the data say what was touched (`true_x_mm`, `true_y_mm` by the readings of a stroke,
-/// `touch_x_mm`, `touch_y_mm` first), from these places.
+/// Distances from the object, and from the places that were touched where the data have them (`true_…` in strokes, else `touch_…`).
 pub fn compared(trace: &Trace, readings: &Readings, object: &Object) -> Result<Value, InputError> {
     let there: Vec<usize> =
         (0..trace.points.len()).filter(|&i| trace.points[i].is_there() && !trace.points[i].outlier).collect();

@@ -10,7 +10,6 @@ use crate::sink::heading::heading;
 use crate::sink::lab::LabCell;
 use crate::sink::values::Field;
 
-/// Readings that are told together.
 pub struct Group<'a> {
     kind: Kind<'a>,
     /// Those that are added after the status.
@@ -36,13 +35,11 @@ impl<'a> Group<'a> {
         Ok(kind.map(|kind| Self { kind, columns }))
     }
 
-    /// All columns of what is told together.
     fn all(ask: &Ask<'_>) -> Vec<&'static str> {
         heading(if let By::Strokes(_) = ask.by { "along" } else { "together" }).names_as(&[])
     }
 
-    /// Columns that are added to readings that have columns of these `names`. The first is the name of the object or stroke where the line does not keep
-    /// it.
+    /// Columns that are added to a file with these `names`; first that of the object or stroke, unless the line keeps it.
     pub fn columns(ask: &Ask<'_>, twofold: bool, names: &[String]) -> Vec<&'static str> {
         let own = ask.keep && names.iter().any(|name| name == strokes::NAME);
         let wanted = |name: &&str| match *name {
@@ -55,7 +52,6 @@ impl<'a> Group<'a> {
         Self::all(ask).into_iter().filter(wanted).collect()
     }
 
-    /// The sensor is at rest.
     pub fn rest(&mut self) {
         if let Kind::Strokes(strokes) = &mut self.kind {
             strokes.rest();

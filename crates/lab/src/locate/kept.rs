@@ -18,20 +18,20 @@ pub fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
     heading("located").names_from("zero").into_iter().filter(wanted).collect()
 }
 
-/// How rows of a file are kept: number of the line, the user's columns, drive and signal under their own names where the user has
-/// other ones, the zero that was subtracted, the answer.
+/// A line of a file as it is kept: its number, the user's columns, drive and signal unless the file names them so, zero, answer.
 pub struct Kept {
-    /// Names and types of the user's columns.
-    own: Vec<(String, Kind)>,
+    /// The table without rows.
+    pub empty: Frame,
+    /// Types of the user's columns.
+    own: Vec<Kind>,
     /// Whether drive and signal are added.
     more: [bool; 2],
-    common: [&'static str; 2],
-    added: Vec<&'static str>,
 }
 
 impl Kept {
-    /// For these rows, those of `frame` where they are in memory, with the columns `added`, of which the zero is the first.
-    pub fn new(rows: &RowReader<'_>, frame: Option<&Frame>, added: &[&'static str]) -> Self {
+    /// For these rows, those of `frame` where they are in memory, in a `table` with the columns `added`, of which the zero is the first. Of a text the user's
+    /// own columns are words, as they are.
+    pub fn new(rows: &RowReader<'_>, frame: Option<&Frame>, table: &Heading, added: &[&'static str]) -> Self {
         let own = rows.names();
         let common = [rows.drive().column(), rows.who.first().unit.common()];
         let taken = |n: &String| n == "line" || added.contains(&n.as_str());
@@ -50,24 +50,18 @@ impl Kept {
             Some(Values::Numbers(_) | Values::Counts(_)) => Kind::Number,
             _ => Kind::Word,
         };
-        let own = names.into_iter().enumerate().map(|(k, name)| (name, kind(k))).collect();
-        Self { own, more, common, added: added.to_vec() }
-    }
-
-    /// A table of these columns without rows, whose added ones are those of `table`. Of a text the user's own are words, as they are.
-    pub fn frame(&self, table: &Heading) -> Frame {
-        let mut frame = Frame::of(&table.file, ["line"]);
-        self.own.iter().for_each(|(name, kind)| frame.add(name.clone(), Values::new(*kind)));
-        let common = self.common.iter().zip(self.more).filter(|(_, more)| *more).map(|(name, _)| *name);
-        let names: Vec<&str> = common.chain(self.added.iter().copied()).collect();
-        add(&mut frame, &table.table, &names);
-        frame
+        let own: Vec<Kind> = (0..names.len()).map(kind).collect();
+        let mut empty = Frame::of(&table.file, ["line"]);
+        names.into_iter().zip(&own).for_each(|(name, kind)| empty.add(name, Values::new(*kind)));
+        let common = common.into_iter().zip(more).filter(|(_, more)| *more).map(|(name, _)| name);
+        add(&mut empty, &table.table, &common.chain(added.iter().copied()).collect::<Vec<_>>());
+        Self { empty, own, more }
     }
 
     /// A row of it up to the zero: number and fields of the line, then these.
     pub fn fields(&self, line: usize, cells: &[LabCell<'_>], [drive, signal, zero]: [f64; 3]) -> Vec<Field> {
         let own = self.own.iter().enumerate();
-        let own = own.map(|(k, (_, kind))| cells.get(k).unwrap_or(&LabCell::EMPTY).field(*kind));
+        let own = own.map(|(k, kind)| cells.get(k).unwrap_or(&LabCell::EMPTY).field(*kind));
         let more =
             [drive, signal].into_iter().zip(self.more).filter(|(_, more)| *more).map(|(x, _)| x.into());
         std::iter::once(line.into()).chain(own).chain(more).chain([zero.into()]).collect()

@@ -19,7 +19,6 @@ const BOM: &[u8] = "\u{feff}".as_bytes();
 pub struct Line<'a> {
     /// What it says; `None` of a line that is no UTF-8, or too long.
     pub row: Option<LabRow<'a>>,
-    /// Number in the file, from 1.
     pub number: usize,
     /// Number among the rows, from 0.
     pub place: usize,
@@ -45,7 +44,6 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// Of `input`.
     pub fn new(input: LabStream<'a>, ask: &'a Ask<'a>) -> Self {
         let input = match input {
             LabTable::Text(text) => LabTable::Text(BufReader::with_capacity(1 << 16, text)),
@@ -53,10 +51,6 @@ impl<'a> Source<'a> {
         };
         let (line, comments) = (Vec::with_capacity(256), Comments::default());
         Self { input, line, ask, number: 0, place: 0, held: None, begun: false, comments }
-    }
-
-    fn label(&self) -> &'a str {
-        self.ask.label.unwrap_or("stdin")
     }
 
     /// Reads the first line; a header goes to `rows`, anything else is given by [`Self::next`].
@@ -67,14 +61,14 @@ impl<'a> Source<'a> {
         if let LabTable::Frame(frame) = self.input {
             self.number = 1;
             let named = rows.first(LabRow::Of(frame, 0), &self.comments, self.ask.columns, true);
-            return Ok(named.map(drop).map_err(|e| e.at(self.label(), Some(1)))?);
+            return Ok(named.map(drop).map_err(|e| e.at(self.ask.label(), Some(1)))?);
         }
         self.begun = false;
         self.held = self.read(rows)?;
         self.begun = true;
         let at = |e: InputError| {
             let line = e.line.or(Some(self.number));
-            e.at(self.label(), line)
+            e.at(self.ask.label(), line)
         };
         let unread = self.held.is_some_and(|n| n <= LONGEST && text(&self.line, n).is_none());
         if unread && self.ask.label.is_some() {
@@ -103,7 +97,6 @@ impl<'a> Source<'a> {
         self.ask.only.is_none_or(|only| only(self.number))
     }
 
-    /// The next row; `None` at the end.
     pub fn next(&mut self, rows: &mut RowReader<'_>) -> Result<Option<Line<'_>>, Error> {
         self.first(rows)?;
         if let LabTable::Frame(frame) = self.input {
@@ -140,11 +133,11 @@ impl<'a> Source<'a> {
     fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
         loop {
             let LabTable::Text(reader) = &mut self.input else { return Ok(None) };
-            let length = read_line(reader, &mut self.line).map_err(|e| Error::io(self.label(), e))?;
+            let length = read_line(reader, &mut self.line).map_err(|e| Error::io(self.ask.label(), e))?;
             self.number += usize::from(length.is_some());
             if length.is_some_and(|length| length > LINE) {
                 let error = InputError::new("this line is longer than 1 MiB, so these are no readings");
-                let error = error.at(self.label(), Some(self.number));
+                let error = error.at(self.ask.label(), Some(self.number));
                 return Err(error.allowed("lines of up to 1 MiB").into());
             }
             let comment =
@@ -155,7 +148,7 @@ impl<'a> Source<'a> {
             match comment.and_then(|n| text(&self.line, n)) {
                 Some(text) if self.begun => {
                     let (line, said) = (self.number, self.ask.columns);
-                    rows.same(line, text, said).map_err(|e| e.at(self.label(), Some(line)))?;
+                    rows.same(line, text, said).map_err(|e| e.at(self.ask.label(), Some(line)))?;
                 }
                 Some(text) => self.comments.push(self.number, text),
                 None => {}
@@ -164,7 +157,6 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The text of a line of `length` bytes.
 fn text(line: &[u8], length: usize) -> Option<&str> {
     let text = (length <= LONGEST).then(|| std::str::from_utf8(line).ok()).flatten()?;
     Some(text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}'))

@@ -13,7 +13,6 @@ use super::stream::Ask;
 use super::tared::Once;
 use super::{Located, Locator};
 use crate::error::{InputError, nearest};
-use crate::estimator::learnt::LearnedCurve;
 use crate::sink::lab::LabCell;
 use crate::status::Status;
 
@@ -32,7 +31,6 @@ pub const SHIFT: &str = "shift_mm";
 pub enum By<'a> {
     /// Nobody said; in a file a column `object` says it.
     Unsaid,
-    /// All of them.
     Same,
     /// Those of one value in this column.
     Column(&'a str),
@@ -53,12 +51,10 @@ struct Known {
     lines: Vec<usize>,
 }
 
-/// Objects and their taps.
 pub struct Objects<'a> {
     locator: &'a Locator,
     /// Place of the column; none where all readings are of one object.
     place: Option<usize>,
-    /// Place of the column [`SHIFT`].
     shift: Option<usize>,
     /// By name, the one that was tapped last at the end.
     known: IndexMap<String, Known>,
@@ -69,15 +65,12 @@ pub struct Objects<'a> {
 
 impl<'a> Objects<'a> {
     /// Whether `who` can take taps of one object together, if they are told apart `by` something that was said.
-    ///
-    /// # Errors
-    /// Several signals, and estimators that tell each tap alone.
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
         let two = who.is_twofold() && !matches!(by, By::Strokes(_));
         if by == By::Unsaid
             || two
-            || who.is_alone() && locator.sides().iter().any(|side| side.learned().is_some())
+            || who.is_alone() && locator.sides.iter().any(|side| side.learned().is_some())
         {
             return Ok(());
         }
@@ -129,14 +122,11 @@ impl<'a> Objects<'a> {
         Ok(Some(Self { locator, place, shift, known, forgets, unplaced, other_side }))
     }
 
-    /// The object of a line with these fields.
     pub fn name(&self, cells: &[LabCell<'_>]) -> String {
         self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
     }
 
-    /// Adds a `tap` of a line with these fields, of which `alone` is its own answer: the numbers of the columns of what all taps of its object so far tell, and
-    /// the status. `None` where it tells nothing: it is of no object, its base stands where nothing says, or it has no distance of its own, at an end stop or
-    /// beyond any.
+    /// Adds a `tap`, whose own answer is `alone`; the numbers and the status that all taps of its object tell. `None` of a tap without object, shift or distance.
     pub fn tell(
         &mut self,
         cells: &[LabCell<'_>],
@@ -174,30 +164,36 @@ impl<'a> Objects<'a> {
             if !object.add(Parts { at: [parts.at[0] + shift, parts.at[1]], ..parts }, tap.zeros) {
                 return None;
             }
-            let count = object.count();
+            let count = object.count;
             if let Some([[a, tilted], [sigma, sigma_tilt]]) = object.told().filter(|_| count > 1) {
-                let side = &locator.sides()[locator.twofold.as_ref()?.side];
+                let side = &locator.sides[locator.twofold.as_ref()?.side];
                 located = Located::normal(a, sigma, side.doubts(a - shift, None, sigma));
                 tilt = [tilted, sigma_tilt].map(f64::to_degrees);
             }
-            (&mut known.lines, count, object.compared(), object.apart(), limit_of_two)
+            (&mut known.lines, count, object.taps.len(), object.apart(), limit_of_two)
         } else {
             let asked = locator.asked(tap.drive, tap.signals[0]).ok()?;
-            let learned = locator.sides()[asked.side].learned()?;
+            let learned = locator.sides[asked.side].learned()?;
             let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
             let kind = (asked.side, tared);
             let known = self.known(&name, ask, || Taps::One(Object::new(learned.joint(tared)), kind));
             let Taps::One(object, its_kind) = &mut known.taps else { return None };
-            let (joint, side) = (learned.joint(tared), &locator.sides()[its_kind.0]);
+            let (joint, side) = (learned.joint(tared), &locator.sides[its_kind.0]);
             if *its_kind == kind {
                 let tap = Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift };
                 object.add(joint, tap, same_run);
             }
             let (count, other) = (object.count(), *its_kind != kind);
             let of = side.learned().filter(|_| count > 1 || other);
-            let told = of.and_then(|of| located_by(side, of, (object, its_kind.1), ask, same_run));
+            let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1))?)));
+            if count > 1 || other {
+                located = told.as_ref().map_or(Located::nothing(Status::NO_ROOT), |(of, told)| {
+                    let normal = Located::normal(told.a, told.sigma, doubts(side, object, told));
+                    let interval = ask.interval.then(|| of.ends(object, told, its_kind.1, same_run));
+                    Located { interval: interval.unwrap_or(normal.interval), ..normal }
+                });
+            }
             if other {
-                let located = told.map_or(Located::nothing(Status::NO_ROOT), |told| told.0);
                 let numbers = numbers(count, &located, [f64::NAN; 2], None);
                 self.other_side.warn(ask, || {
                     format!(
@@ -207,9 +203,6 @@ impl<'a> Objects<'a> {
                 return Some((numbers, located.status));
             }
             let apart = told.as_ref().and_then(|(_, told)| object.apart(joint, told.a, same_run));
-            if count > 1 {
-                located = told.map_or(Located::nothing(Status::NO_ROOT), |told| told.0);
-            }
             (&mut known.lines, count, object.compared(), apart, self::limit)
         };
         lines.push(line);
@@ -237,8 +230,7 @@ impl<'a> Objects<'a> {
     }
 }
 
-/// What taps of an object tell, in the order of the columns: how many they are, distance, tilt and its standard deviation (degrees), the line of the tap that
-/// is farthest from what the others say, and by how many standard deviations.
+/// The numbers in the order of the columns; tilt with its standard deviation, degrees; `apart`: line of the farthest tap, and its standard deviations.
 fn numbers(taps: usize, located: &Located, tilt: [f64; 2], apart: Option<(usize, f64)>) -> Vec<f64> {
     let Located { distance, sigma, interval: [from, to], .. } = *located;
     let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, hundredths(by)));
@@ -248,20 +240,6 @@ fn numbers(taps: usize, located: &Located, tilt: [f64; 2], apart: Option<(usize,
 /// A number of standard deviations: more digits than two say nothing.
 pub(super) fn hundredths(by: f64) -> f64 {
     (100.0 * by).round() / 100.0 + 0.0
-}
-
-/// What the taps of an `object` of one `side` tell, whose zeros are of one kind or not (`tared`), with the interval where it is asked for.
-fn located_by(
-    side: &Opened,
-    learned: &LearnedCurve,
-    (object, tared): (&Object, bool),
-    ask: &Ask<'_>,
-    same_run: bool,
-) -> Option<(Located, Told)> {
-    let told = object.told(learned.joint(tared))?;
-    let normal = Located::normal(told.a, told.sigma, doubts(side, object, &told));
-    let interval = ask.interval.then(|| learned.ends(object, &told, tared, same_run));
-    Some((Located { interval: interval.unwrap_or(normal.interval), ..normal }, told))
 }
 
 /// Words of warning of what the taps of an object tell.
@@ -282,7 +260,6 @@ fn limit_of_two(n: usize) -> f64 {
     (2.0 * (n as f64 / CHANCE).ln()).sqrt()
 }
 
-/// Place of the column [`SHIFT`] among `names`.
 pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
     let found = names.iter().position(|n| n == SHIFT);
     let parts = |n: &str| n.to_lowercase().split('_').map(str::to_owned).collect::<Vec<_>>();

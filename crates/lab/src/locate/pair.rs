@@ -18,11 +18,9 @@ use crate::measure::Rig;
 use crate::measure::skin::Skin;
 use crate::status::Status;
 
-/// A contact in space, in the frame of the base at first touch: x along the whisker, y towards the object in the plane of rotation, z the
-/// motor's axis, which is the origin.
+/// A contact in space. The motor's axis is the origin, x lies along the whisker at first touch, y towards the object, z along the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spatial {
-    /// Its distance along the whisker.
     pub located: Located,
     /// Tilt of the pole, degrees; NaN where there is none.
     pub tilt: f64,
@@ -39,12 +37,10 @@ pub struct Spatial {
 }
 
 impl Spatial {
-    /// No contact, and why.
     pub const fn nothing(status: Status) -> Self {
         Self::of(Located::nothing(status))
     }
 
-    /// A distance alone.
     pub const fn of(located: Located) -> Self {
         let (none, point) = (f64::NAN, [f64::NAN; 3]);
         Self {
@@ -66,7 +62,6 @@ impl Spatial {
     }
 }
 
-/// What answers the readings of two gauges.
 pub(crate) struct Twofold {
     second: Second,
     transfer: Transfer,
@@ -78,7 +73,6 @@ pub(crate) struct Twofold {
 }
 
 impl Twofold {
-    /// Of a calibration with a second gauge; `None` of one without.
     pub(crate) fn new(
         calibration: &Calibration,
         rig: &Rig,
@@ -122,8 +116,7 @@ impl Twofold {
         found
     }
 
-    /// Tilt, rad, and the reading of an upright pole at the same distance, both of linear theory: tan β̂ = ε₂/ε₁, (ε₁² + ε₂²)/ε₁. With them d(distance's
-    /// reading, β̂)/d(r₁, r₂).
+    /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).
     fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
         let Transfer { factors: [s1, s2], misalignment } = self.transfer;
         let [e1, e2] = self.transfer.strains(readings);
@@ -140,7 +133,6 @@ impl Twofold {
 struct Solved {
     /// Positive on the side that is calibrated.
     readings: [f64; 2],
-    /// From its origin.
     drive: f64,
     status: Status,
     /// Variance of the first reading that the calibration leaves.
@@ -156,7 +148,6 @@ struct Solved {
 }
 
 impl Locator {
-    /// Whether it answers readings of two gauges.
     pub fn is_twofold(&self) -> bool {
         self.twofold.is_some()
     }
@@ -185,9 +176,8 @@ impl Locator {
         Ok(all.into_iter().zip(readings).map(judged).collect())
     }
 
-    /// What linear theory makes of two readings.
     fn by_theory(&self, two: &Twofold, reading: &Reading) -> Result<Solved, Status> {
-        let side = &self.sides()[two.side];
+        let side = &self.sides[two.side];
         let drive = self.beyond_origin(reading.drive);
         let readings = [0, 1].map(|k| side.sign * reading.signals[k]);
         let status = self.admitted(two, side, drive, readings)?;
@@ -223,7 +213,7 @@ impl Locator {
 
     /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.
     fn judged(&self, two: &Twofold, reading: &Reading, solved: &Solved) -> Result<Spatial, Status> {
-        let side = &self.sides()[two.side];
+        let side = &self.sides[two.side];
         let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
         let noises = [self.noise(), *noise];
         let zeros = [0, 1].map(|k| noises[k] * reading.shares[k].sqrt());
@@ -238,7 +228,7 @@ impl Locator {
             own: covariance([0, 1].map(|k| moved(k, noises[k]))),
             zeros: [0, 1].map(|k| moved(k, zeros[k])),
             shared: [
-                moved(0, self.of_zero().sqrt()),
+                moved(0, self.of_zero.sqrt()),
                 moved(0, of_model),
                 moved(1, of_factor),
                 moved(1, of_misalignment),

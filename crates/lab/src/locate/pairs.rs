@@ -11,11 +11,9 @@ use vibrissa_learned::joint::integrate;
 const JUDGED: usize = 256;
 /// Numbers of the sums: distance and tilt, what all taps share, and the zeros of both gauges.
 const ALL: usize = ZEROS + 2;
-/// Place of the zeros.
 const ZEROS: usize = 2 + SHARED;
 
-/// Numbers that move all taps of a calibration of two gauges alike: the zero of the calibration, its curve, the factor and the misalignment of the
-/// second gauge, the bias of distances.
+/// Errors that all taps share: zero and curve of the calibration, factor and misalignment of the second gauge, bias of distances.
 const SHARED: usize = 5;
 
 /// Distance, mm, and tilt, rad, of a tap, and of what their errors are made.
@@ -31,7 +29,6 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Covariance of distance and tilt.
     pub fn covariance(&self) -> [[f64; 2]; 2] {
         let (own, shared) = (self.with_zeros(), covariance(self.shared));
         [0, 1].map(|i| [0, 1].map(|j| own[i][j] + shared[i][j]))
@@ -49,16 +46,15 @@ pub(super) fn covariance<const N: usize>(by: [[f64; 2]; N]) -> [[f64; 2]; 2] {
     [0, 1].map(|i| [0, 1].map(|j| by.iter().map(|by| by[i] * by[j]).sum()))
 }
 
-/// The taps of one object so far.
 pub(super) struct PairObject {
     sums: Sums,
     /// The zero readings above which the last tap stands.
     zero: Option<u64>,
-    taps: Vec<Parts>,
-    count: usize,
+    /// The last ones, which [`Self::apart`] compares.
+    pub taps: Vec<Parts>,
+    pub count: usize,
 }
 
-/// Normal equations.
 struct Sums {
     matrix: DMatrix<f64>,
     vector: DVector<f64>,
@@ -92,21 +88,14 @@ impl PairObject {
         Self { sums: Sums::new(ALL), zero: None, taps: Vec::new(), count: 0 }
     }
 
-    /// Taps so far.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Number of taps that [`Self::apart`] compares.
-    pub fn compared(&self) -> usize {
-        self.taps.len()
-    }
-
     /// Adds a tap above the zero with the number `zero`; whether it tells anything.
     pub fn add(&mut self, tap: Parts, zero: u64) -> bool {
         let Some(weight) = Matrix2::from(tap.own).try_inverse() else { return false };
         if self.zero.replace(zero).is_some_and(|before| before != zero) {
-            self.let_zeros_go();
+            // No more taps stand above the zeros before: their numbers are free for other ones.
+            for k in ZEROS..ALL {
+                integrate(&mut self.sums.matrix, &mut self.sums.vector, k);
+            }
         }
         self.sums.add(&rows(&tap, ALL), &weight, Vector2::from(tap.at));
         self.count += 1;
@@ -117,14 +106,6 @@ impl PairObject {
         true
     }
 
-    /// Integrates over the zeros above which no more taps stand: their numbers are free for other ones.
-    fn let_zeros_go(&mut self) {
-        let Sums { matrix, vector } = &mut self.sums;
-        for k in ZEROS..ALL {
-            integrate(matrix, vector, k);
-        }
-    }
-
     /// Distance, mm, and tilt, rad, that all taps tell, and their standard deviations.
     pub fn told(&self) -> Option<[[f64; 2]; 2]> {
         let factor = self.sums.matrix.clone().cholesky()?;
@@ -133,8 +114,7 @@ impl PairObject {
         (at[0].is_finite() && sigma.iter().all(|s| *s > 0.0)).then_some([[at[0], at[1]], sigma])
     }
 
-    /// Of the last taps the one that is farthest from what the others say: how long ago it was, and by how many standard deviations; `None` of one
-    /// tap.
+    /// The tap farthest from what the others say: how many taps ago, and by how many standard deviations; `None` of one tap.
     pub fn apart(&self) -> Option<(usize, f64)> {
         if self.taps.len() < 2 {
             return None;

@@ -28,12 +28,10 @@ const STARTS: [usize; 2] = [24, 12];
 const BEYOND: f64 = 0.1;
 /// A small change of an unknown, relative to the end of its range.
 const STEP: f64 = 1e-5;
-/// Relative gain of χ² at which a search ends.
 const SETTLED: f64 = 1e-12;
 /// Added to variances, relative: noise-free data leave a covariance of rounding errors.
 const RIDGE: f64 = 1e-9;
 
-/// What a calibration of several channels holds.
 #[derive(Debug, Clone)]
 pub struct Sensor {
     /// Of each the name of its column and its calibration.
@@ -42,11 +40,8 @@ pub struct Sensor {
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// Answers readings of several channels.
 pub struct Several {
-    /// What answers each of them alone.
     pub locators: Vec<Locator>,
-    /// The names of their columns.
     pub names: Vec<String>,
     pub(super) columns: Vec<Channel>,
     pub(crate) covariance: DMatrix<f64>,
@@ -74,8 +69,7 @@ impl Several {
         })
     }
 
-    /// The distance of a tap by `drive` (degrees or mm; NaN where it is not known) with these tared signals; of each zero the variance in
-    /// units of that of one reading. A channel without a reading is left out.
+    /// Distance of a tap by `drive` (NaN: unknown) with these tared signals (NaN: missing); `shares`: variance of each zero over that of one reading.
     pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Located {
         self.found(drive, signals, shares).unwrap_or_else(Located::nothing)
     }
@@ -161,7 +155,6 @@ struct ChannelTap<'a> {
     /// NaN where it is not known.
     drive: f64,
     noise: Cholesky<f64, Dyn>,
-    /// Of distance and drive.
     bounds: [[f64; 2]; 2],
 }
 
@@ -185,7 +178,6 @@ impl<'a> ChannelTap<'a> {
         shared.then_some(Self { readings, drive, noise: factor(noise)?, bounds })
     }
 
-    /// The same with another covariance of noise; `None` where it is none.
     fn with_noise(self, noise: &DMatrix<f64>) -> Option<Self> {
         Some(Self { noise: factor(noise)?, ..self })
     }
@@ -194,7 +186,6 @@ impl<'a> ChannelTap<'a> {
         if self.drive.is_finite() { 1 } else { 2 }
     }
 
-    /// Distance and drive of unknowns.
     fn place(&self, x: &[f64]) -> [f64; 2] {
         [x[0], x.get(1).copied().unwrap_or(self.drive)]
     }

@@ -39,16 +39,13 @@ const JITTER: f64 = 0.01;
 /// Where answers go: the next rows of their table, and whether a reader is waiting for them. At first it is given the columns, at times without a row.
 pub type Write<'a> = &'a mut dyn FnMut(&Frame, bool) -> Result<(), Error>;
 
-/// What was answered.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Counts {
-    /// Lines answered.
     pub lines: u64,
     /// Of these, zero readings.
     pub zeros: u64,
     /// Of these, lines without any text.
     pub blank: u64,
-    /// Answers per combination of words.
     pub combinations: Combinations,
     /// Whether it was asked to stop, and some of the input may not be answered.
     pub stopped: bool,
@@ -61,10 +58,8 @@ impl Counts {
     }
 }
 
-/// How readings are answered.
 #[derive(Clone, Copy)]
 pub struct Ask<'a> {
-    /// What the user said of columns.
     pub columns: &'a Names,
     /// The zero that the user gave, in the unit of the signal; of each of two signals.
     pub zero: [Option<f64>; 2],
@@ -72,13 +67,11 @@ pub struct Ask<'a> {
     pub label: Option<&'a str>,
     /// Whether answers keep the fields of their line, its number first, and say which zero was subtracted.
     pub keep: bool,
-    /// Which readings are of one object.
     pub by: By<'a>,
     /// Whether the interval that holds a distance with 95 % is told.
     pub interval: bool,
     /// Which lines are read, by their numbers; all where nothing is said. Others are passed over.
     pub only: Option<&'a dyn Fn(usize) -> bool>,
-    /// Warns the user at once.
     pub warn: &'a dyn Fn(&str),
 }
 
@@ -90,7 +83,6 @@ impl<'a> Ask<'a> {
         Self { columns, zero: [None; 2], label, keep: true, by, interval: false, only: None, warn }
     }
 
-    /// Name of the input.
     pub(super) fn label(&self) -> &'a str {
         self.label.unwrap_or("stdin")
     }
@@ -104,11 +96,7 @@ impl<'a> Ask<'a> {
     }
 }
 
-/// Answers every line of `input`. A header may come first. When `stop` is set, the input ends after its last whole line. `zero` is
-/// that of the file, of each signal, if it has one; of a stream the zero readings among the lines serve those after them.
-///
-/// # Errors
-/// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
+/// Answers every line of `input`; `stop` ends it after the last whole line. Without the `zero` of each signal, zero readings serve the lines after them.
 pub fn answer(
     who: Answerer<'_>,
     input: LabStream<'_>,
@@ -145,10 +133,9 @@ pub fn answer(
     let kept = ask.keep.then(|| {
         let together = group.iter().flat_map(|group| group.columns.iter().copied());
         let columns: Vec<&str> = added(who, ask.interval).into_iter().chain(together).collect();
-        let kept = Kept::new(&tared.rows, of_frame, &columns);
-        table = kept.frame(heading("located"));
-        kept
+        Kept::new(&tared.rows, of_frame, heading("located"), &columns)
     });
+    kept.iter().for_each(|kept| table = kept.empty.like());
     let (mut one, mut untimed, mut stopped) = (None, Once::default(), None);
     let mut batch: Vec<PendingLine> = Vec::new();
     while let Some(mut row) = tared.next()? {

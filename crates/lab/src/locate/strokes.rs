@@ -30,7 +30,6 @@ const BESIDE: f64 = 10.0;
 /// Drives of no stroke.
 const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 
-/// The stroke that is being recorded.
 pub struct Strokes<'a> {
     locator: &'a Locator,
     /// Place of the column that numbers them; none where the drive tells them apart.
@@ -41,7 +40,6 @@ pub struct Strokes<'a> {
     drives: [f64; 3],
     falling: bool,
     falls: Once,
-    /// The drive of the last reading.
     before: f64,
     /// Readings, taken with the sign of each side.
     sides: Vec<Option<Side>>,
@@ -73,7 +71,7 @@ fn numbers(rows: usize, told: Option<ToldCourse>, origin: f64) -> Vec<f64> {
 impl<'a> Strokes<'a> {
     /// Of readings of columns with these `names`, which leave this `free`.
     pub fn new(locator: &'a Locator, names: &[String], free: Free) -> Result<Self, Error> {
-        let changes = locator.sides().iter().map(|side| free.nuisances(locator, side));
+        let changes = locator.sides.iter().map(|side| free.nuisances(locator, side));
         let changes = changes.collect::<Result<_, _>>()?;
         Ok(Self {
             locator,
@@ -91,7 +89,6 @@ impl<'a> Strokes<'a> {
         })
     }
 
-    /// The stroke of a line, where a column names it.
     fn name(&self, cells: &[LabCell<'_>]) -> String {
         self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
     }
@@ -101,7 +98,6 @@ impl<'a> Strokes<'a> {
         if self.place.is_some() { self.name(cells) } else { self.number.to_string() }
     }
 
-    /// Ends the stroke: the sensor is at rest.
     pub fn rest(&mut self) {
         self.drives = NONE;
         self.falling = false;
@@ -116,7 +112,7 @@ impl<'a> Strokes<'a> {
         let ended = self.falling && largest - least > ENDS * (largest - first);
         let again = behind && drive <= first + slack || ended && drive > least + slack;
         if !first.is_finite() || if named { name != self.name } else { again } {
-            self.sides = self.locator.sides().iter().map(|_| None).collect();
+            self.sides = self.locator.sides.iter().map(|_| None).collect();
             self.number += 1;
             self.name = name.to_owned();
             (self.drives, self.falling) = ([f64::INFINITY, drive, drive], false);
@@ -140,7 +136,7 @@ impl<'a> Strokes<'a> {
 
     /// The drive, or its size where it goes down from 0 and both sides were calibrated.
     fn towards(&mut self, name: &str, drive: f64) -> f64 {
-        let learned = self.locator.sides().iter().filter(|side| side.learned().is_some());
+        let learned = self.locator.sides.iter().filter(|side| side.learned().is_some());
         let before = std::mem::replace(&mut self.before, drive);
         let down = drive < before || name != self.name;
         let folded = down && drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
@@ -168,7 +164,7 @@ impl<'a> Strokes<'a> {
         let first = if self.free.0.zero { begun.map_or(signal, |s| s.first) } else { 0.0 };
         let signal = signal - first;
         let mut status = locator.limit_of(signal);
-        for (side, readings) in locator.sides().iter().zip(&mut self.sides) {
+        for (side, readings) in locator.sides.iter().zip(&mut self.sides) {
             let Some(learned) = side.learned() else { continue };
             let (tared, y, _) = learned.read(side.sign * signal, share);
             let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY, first };
@@ -185,7 +181,7 @@ impl<'a> Strokes<'a> {
         let has = |sign: f64| locator.side_of(sign).is_some_and(|side| side.learned().is_some());
         let known = self.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
-        let side = &locator.sides()[k];
+        let side = &locator.sides[k];
         let count = own.stroke.count();
         // A side that only a model knows is not read along a stroke.
         let others = self.signals[usize::from(side.sign > 0.0)];

@@ -13,10 +13,8 @@ use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::values::Field;
 use crate::status::Status;
 
-/// A row and its answer.
 #[derive(Debug, Clone)]
 pub struct AnsweredRow {
-    /// Line of the file, from 1.
     pub line: usize,
     /// Its fields, those of [`Readings::names`]; empty where the line has another shape.
     pub fields: Vec<LabCell<'static>>,
@@ -28,32 +26,23 @@ pub struct AnsweredRow {
     pub signal: f64,
     /// Variance of the zero in units of that of one reading.
     pub share: f64,
-    /// Whether it is one of the zero.
     pub rests: bool,
-    /// The tap that it is, if it is one.
     pub tap: Option<Reading>,
     /// Its distance, of two gauges with the contact.
     pub answer: Spatial,
 }
 
-/// Readings of a file.
 #[derive(Debug, Clone)]
 pub struct Readings {
-    /// The file as the user named it.
     pub file: String,
-    /// Names of its columns.
     pub names: Vec<String>,
     /// The table of the answers without rows: what is kept of each reading, and the columns that are added.
     pub empty: Frame,
-    /// In the order of the file.
     pub rows: Vec<AnsweredRow>,
 }
 
 impl Readings {
     /// Reads and answers `input` for the table of `heading`, whose columns from the zero on follow what is kept of each row.
-    ///
-    /// # Errors
-    /// A header that does not fit the calibration; a zero that contradicts the file's own.
     pub fn of(
         locator: &Locator,
         input: LabTable<'_>,
@@ -74,7 +63,7 @@ impl Readings {
         }
         let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
         let mut tared = TaredRows::new(who, input.into(), ask, Some(read))?;
-        let kept = Kept::new(&tared.rows, of_frame, &heading.names_from("zero"));
+        let kept = Kept::new(&tared.rows, of_frame, heading, &heading.names_from("zero"));
         let names = tared.rows.names();
         let (mut rows, mut taps) = (Vec::new(), Vec::new());
         while let Some(row) = tared.next()? {
@@ -95,10 +84,9 @@ impl Readings {
         }
         let of_taps = rows.iter_mut().filter(|row| row.tap.is_some());
         of_taps.zip(who.answer(&taps)?).for_each(|(row, answer)| row.answer = answer);
-        Ok(Self { file: label.to_owned(), names, empty: kept.frame(heading), rows })
+        Ok(Self { file: label.to_owned(), names, empty: kept.empty, rows })
     }
 
-    /// Place of the column `name`.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|n| n == name)
     }

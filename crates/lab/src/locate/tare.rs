@@ -30,7 +30,6 @@ pub enum Tare {
 /// What a stream holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
-    /// Mean of the run.
     mean: f64,
     /// Its variance in units of a reading's.
     share: f64,
@@ -48,8 +47,7 @@ impl Held {
 }
 
 impl Tare {
-    /// Before the first reading: `said` by the user in strain, or the unit of the reading, else what the calibration fitted. That brings no
-    /// variance: where it is wrong, what was fitted with it is wrong by as much the other way.
+    /// Before the first reading: what the user `said`, else what the calibration fitted. It brings no variance: an error of it is in the fit as well.
     pub fn new(locator: &Locator, said: Option<f64>) -> Self {
         let fitted =
             locator.tared.as_ref().filter(|t| matches!(t.from, TaredBy::Fitted | TaredBy::Reference));

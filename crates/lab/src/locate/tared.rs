@@ -17,12 +17,10 @@ use crate::status::Status;
 /// A zero reading with a value that stands for none, such as -1, is left out where it differs from the other zero readings by this share of a usual tap.
 const NO_ZERO: f64 = 0.1;
 
-/// A warning that is given once.
 #[derive(Default)]
 pub(super) struct Once(bool);
 
 impl Once {
-    /// Warns, the first time.
     pub fn warn(&mut self, ask: &Ask<'_>, text: impl FnOnce() -> String) {
         if !std::mem::replace(&mut self.0, true) {
             (ask.warn)(&text());
@@ -31,9 +29,6 @@ impl Once {
 }
 
 /// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
-///
-/// # Errors
-/// As [`answer`](super::stream::answer); numbers of which nothing says whether they are more than a thousand.
 pub fn zeros(
     who: Answerer<'_>,
     input: LabStream<'_>,
@@ -75,7 +70,6 @@ pub fn zeros(
     Ok((readings.iter().map(|all| Zero::new(all)).collect(), wrong))
 }
 
-/// A row and the tap that it is.
 pub(super) struct TaredRow<'b> {
     pub line: Line<'b>,
     /// Its fields by the names of the columns.
@@ -84,7 +78,6 @@ pub(super) struct TaredRow<'b> {
     pub drive: f64,
     /// Of each signal as recorded.
     pub recorded: Vec<f64>,
-    /// Whether it is one of the zero.
     pub rests: bool,
     /// Whether it is taken as settled for want of a time.
     pub untimed: bool,
@@ -94,8 +87,7 @@ pub(super) struct TaredRow<'b> {
     pub tap: Result<Reading, Status>,
 }
 
-/// The next row as it is recorded; `None` at the end. Where there is an `unclear`, a number of which nothing so far says whether it is more than a thousand
-/// makes its line no reading.
+/// The next row as recorded. With `unclear`, a line with a number that may be more than a thousand is no reading.
 fn recorded<'s>(
     source: &'s mut Source<'_>,
     rows: &mut RowReader<'_>,
@@ -128,12 +120,10 @@ pub(super) struct TaredRows<'a> {
     source: Source<'a>,
     pub rows: RowReader<'a>,
     ask: &'a Ask<'a>,
-    /// The zero of each signal.
     tares: Vec<Tare>,
     zeros: u64,
     /// Whether the last row was one of the zero.
     follows: bool,
-    /// Whether there was a tap.
     asked: bool,
     /// Of input that was not looked through before.
     thousands: Option<Thousands>,
@@ -141,8 +131,7 @@ pub(super) struct TaredRows<'a> {
 }
 
 impl<'a> TaredRows<'a> {
-    /// Of `input`, whose columns are read. `zero` is that of the file, of each signal, if it has one; else the zero readings among the rows serve
-    /// those after them.
+    /// Reads the columns of `input`. Without the `zero` of each signal, zero readings among the rows serve those after them.
     pub fn new(
         who: Answerer<'a>,
         input: LabStream<'a>,
@@ -157,7 +146,6 @@ impl<'a> TaredRows<'a> {
         Ok(Self { who, source, rows, ask, tares, zeros, follows: false, asked: false, thousands, unclear })
     }
 
-    /// The next row; `None` at the end.
     pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
         let Self { who, source, rows, ask, .. } = self;
         let (who, ask) = (*who, *ask);

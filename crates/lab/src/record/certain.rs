@@ -10,8 +10,7 @@ use crate::reduce::median;
 const MOVED: f64 = 0.4;
 /// And near the line through the one before and the one after, but for this share of the larger contact beside it.
 const JAGGED: f64 = 0.1;
-/// A contact goes up and down once: it is over below the first share of its height, and another one begins above the second, where it lasts for the
-/// third of the longest.
+/// Humps of a contact: one ends below the first share of the height, another begins above the second and lasts for the third of the longest.
 const ONCE: [f64; 3] = [0.4, 0.6, 0.25];
 /// A contact is to one side of the rests: no more than this share of it to the other...
 const OTHER: f64 = 0.5;
@@ -119,7 +118,6 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
     Ok(())
 }
 
-/// Level of a rest.
 fn level(rest: &Rest, [first, last]: [usize; 2]) -> f64 {
     median(&mut rest.signal[first..=last].to_vec())
 }

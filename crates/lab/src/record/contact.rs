@@ -57,7 +57,6 @@ pub fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [
     }
 }
 
-/// What is read of a contact.
 pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> Vec<Reading> {
     let [first, last] = contact;
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();

@@ -12,21 +12,16 @@ const SWINGS: f64 = 0.35;
 /// Smoothed samples of a contact at least: of a disturbance of two samples there are four.
 const LEAST: usize = 5;
 
-/// What of a contact is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Take {
     /// A plateau where there is one, else the peak.
     Auto,
-    /// Plateaus alone.
     Plateau,
-    /// Peaks alone.
     Peak,
 }
 
-/// What a reading is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// No contact.
     Rest,
     /// A contact that stands still.
     Plateau,
@@ -35,7 +30,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// In tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Rest => "rest",
@@ -45,16 +39,13 @@ impl Kind {
     }
 }
 
-/// A reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// What it is of.
     pub kind: Kind,
     /// First and last sample of the contact, or of the rest.
     pub contact: [usize; 2],
     /// First and last sample of which it is the mean.
     pub mean: [usize; 2],
-    /// The signal.
     pub signal: f64,
     /// The level of the rest there.
     pub rest: f64,
@@ -65,9 +56,6 @@ pub struct Reading {
 }
 
 /// Rests and contacts of `record` in the order of time.
-///
-/// # Errors
-/// A record without rest, or without contact; one of which it is not certain where it rests.
 pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputError> {
     if let Some((kind, drives)) = &record.drive
         && drives.iter().all(|d| *d == 0.0)
@@ -126,7 +114,6 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     Ok((readings, rest))
 }
 
-/// First and last sample of each contact.
 fn contacts(n: usize, away: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let mut all: Vec<[usize; 2]> = Vec::new();
     for k in (0..n).filter(|k| away(*k)) {

@@ -12,25 +12,19 @@ use crate::measure::thousands::Thousands;
 use crate::scene::Drive;
 use crate::sink::lab::LabTable;
 
-/// Samples at least.
 const LEAST: usize = 20;
 
-/// A raw record.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// The file.
     pub file: String,
     /// Seconds, rising.
     pub time: Vec<f64>,
-    /// The signal.
     pub signal: Vec<f64>,
-    /// Its unit.
     pub unit: Unit,
     /// Degrees or mm, as recorded.
     pub drive: Option<(Drive, Vec<f64>)>,
     /// Names and fields of distance, tilt and run, where there are such columns.
     pub labels: Vec<(String, Vec<String>)>,
-    /// Names of columns that are not used.
     pub ignored: Vec<String>,
     /// Lines without a signal, which are left out.
     pub empty: usize,
@@ -38,9 +32,6 @@ pub struct Record {
 
 impl Record {
     /// From a file or a table in memory: a header, then a sample in each row.
-    ///
-    /// # Errors
-    /// A column that is missing; a field that is no number; times that do not rise; too few samples.
     pub fn parse(file: &str, table: LabTable<'_>, said: &Names) -> Result<Self, InputError> {
         let text = if let LabTable::Text(bytes) = table { String::from_utf8_lossy(bytes) } else { "".into() };
         let table = if let LabTable::Frame(f) = table { LabTable::Frame(f) } else { LabTable::Text(&*text) };

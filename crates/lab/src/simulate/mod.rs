@@ -11,12 +11,11 @@ use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
-use crate::scene::{DirectionColumns, Drive, Layout, Signal, Tuple};
+use crate::scene::{Drive, Layout, Signal, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use row::Recorder;
 
-/// What the `source` column holds.
 pub const SOURCE: &str = "synthetic";
 
 /// Columns of a table beside what a rig records.
@@ -42,7 +41,6 @@ pub fn recorded(rig: &Rig, asked: Option<&str>, key: &str) -> Result<Unit, Input
 
 /// Rows that are written together, about.
 const PIECE: usize = 1 << 13;
-/// Taps solved at a time.
 const BATCH: usize = 1 << 14;
 
 /// What a rig adds to the model; all but noise is off by default.
@@ -52,7 +50,6 @@ pub struct Settings {
     pub repeats: u64,
     /// Standard deviation of one reading, in strain.
     pub noise: f64,
-    /// Seed of everything random.
     pub seed: u64,
     /// A zero reading before every so many taps.
     pub zero_every: Option<u64>,
@@ -70,7 +67,6 @@ pub struct Settings {
     pub drive_offset: f64,
     /// Added to every labelled distance before the whisker is tapped, mm.
     pub a_offset: f64,
-    /// What is recorded.
     pub unit: Unit,
 }
 
@@ -173,12 +169,9 @@ impl Settings {
     }
 }
 
-/// How many rows were written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Taps.
     pub taps: u64,
-    /// Zero readings.
     pub zeros: u64,
     /// Taps that the model has no answer to: their signal is empty.
     pub unsolved: u64,
@@ -193,30 +186,18 @@ impl Counts {
     }
 }
 
-/// Which taps are simulated.
-#[derive(Debug, Clone, Copy)]
-pub struct SimulatedTaps<'a> {
-    /// Distances, and strokes: directions of the pole and drives.
-    pub layout: &'a Layout,
-    /// Columns of the pole's direction that are written.
-    pub directions: DirectionColumns,
-}
-
-/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes rows of
-/// the table.
+/// Simulates taps of `rig`: for every distance of `layout`, for every repeat, all its strokes in turn. `write` takes rows of the table.
 pub fn simulate(
     rig: &Rig,
-    asked: SimulatedTaps<'_>,
+    layout: &Layout,
     settings: &Settings,
     method: Method,
     write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
-    let layout = asked.layout;
     let strokes: Vec<Tuple> = (0..layout.n_drives).map(|j| layout.stroke(&layout.design(0), j)).collect();
-    let table = empty(rig, asked.directions, settings.unit);
-    let mut recorder = Recorder::new((rig, settings), asked.directions, table, write);
+    let mut recorder = Recorder::new((rig, settings), empty(rig, settings.unit), write);
     let per = (BATCH as u64 / layout.n_drives.max(1)).max(1);
     let mut from = 0;
     while from < layout.n_distances {
@@ -249,16 +230,13 @@ pub fn simulate(
     Ok(recorder.counts)
 }
 
-/// The table without rows.
-pub fn empty(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Frame {
-    let channels = rig.setup.channels.as_ref();
-    let said = [rig.setup.drive.column(), unit.column(), unit.second()];
-    let names = heading("measurements").names_as(&said).into_iter().flat_map(|name| match name {
-        "tilt_deg" if !shown.tilt => Vec::new(),
-        "lean_deg" if !shown.lean => Vec::new(),
-        name if name == unit.second() && !rig.setup.gauge.second => Vec::new(),
-        name if name == unit.column() => channels.map_or(vec![name], |channels| channels.measured()),
-        name => vec![name],
+pub fn empty(rig: &Rig, unit: Unit) -> Frame {
+    let (table, setup) = (heading("measurements"), &rig.setup);
+    let names = table.names_as(&[setup.drive.column(), unit.column(), unit.second()]);
+    let there = names.into_iter().zip(&table.columns).filter(|(name, fact)| fact.only.holds(name, setup));
+    let names = there.flat_map(|(name, _)| match &setup.channels {
+        Some(channels) if name == unit.column() => channels.measured(),
+        _ => vec![name],
     });
-    heading("measurements").of(&names.collect::<Vec<_>>())
+    table.of(&names.collect::<Vec<_>>())
 }

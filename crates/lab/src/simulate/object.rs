@@ -7,7 +7,6 @@ use nalgebra::{DMatrix, DVector};
 /// A place on a smooth edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Where.
     pub at: [f64; 2],
     /// Direction of the edge, rad.
     pub direction: f64,
@@ -15,19 +14,15 @@ pub struct Place {
     pub bend: f64,
 }
 
-/// An object.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Object {
     /// All within a radius; the parameter is the angle about the centre.
     Circle {
-        /// Its middle.
         centre: [f64; 2],
-        /// > 0.
         radius: f64,
     },
     /// Straight faces between corners, convex.
     Corners(Vec<[f64; 2]>),
-    /// A smooth curve.
     Curve(Curve),
 }
 
@@ -42,8 +37,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Through `points`, and back to the first if it is `closed`; an open one ends without bend. `None` of fewer than four, of two that are
-    /// the same place, and of what is no number.
+    /// Through `points`; natural at the ends unless `closed`. `None` of fewer than four, of repeated neighbours, of NaN.
     pub fn new(mut points: Vec<[f64; 2]>, closed: bool) -> Option<Self> {
         if closed && points.len() > 1 && points[0] == points[points.len() - 1] {
             points.pop();
@@ -71,7 +65,6 @@ impl Curve {
         Some(Self { points, closed, knots, bends: [x, y] })
     }
 
-    /// Length of its parameter.
     pub fn length(&self) -> f64 {
         self.knots[self.knots.len() - 1]
     }
@@ -166,7 +159,6 @@ impl Object {
         }
     }
 
-    /// Length of the parameter.
     pub fn length(&self) -> f64 {
         match self {
             Self::Circle { .. } => std::f64::consts::TAU,
@@ -175,7 +167,6 @@ impl Object {
         }
     }
 
-    /// Whether the edge comes back to its beginning.
     pub fn is_closed(&self) -> bool {
         !matches!(self, Self::Curve(c) if !c.closed)
     }
@@ -212,43 +203,5 @@ impl Object {
     /// Places along the edge in `steps` even steps, from its beginning to its end.
     pub fn along(&self, steps: usize) -> Vec<[f64; 2]> {
         (0..=steps).map(|k| self.at(self.length() * k as f64 / steps as f64).at).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_curve_through_points_of_a_circle_is_nearly_one() {
-        let points = |n: usize, turns: f64| {
-            (0..n).map(|k| turns * k as f64 / n as f64).map(|t| [7.0 * t.cos(), 7.0 * t.sin()]).collect()
-        };
-        let tau = std::f64::consts::TAU;
-        let closed = Curve::new(points(24, tau), true).unwrap();
-        for k in 0..100 {
-            let t = closed.length() * f64::from(k) / 100.0;
-            let place = closed.at(t);
-            let [x, y] = place.at;
-            assert!((x.hypot(y) - 7.0).abs() < 1e-3 && (place.bend * 7.0 - 1.0).abs() < 0.03, "{place:?}");
-            let tangent = (y.atan2(x) + tau / 4.0 - place.direction).rem_euclid(tau);
-            assert!(tangent.min(tau - tangent) < 2e-3);
-        }
-        // Clockwise points are turned round; an open curve ends without bend.
-        assert!(Curve::new(points(24, -tau), true).unwrap().at(1.0).bend > 0.0);
-        let open = Curve::new(points(12, 2.0), false).unwrap();
-        assert!(open.at(0.0).bend.abs() < 1e-12 && open.at(open.length()).bend.abs() < 1e-12);
-        assert!(Curve::new(vec![[0.0; 2]; 5], true).is_none() && Curve::new(points(3, 2.0), false).is_none());
-    }
-
-    #[test]
-    fn distances_are_from_the_edge() {
-        let square = Object::boxed([0.0, 0.0], [4.0, 2.0], 0.0);
-        for (p, d) in [([0.0, 3.0], 2.0), ([3.0, 2.0], 2f64.sqrt()), ([0.0, 0.0], 1.0), ([-5.0, 0.0], 3.0)] {
-            assert!((square.distance(p) - d).abs() < 1e-9, "{p:?} {}", square.distance(p));
-            assert!((square.mirrored().distance([p[0], -p[1]]) - d).abs() < 1e-9);
-        }
-        let circle = Object::Circle { centre: [1.0, 2.0], radius: 3.0 };
-        assert_eq!(circle.distance([1.0, 7.0]), 2.0);
     }
 }

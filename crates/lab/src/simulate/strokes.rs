@@ -5,29 +5,25 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::object::Object;
-use super::stroke::{Contact, Missed, Stroker};
+use super::stroke::{Missed, Stroker};
 use super::{Counts, PIECE, Recorder, SOURCE, Settings};
 use crate::contour::point::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
-use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry, Signal};
+use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Signal};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::Field;
 
-/// The file.
 pub const FILE: &str = "strokes.csv";
 
-/// What is stroked, and from where.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strokes {
-    /// The object.
     pub object: Object,
     /// Where the motor's axis stands, and the heading from which the whisker turns until it touches.
     pub starts: Vec<Pose>,
     /// Standard deviation of the angle at which a touch is noticed, degrees.
     pub touch_noise: f64,
-    /// The files that describe it.
     pub files: Vec<PathBuf>,
 }
 
@@ -42,9 +38,6 @@ impl Strokes {
 }
 
 /// Refuses what strokes cannot be made of.
-///
-/// # Errors
-/// A model that is not the exact frictionless rod driven by an angle; settings that belong to taps.
 pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     let (setup, model, defaults) = (&rig.setup, &rig.setup.model, Settings::default());
     let of_taps = |key: &'static str, other: bool| {
@@ -92,8 +85,7 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     }
 }
 
-/// Simulates a stroke from each start at these drives (degrees after first touch). `write` takes the bytes of the table, `miss` is told
-/// the numbers of starts that make no stroke, and why.
+/// Simulates a stroke from each start at these drives (degrees after first touch); `miss` gets the number of a start that makes none, and why.
 pub fn simulate(
     rig: &Rig,
     strokes: &Strokes,
@@ -105,14 +97,10 @@ pub fn simulate(
     let mut degrees: Vec<f64> = drives.iter().filter(|d| *d > 0.0).collect();
     degrees.sort_by(f64::total_cmp);
     let angles: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
-    let solve = |start: &Pose| -> Result<(Pose, [f64; 2], Vec<Contact>), Missed> {
-        let stroker = Stroker::new(rig, &strokes.object, start.sense);
-        let touch = stroker.touch(*start)?;
-        Ok((touch.pose, stroker.place(&touch), stroker.stroke(&touch, &angles)))
-    };
+    let solve = |start: &Pose| Stroker::new(rig, &strokes.object, start.sense).stroke(*start, &angles);
     let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();
     let table = heading("strokes").frame(&[settings.unit.column()]);
-    let mut recorder = Recorder::new((rig, settings), DirectionColumns::default(), table, write);
+    let mut recorder = Recorder::new((rig, settings), table, write);
     for (k, solved) in solved.into_iter().enumerate() {
         let (pose, first, contacts) = match solved {
             Ok(found) => found,

@@ -14,11 +14,10 @@ const GAP: f64 = 0.25;
 /// Passes over the lean of the curve against its base, which enters the variance of a point across it.
 const PASSES: usize = 3;
 
-/// A smooth curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smooth {
     base: Arc,
-    basis: Basis,
+    pub(super) basis: Basis,
     /// Of the offset to the left of the base, mm.
     values: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -26,9 +25,9 @@ pub struct Smooth {
 
 /// Cubic B-splines on even knots.
 #[derive(Debug, Clone, PartialEq)]
-struct Basis {
+pub(super) struct Basis {
     /// Ends along the base, mm.
-    ends: [f64; 2],
+    pub ends: [f64; 2],
     intervals: usize,
     closed: bool,
 }
@@ -106,16 +105,6 @@ impl Smooth {
             values: DVector::zeros(n),
             covariance: DMatrix::zeros(n, n),
         })
-    }
-
-    /// Whether it comes back to its beginning.
-    pub fn is_closed(&self) -> bool {
-        self.basis.closed
-    }
-
-    /// Its ends along the base, mm.
-    pub fn ends(&self) -> [f64; 2] {
-        self.basis.ends
     }
 
     /// Along the base, into the range of the curve.
@@ -213,8 +202,7 @@ impl Smooth {
         Some(curve)
     }
 
-    /// What is found for each group of samples where that group is left out: the curves, in the order of `groups`. Their lean is that of this
-    /// curve, which was drawn to all of them.
+    /// The curve without each of `groups`, in their order; weights lean as this curve does, which saw all of them.
     pub fn without(
         &self,
         samples: &[Sample],
@@ -232,7 +220,6 @@ impl Smooth {
         groups.iter().map(one).collect()
     }
 
-    /// The same with its covariance times `factor`.
     pub fn scaled(self, factor: f64) -> Self {
         Self { covariance: self.covariance * factor, base: self.base.scaled(factor), ..self }
     }
