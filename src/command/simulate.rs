@@ -113,16 +113,17 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     let mut question = Question::of_scene("simulate", &spec, of);
     question.inputs.extend(inputs);
     let mut destination = context.open(&out, question, &[file], options.force)?;
+    let directions = spec.study.setup.directions;
     let empty = match &course {
         Some(_) => heading("strokes").frame(&[settings.unit.column()]),
-        None => simulate::empty(&rig, settings.unit),
+        None => simulate::empty(&rig, directions, settings.unit),
     };
     let mut missed = 0;
     let counts = destination.rows(empty, |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
         let Some(course) = &course else {
             let method = opener(&options)(&rig.setup.model)?;
-            return simulate::simulate(&rig, &layout, &settings, method, &mut write);
+            return simulate::simulate(&rig, (&layout, directions), &settings, method, &mut write);
         };
         let mut miss = |number: usize, why| {
             missed += 1;

@@ -36,10 +36,11 @@ pub fn rig(text: &str) -> Rig {
 pub fn table(text: &str, settings: &Settings) -> String {
     let (rig, spec) = (rig(text), parsed(text));
     let layout = spec.study.space.layout().expect("a rig has axes");
+    let directions = spec.study.setup.directions;
     let method = opener(&RunOptions::default())(&rig.setup.model).unwrap();
-    let mut all = empty(&rig, settings.unit);
+    let mut all = empty(&rig, directions, settings.unit);
     let mut write = |some: &Frame| all.extend(some, 0..some.len());
-    simulate(&rig, &layout, settings, method, &mut write).unwrap();
+    simulate(&rig, (&layout, directions), settings, method, &mut write).unwrap();
     String::from_utf8(all.csv().unwrap()).unwrap()
 }
 

@@ -174,7 +174,9 @@ fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     if slope.is_finite() { slope } else { 0.0 }
 }
 
-const NEEDED: [&str; 3] = ["base_x_mm", "base_y_mm", "heading_deg"];
+pub const NEEDED: [&str; 3] = ["base_x_mm", "base_y_mm", "heading_deg"];
+/// Columns that may be there.
+pub const MORE: [&str; 4] = ["base_z_mm", "contact_deg", "sense", "stroke"];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {

@@ -16,7 +16,7 @@ use crate::measure::skin::Skin;
 use crate::reduce::median;
 
 /// Fewest readings of a stroke; fewer are taps.
-pub const FEWEST: usize = 4;
+const FEWEST: usize = 4;
 /// Highest power of a′ over the motor's angle, where the object is not sharp.
 const POWERS: usize = 3;
 /// Standard deviation of the coefficient of the j-th power of the angle (rad) that is expected before, over a′: of circles of 5 … 50 mm it is 0.05 … 0.5.

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Placed, Point, placed};
-use super::stroke::{FEWEST, swept};
+use super::stroke::swept;
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
@@ -83,8 +83,7 @@ impl Trace {
                 let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
                 let pose = &places[rows[0]].pose;
                 rows.iter().for_each(|&i| groups[i] = rows[0]);
-                let found =
-                    (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
+                let found = swept(locator, &skin, pose, &of, &asked.noise);
                 for (&i, point) in rows.iter().zip(found.iter().flat_map(|found| &found.points)) {
                     // A reading that is off its stroke is where a tap would have it.
                     points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { *point };

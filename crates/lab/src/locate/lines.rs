@@ -55,15 +55,14 @@ impl<'a> Source<'a> {
 
     /// Reads the first line; a header goes to `rows`, anything else is given by [`Self::next`].
     pub fn first(&mut self, rows: &mut RowReader<'_>) -> Result<(), Error> {
-        if std::mem::replace(&mut self.begun, true) {
+        if self.begun {
             return Ok(());
         }
         if let LabTable::Frame(frame) = self.input {
-            self.number = 1;
+            (self.begun, self.number) = (true, 1);
             let named = rows.first(LabRow::Of(frame, 0), &self.comments, self.ask.columns, true);
             return Ok(named.map(drop).map_err(|e| e.at(self.ask.label(), Some(1)))?);
         }
-        self.begun = false;
         self.held = self.read(rows)?;
         self.begun = true;
         let at = |e: InputError| {

@@ -31,8 +31,6 @@ pub mod tare;
 mod tared;
 
 pub use crate::estimator::model::Found;
-pub use crate::estimator::model::ModelError;
-pub use crate::estimator::model::exact::Exact;
 pub use crate::estimator::model::parameter::Parameter;
 pub use crate::estimator::{self, Estimator};
 pub use answers::Sequence;

@@ -9,15 +9,15 @@ use super::opened::Opened;
 use super::rows::Reading;
 use crate::status::Status;
 
-/// Drives that are tried.
+/// Drives that are tried where the base stands.
 const TRIED: usize = 33;
 /// Places of the base that are tried with [`SOME`] drives, and as many around the best; the best and the present one then with all drives.
 const SHIFTS: usize = 9;
-/// These drives.
+/// Drives that are tried at each of these places.
 const SOME: usize = 9;
 /// Taps more bring nothing where all there could be would not lower σ by more than this share.
 pub const NOTHING: f64 = 0.05;
-/// As many taps as there could be.
+/// Upper limit of planned taps.
 const ALL: f64 = 1e4;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -157,7 +157,7 @@ struct Known<'a> {
     outlook: &'a Outlook<'a>,
     /// How much nearer the base stood for the first tap than where the distance is told from.
     frame: f64,
-    /// That distance.
+    /// Distance that the taps so far tell, mm.
     a: f64,
 }
 

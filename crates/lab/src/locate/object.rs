@@ -29,7 +29,7 @@ pub const SHIFT: &str = "shift_mm";
 /// Which readings are of one object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum By<'a> {
-    /// Nobody said; in a file a column `object` says it.
+    /// Not said: in a file, those of one value in its column `object`, if it has one.
     Unsaid,
     Same,
     /// Those of one value in this column.

@@ -19,7 +19,7 @@ use crate::status::Status;
 const CONTRADICTORY: f64 = 36.0;
 /// Excess of the squared misfit, in units of noise, below which another distance fits as well.
 const ALIKE: f64 = 1.0;
-/// And below which nothing tells them apart: where there are as many unknowns as channels, each of several distances may fit to the last digit.
+/// And below which both fit equally: with as many unknowns as channels, several distances may fit exactly.
 const EQUAL: f64 = 1e-3;
 
 /// Distances and drives from which the most likely ones are looked for.
@@ -93,7 +93,7 @@ impl Several {
             noise[(i, i)] *= 1.0 + shares[*k];
             status |= self.locators[*k].limit_of(signals[*k]);
         }
-        // No tap pulls one channel to its one side and another to its other.
+        // One tap bends all channels to one side.
         let side = |k: usize| self.locators[k].side_of(signals[k].signum());
         let gauges =
             used.iter().filter(|k| self.locators[**k].rig.known).filter_map(|k| Some(side(*k)?.gauge));
@@ -127,7 +127,7 @@ impl Several {
         let alike = |m: &&Minimum| m.chi2() - misfit < ALIKE && (m.at[0] - a).abs() > 3.0 * sigma;
         let other = others.iter().find(alike).map(|m| m.at[0]);
         status |= side.doubts(a, other, sigma);
-        // What tells none of the calibrated distances from another tells none.
+        // An uncertainty of the whole calibrated range tells no distance.
         if sigma > side.distances[1] - side.distances[0] {
             status |= Status::AMBIGUOUS;
         }

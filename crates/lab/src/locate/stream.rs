@@ -70,7 +70,7 @@ pub struct Ask<'a> {
     pub by: By<'a>,
     /// Whether the interval that holds a distance with 95 % is told.
     pub interval: bool,
-    /// Which lines are read, by their numbers; all where nothing is said. Others are passed over.
+    /// True for the numbers of the lines that are read; `None` reads all.
     pub only: Option<&'a dyn Fn(usize) -> bool>,
     pub warn: &'a dyn Fn(&str),
 }
@@ -186,7 +186,7 @@ pub fn answer(
         };
         let more = more.or_else(|| group.as_mut().map(|group| group.tell(&row.cells, None, ask)));
         batch.push((asked, answer, more.unwrap_or_default()));
-        // Whoever sent half a line waits for the answers to those before it.
+        // A sender of half a line waits for the answers to the lines before it.
         let waiting = line.waiting;
         if waiting || batch.len() >= TOGETHER {
             put(&mut batch, (who, ask.interval), &mut table, &mut counts)?;

@@ -27,7 +27,7 @@ const EARLY: f64 = 0.03;
 const ANYWHERE: f64 = 100.0;
 /// Signals of the other side beyond so many times the noise are of a contact.
 const BESIDE: f64 = 10.0;
-/// Drives of no stroke.
+/// Drives before a stroke begins.
 const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 
 pub struct Strokes<'a> {
@@ -183,7 +183,7 @@ impl<'a> Strokes<'a> {
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
         let side = &locator.sides[k];
         let count = own.stroke.count();
-        // A side that only a model knows is not read along a stroke.
+        // Without a learned curve a side cannot be read along a stroke.
         let others = self.signals[usize::from(side.sign > 0.0)];
         if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise() {
             return Some((numbers(count, None, locator.drive_origin), status | Status::OUTSIDE_CALIBRATION));

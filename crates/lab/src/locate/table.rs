@@ -1,4 +1,4 @@
-//! A whole file of readings, answered at once: for those who make more of a reading than its distance.
+//! All readings of a file with their answers, for contours, arrays and the next tap.
 
 use super::Locator;
 use super::kept::Kept;

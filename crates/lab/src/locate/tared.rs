@@ -14,7 +14,7 @@ use crate::reduce::median;
 use crate::sink::lab::{LabCell, LabStream};
 use crate::status::Status;
 
-/// A zero reading with a value that stands for none, such as -1, is left out where it differs from the other zero readings by this share of a usual tap.
+/// A placeholder such as -1 is no zero reading if it differs from the others by this share of a usual tap.
 const NO_ZERO: f64 = 0.1;
 
 #[derive(Default)]

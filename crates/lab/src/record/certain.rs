@@ -22,12 +22,12 @@ const STAYS: f64 = 0.75;
 const BAND: (f64, f64) = (0.02, 4.0);
 /// The wide one, in narrow ones.
 const WIDER: f64 = 2.5;
-/// So large a share of the rests may be too short to say.
+/// Share of the rests that may be too short to judge.
 const SHORT: f64 = 0.25;
 /// Contacts whose levels differ by less than this share, and last as long as rests but for this factor, may as well be the rests.
 const EQUAL: f64 = 0.05;
 const AS_LONG: f64 = 1.5;
-/// Fewer contacts are no pattern.
+/// Contacts that make a pattern, at least.
 const PATTERN: usize = 3;
 
 /// A contact between two rests: largest deviations to either side, and the samples beyond half of the larger.

@@ -26,7 +26,7 @@ const SHARP: f64 = 0.1;
 /// What is at its top: within so many standard deviations of noise ([`NEAR`]), or this share of it.
 const NEXT: f64 = 0.01;
 
-/// The sample `k` of a peak. It may be one sample; but what springs out of its neighbours is none.
+/// The sample `k` of a peak: one sample is enough, unless it is an isolated spike.
 fn sample(record: &Record, rest: &Rest, k: usize) -> f64 {
     let (smooth, raw) = (rest.signal[k], record.signal[k]);
     let most = AWAY * rest.noise + SHARP * (smooth - rest.level[k]).abs();

@@ -7,7 +7,7 @@ use crate::error::InputError;
 
 /// Contacts that are nearer to each other, in samples, are one.
 const APART: usize = 3;
-/// So much smaller contacts without a rest between are none: a whisker swings when it comes free, and rubber creeps back.
+/// A contact below this share of its neighbour, with no rest between, is ringing or creep of the rubber.
 const SWINGS: f64 = 0.35;
 /// Smoothed samples of a contact at least: of a disturbance of two samples there are four.
 const LEAST: usize = 5;

@@ -4,6 +4,7 @@ use crate::reduce::median;
 
 use super::Record;
 use super::chain::returns;
+use crate::estimator::model::between as held;
 
 /// Standard deviations of noise, and share of the largest signal, beyond which a sample is in contact.
 pub const AWAY: f64 = 6.0;
@@ -196,7 +197,7 @@ fn trimmed(y: &[f64], [first, last]: [usize; 2], scatter: f64) -> [usize; 2] {
 /// The level at each sample: the medians of the rests, joined by straight lines.
 fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
     // A long rest has a median at each of its quarters, so that a level that creeps is followed.
-    let knots: Vec<(f64, f64)> = blocks
+    let (places, levels): (Vec<f64>, Vec<f64>) = blocks
         .iter()
         .flat_map(|&[first, last]| {
             let parts = if last - first >= 4 * STILL { 4 } else { 1 };
@@ -214,16 +215,7 @@ fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
             }
             all
         })
-        .collect();
-    let at = |k: usize| {
-        let x = k as f64;
-        let after = knots.partition_point(|knot| knot.0 < x);
-        match (after.checked_sub(1).map(|i| knots[i]), knots.get(after)) {
-            (Some(p), Some(q)) => p.1 + (q.1 - p.1) * (x - p.0) / (q.0 - p.0),
-            (Some(p), None) => p.1,
-            (None, Some(q)) => q.1,
-            (None, None) => f64::NAN,
-        }
-    };
+        .unzip();
+    let at = |k: usize| if places.is_empty() { f64::NAN } else { held(&places, &levels, k as f64) };
     (0..y.len()).map(at).collect()
 }

@@ -11,7 +11,7 @@ use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
-use crate::scene::{Drive, Layout, Signal, Tuple};
+use crate::scene::{DirectionColumns, Drive, Layout, Setup, Signal, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use row::Recorder;
@@ -186,10 +186,11 @@ impl Counts {
     }
 }
 
-/// Simulates taps of `rig`: for every distance of `layout`, for every repeat, all its strokes in turn. `write` takes rows of the table.
+/// Simulates taps of `rig`: for every distance of `layout`, for every repeat, all its strokes in turn, with the columns of the pole's direction that are
+/// `shown`. `write` takes rows of the table.
 pub fn simulate(
     rig: &Rig,
-    layout: &Layout,
+    (layout, shown): (&Layout, DirectionColumns),
     settings: &Settings,
     method: Method,
     write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
@@ -197,7 +198,7 @@ pub fn simulate(
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
     let strokes: Vec<Tuple> = (0..layout.n_drives).map(|j| layout.stroke(&layout.design(0), j)).collect();
-    let mut recorder = Recorder::new((rig, settings), empty(rig, settings.unit), write);
+    let mut recorder = Recorder::new((rig, settings), shown, empty(rig, shown, settings.unit), write);
     let per = (BATCH as u64 / layout.n_drives.max(1)).max(1);
     let mut from = 0;
     while from < layout.n_distances {
@@ -230,10 +231,10 @@ pub fn simulate(
     Ok(recorder.counts)
 }
 
-pub fn empty(rig: &Rig, unit: Unit) -> Frame {
-    let (table, setup) = (heading("measurements"), &rig.setup);
+pub fn empty(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Frame {
+    let (table, setup) = (heading("measurements"), Setup { directions: shown, ..rig.setup.clone() });
     let names = table.names_as(&[setup.drive.column(), unit.column(), unit.second()]);
-    let there = names.into_iter().zip(&table.columns).filter(|(name, fact)| fact.only.holds(name, setup));
+    let there = names.into_iter().zip(&table.columns).filter(|(name, fact)| fact.only.holds(name, &setup));
     let names = there.flat_map(|(name, _)| match &setup.channels {
         Some(channels) if name == unit.column() => channels.measured(),
         _ => vec![name],

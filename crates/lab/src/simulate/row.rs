@@ -4,9 +4,9 @@ use super::{Counts, SOURCE, Settings};
 use crate::error::Error;
 use crate::evaluate::Outcome;
 use crate::measure::Rig;
-use crate::scene::Tuple;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::sampler::Sampler;
+use crate::scene::{DirectionColumns, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::values::Field;
 
@@ -38,6 +38,8 @@ impl Dice {
 pub(super) struct Recorder<'a> {
     settings: &'a Settings,
     rig: &'a Rig,
+    /// Columns of the pole's direction that are written.
+    shown: DirectionColumns,
     pub table: Frame,
     pub counts: Counts,
     write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
@@ -51,11 +53,12 @@ impl<'a> Recorder<'a> {
     /// Before the first row of `table`, whose pieces `write` takes.
     pub fn new(
         (rig, settings): (&'a Rig, &'a Settings),
+        shown: DirectionColumns,
         table: Frame,
         write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
     ) -> Self {
         let counts = Counts::default();
-        Self { settings, rig, table, counts, write, row: 0, since_zero: u64::MAX, last: [0.0; 2] }
+        Self { settings, rig, shown, table, counts, write, row: 0, since_zero: u64::MAX, last: [0.0; 2] }
     }
 
     /// Writes the rows so far, if they are more than `rows`.
@@ -93,9 +96,8 @@ impl<'a> Recorder<'a> {
     /// Where a row is, how far it is driven, and what is recorded.
     fn row(&self, at: &Tuple, drive: f64, values: &[f64]) -> Vec<Field> {
         let mut row = vec![Field::Number(at.a)];
-        let shown = self.rig.setup.directions;
-        row.extend(shown.tilt.then_some(Field::Number(at.tilt)));
-        row.extend(shown.lean.then_some(Field::Number(at.lean)));
+        row.extend(self.shown.tilt.then_some(Field::Number(at.tilt)));
+        row.extend(self.shown.lean.then_some(Field::Number(at.lean)));
         row.push(Field::Number(drive));
         row.extend(values.iter().map(|x| Field::Number(*x)));
         row

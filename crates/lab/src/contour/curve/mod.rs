@@ -23,7 +23,7 @@ pub struct Sample {
     pub at: [f64; 2],
     /// mm².
     pub covariance: Covariance,
-    /// What it counts.
+    /// Weight.
     pub share: f64,
     /// Left out together: number of its stroke, or of itself.
     pub group: usize,
