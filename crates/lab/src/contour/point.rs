@@ -178,16 +178,8 @@ pub const NEEDED: [&str; 3] = ["base_x_mm", "base_y_mm", "heading_deg"];
 /// Columns that may be there.
 pub const MORE: [&str; 4] = ["base_z_mm", "contact_deg", "sense", "stroke"];
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placed {
-    /// At first touch; NaN where the row says nothing.
-    pub pose: Pose,
-    /// Number of the stroke; `None` of a tap.
-    pub stroke: Option<f64>,
-}
-
-/// Poses of all rows.
-pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
+/// The pose at first touch (NaN where the row says nothing) and the number of the stroke (`None` of a tap) of each row.
+pub fn placed(readings: &Readings) -> Result<Vec<(Pose, Option<f64>)>, InputError> {
     let n = readings.rows.len();
     let file = || readings.file.clone();
     let mut needed = Vec::new();
@@ -203,7 +195,7 @@ pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
     };
     let (z, contact, sense, stroke) =
         (or("base_z_mm", 0.0)?, or("contact_deg", 0.0)?, or("sense", 1.0)?, or("stroke", f64::NAN)?);
-    let mut all: Vec<Placed> = Vec::with_capacity(n);
+    let mut all: Vec<(Pose, Option<f64>)> = Vec::with_capacity(n);
     for i in 0..n {
         let sense = sense[i];
         if !(sense.is_nan() || sense.abs() == 1.0) {
@@ -218,15 +210,16 @@ pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
             sense,
         };
         let stroke = Some(stroke[i]).filter(|s| s.is_finite());
-        let before = all.iter().find(|p| stroke.is_some() && p.stroke == stroke);
-        if before.is_some_and(|p| p.pose != pose && p.pose.heading.is_finite() && pose.heading.is_finite()) {
+        let before = all.iter().find(|(_, own)| stroke.is_some() && *own == stroke);
+        let known = |pose: &Pose| pose.heading.is_finite();
+        if before.is_some_and(|(other, _)| *other != pose && known(other) && known(&pose)) {
             let message = "rows of one stroke have one pose: that at first touch";
             let error = InputError::new(message).at(file(), Some(readings.rows[i].line));
             return Err(error.key("stroke").value(stroke.unwrap_or_default()).allowed(
                 "the same base, heading, sense and contact_deg in all rows of a stroke, the motor's angle since then in theta_deg",
             ));
         }
-        all.push(Placed { pose, stroke });
+        all.push((pose, stroke));
     }
     Ok(all)
 }

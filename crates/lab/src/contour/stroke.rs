@@ -150,7 +150,7 @@ pub fn swept(
     let mut used: Vec<usize> = (0..readings.len()).filter(|&i| fits(readings[i])).collect();
     let mut outliers = vec![false; readings.len()];
     let scale = readings.iter().map(|r| r.signal.abs()).filter(|s| s.is_finite()).fold(0.0, f64::max);
-    loop {
+    let (stroke, found) = loop {
         if used.len() < FEWEST {
             return None;
         }
@@ -175,21 +175,11 @@ pub fn swept(
         let wrong: Vec<usize> =
             (0..used.len()).filter(|&k| off[k].abs() > OFF * spread.max(1.0)).map(|k| used[k]).collect();
         if wrong.is_empty() || outliers.iter().any(|o| *o) {
-            return Some(points(&stroke, &found, pose, readings, (&used, &outliers), noise));
+            break (stroke, found);
         }
         wrong.iter().for_each(|&i| outliers[i] = true);
         used.retain(|i| !outliers[*i]);
-    }
-}
-
-fn points(
-    stroke: &Stroke<'_>,
-    found: &Minimum,
-    pose: &Pose,
-    readings: &[&AnsweredRow],
-    (used, outliers): (&[usize], &[bool]),
-    noise: &Noise,
-) -> Swept {
+    };
     let n = used.len();
     let sharp = found.at.len() == 2;
     // What is expected before counts as much as it takes up.
@@ -238,5 +228,5 @@ fn points(
         let nothing = Point::nothing(readings[i].answer.located.status);
         Point { outlier: outliers[i], ..used.unwrap_or(nothing) }
     });
-    Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2 }
+    Some(Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2 })
 }

@@ -2,8 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use indexmap::IndexMap;
+
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
-use super::point::{Noise, Placed, Point, placed};
+use super::point::{Noise, Point, placed};
 use super::stroke::swept;
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
@@ -66,40 +68,44 @@ impl Trace {
         let n = places.len();
         Skin::is_known(&locator.rig)?;
         let skin = Skin::new(&locator.rig, asked.surface);
-        let with_strokes = !asked.taps && places.iter().any(|p| p.stroke.is_some());
+        let with_strokes = !asked.taps && places.iter().any(|(_, stroke)| stroke.is_some());
         if with_strokes && locator.rig.setup.drive == Drive::Displacement {
             let error =
                 InputError::new("a stroke turns the whisker; these readings are of an object that is moved");
             let error = error.at(readings.file.clone(), Some(1)).key("stroke");
             return Err(error.allowed("theta_deg; or --taps").into());
         }
-        let tap = |i: usize| Point::of_tap(locator, &skin, &places[i].pose, &readings.rows[i], &asked.noise);
+        let tap = |i: usize| Point::of_tap(locator, &skin, &places[i].0, &readings.rows[i], &asked.noise);
         let mut points: Vec<Point> = (0..n).map(tap).collect();
         let mut groups: Vec<usize> = (0..n).collect();
+        // Strokes and their rows, in the order of the file; readings of the zero belong to none.
+        let mut members: IndexMap<u64, Vec<usize>> = IndexMap::new();
+        for i in (0..n).filter(|i| with_strokes && !readings.rows[*i].rests) {
+            // +0 and −0 are one number.
+            places[i].1.iter().for_each(|s| members.entry((s + 0.0).to_bits()).or_default().push(i));
+        }
         let mut strokes = Vec::new();
-        if with_strokes {
-            for (number, rows) in members(&places, &readings.rows) {
-                go_on()?;
-                let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
-                let pose = &places[rows[0]].pose;
-                rows.iter().for_each(|&i| groups[i] = rows[0]);
-                let found = swept(locator, &skin, pose, &of, &asked.noise);
-                for (&i, point) in rows.iter().zip(found.iter().flat_map(|found| &found.points)) {
-                    // A reading that is off its stroke is where a tap would have it.
-                    points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { *point };
-                }
-                let [touched_before_deg, sigma_touched_before_deg] =
-                    found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
-                let followed = Followed {
-                    stroke: number,
-                    points: rows.iter().filter(|&&i| points[i].is_there()).count(),
-                    object: found.as_ref().map(|found| if found.sharp { "sharp" } else { "smooth" }),
-                    touched_before_deg,
-                    sigma_touched_before_deg,
-                    chi2: found.map_or(f64::NAN, |found| found.chi2),
-                };
-                strokes.push(followed);
+        for (number, rows) in members {
+            go_on()?;
+            let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
+            let pose = &places[rows[0]].0;
+            rows.iter().for_each(|&i| groups[i] = rows[0]);
+            let found = swept(locator, &skin, pose, &of, &asked.noise);
+            for (&i, point) in rows.iter().zip(found.iter().flat_map(|found| &found.points)) {
+                // A reading that is off its stroke is where a tap would have it.
+                points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { *point };
             }
+            let [touched_before_deg, sigma_touched_before_deg] =
+                found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
+            let followed = Followed {
+                stroke: f64::from_bits(number),
+                points: rows.iter().filter(|&&i| points[i].is_there()).count(),
+                object: found.as_ref().map(|found| if found.sharp { "sharp" } else { "smooth" }),
+                touched_before_deg,
+                sigma_touched_before_deg,
+                chi2: found.map_or(f64::NAN, |found| found.chi2),
+            };
+            strokes.push(followed);
         }
         go_on()?;
         let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !points[i].outlier).collect();
@@ -123,17 +129,4 @@ impl Trace {
         }
         Ok(Self { points, off, strokes, samples, curve, on_surface: skin.on_surface() })
     }
-}
-
-/// Strokes and their rows, in the order of the file; readings of the zero belong to none.
-fn members(places: &[Placed], rows: &[AnsweredRow]) -> Vec<(f64, Vec<usize>)> {
-    let mut all: Vec<(f64, Vec<usize>)> = Vec::new();
-    for (i, place) in places.iter().enumerate().filter(|(i, _)| !rows[*i].rests) {
-        let Some(stroke) = place.stroke else { continue };
-        match all.iter_mut().find(|(s, _)| *s == stroke) {
-            Some((_, members)) => members.push(i),
-            None => all.push((stroke, vec![i])),
-        }
-    }
-    all
 }

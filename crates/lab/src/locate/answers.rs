@@ -42,13 +42,6 @@ impl Answers {
         }
     }
 
-    pub fn locators(&self) -> &[Locator] {
-        match self {
-            Self::One(locator, _) => std::slice::from_ref(&**locator),
-            Self::Several(several) => &several.locators,
-        }
-    }
-
     /// What answers one value, and its calibration.
     pub fn single(&self) -> Result<(&Locator, &Calibration), InputError> {
         match self {
@@ -73,7 +66,7 @@ impl Answers {
         values: &[f64],
         stop: &AtomicBool,
     ) -> Result<(Vec<Located>, Option<String>), InputError> {
-        let rows = drives.iter().zip(values.chunks(self.locators().len()));
+        let rows = drives.iter().zip(values.chunks(self.who().locators.len()));
         let rows = rows.enumerate().take_while(|(i, _)| i % 64 != 0 || !stop.load(Ordering::Relaxed));
         let rows = rows.map(|(_, row)| row);
         if let Self::Several(several) = self {

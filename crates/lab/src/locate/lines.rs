@@ -128,11 +128,19 @@ impl<'a> Source<'a> {
         }))
     }
 
-    /// The length of the next line that is no comment.
+    /// The length, at most one more than [`LINE`], of the next line that is no comment; at most [`LONGEST`] bytes of it are kept.
     fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
         loop {
             let LabTable::Text(reader) = &mut self.input else { return Ok(None) };
-            let length = read_line(reader, &mut self.line).map_err(|e| Error::io(self.ask.label(), e))?;
+            let unread = |e| Error::io(self.ask.label(), e);
+            self.line.clear();
+            let begin = reader.by_ref().take(LONGEST as u64).read_until(b'\n', &mut self.line);
+            let mut length = begin.map_err(unread)?;
+            if length == LONGEST && !self.line.ends_with(b"\n") {
+                let rest = reader.by_ref().take((LINE + 1 - LONGEST) as u64).skip_until(b'\n');
+                length += rest.map_err(unread)?;
+            }
+            let length = Some(length).filter(|length| *length > 0);
             self.number += usize::from(length.is_some());
             if length.is_some_and(|length| length > LINE) {
                 let error = InputError::new("this line is longer than 1 MiB, so these are no readings");
@@ -159,14 +167,4 @@ impl<'a> Source<'a> {
 fn text(line: &[u8], length: usize) -> Option<&str> {
     let text = (length <= LONGEST).then(|| std::str::from_utf8(line).ok()).flatten()?;
     Some(text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}'))
-}
-
-/// Reads a line into `line`, of which at most [`LONGEST`] bytes are kept; its length, at most one more than [`LINE`], `None` at the end.
-fn read_line(reader: &mut BufReader<impl Read>, line: &mut Vec<u8>) -> std::io::Result<Option<usize>> {
-    line.clear();
-    let mut length = reader.by_ref().take(LONGEST as u64).read_until(b'\n', line)?;
-    if length == LONGEST && !line.ends_with(b"\n") {
-        length += reader.by_ref().take((LINE + 1 - LONGEST) as u64).skip_until(b'\n')?;
-    }
-    Ok((length > 0).then_some(length))
 }

@@ -4,7 +4,6 @@ use std::sync::{Mutex, PoisonError};
 
 use super::calibration::{Calibration, Second};
 use super::locator::{Located, Locator};
-use super::opened::Opened;
 use super::pairs::{Parts, covariance};
 use super::rows::Reading;
 use crate::curve::both::{Inverted, TwoReadings, inverse};
@@ -176,39 +175,34 @@ impl Locator {
         Ok(all.into_iter().zip(readings).map(judged).collect())
     }
 
+    /// Distance and tilt of two readings by linear theory, or why there are none.
     fn by_theory(&self, two: &Twofold, reading: &Reading) -> Result<Solved, Status> {
         let side = &self.sides[two.side];
         let drive = self.beyond_origin(reading.drive);
         let readings = [0, 1].map(|k| side.sign * reading.signals[k]);
-        let status = self.admitted(two, side, drive, readings)?;
+        if !drive.is_finite() || !readings.iter().all(|x| x.is_finite()) {
+            return Err(Status::BAD_INPUT);
+        }
+        if readings == [0.0; 2] {
+            return Err(Status::NO_STRAIN);
+        }
+        let per_strain = if self.unit.is_absolute() { [1.0; 2] } else { two.transfer.factors };
+        let beyond =
+            (readings[0] / per_strain[0]).hypot(readings[1] / per_strain[1]) > self.rig.strain_limit();
+        let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
+        // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.
+        if readings[0] <= 0.0 || !side.admits(drive) {
+            return Err(status | Status::OUTSIDE_CALIBRATION);
+        }
+        if readings[0] >= side.end_stop * (1.0 - SAME) {
+            return Err(status | Status::STRAIN_LIMIT);
+        }
         let ([tilt, upright], [of_a, of_tilt]) = two.linear(readings);
         let known = Known { share: reading.shares[0], same_run: self.same_run };
         let found = side.answers.find(drive, upright, known).map_err(|why| status | why)?;
         let inverse = [of_a.map(|x| x / found.slope), of_tilt];
         let Found { a, near, variance, .. } = found;
         Ok(Solved { readings, drive, status, variance, near, a, tilt, inverse, rising: false })
-    }
-
-    /// Words of warning of two readings that can be answered.
-    fn admitted(&self, two: &Twofold, side: &Opened, drive: f64, signs: [f64; 2]) -> Result<Status, Status> {
-        if !drive.is_finite() || !signs.iter().all(|x| x.is_finite()) {
-            return Err(Status::BAD_INPUT);
-        }
-        if signs == [0.0; 2] {
-            return Err(Status::NO_STRAIN);
-        }
-        let strains =
-            if self.unit.is_absolute() { signs } else { [0, 1].map(|k| signs[k] / two.transfer.factors[k]) };
-        let beyond = strains[0].hypot(strains[1]) > self.rig.strain_limit();
-        let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
-        // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.
-        if signs[0] <= 0.0 || !side.admits(drive) {
-            return Err(status | Status::OUTSIDE_CALIBRATION);
-        }
-        if signs[0] >= side.end_stop * (1.0 - SAME) {
-            return Err(status | Status::STRAIN_LIMIT);
-        }
-        Ok(status)
     }
 
     /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.

@@ -19,7 +19,8 @@ use crate::status::Status;
 /// What answers readings: one whisker with one gauge or two, or a sensor with several channels.
 #[derive(Clone, Copy)]
 pub struct Answerer<'a> {
-    locators: &'a [Locator],
+    /// What knows each signal; one of two gauges.
+    pub locators: &'a [Locator],
     several: Option<&'a Several>,
 }
 

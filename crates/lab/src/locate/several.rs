@@ -112,7 +112,7 @@ impl Several {
             noise[(i, i)] += self.locators[*k].left(a, u, signals[*k].signum()).max(0.0);
         }
         let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
-        let tap = tap.with_noise(&noise).ok_or(status | Status::NO_ROOT)?;
+        let tap = ChannelTap { noise: factor(&noise).ok_or(status | Status::NO_ROOT)?, ..tap };
         let found = chosen(tap.refined(&starts), side.distances);
         let (best, others) = found.split_first().ok_or(status | Status::NO_ROOT)?;
         // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
@@ -176,10 +176,6 @@ impl<'a> ChannelTap<'a> {
         }
         let shared = bounds[0][0] < bounds[0][1] && bounds[1][0] <= bounds[1][1];
         shared.then_some(Self { readings, drive, noise: factor(noise)?, bounds })
-    }
-
-    fn with_noise(self, noise: &DMatrix<f64>) -> Option<Self> {
-        Some(Self { noise: factor(noise)?, ..self })
     }
 
     fn unknowns(&self) -> usize {

@@ -154,9 +154,21 @@ impl<'a> TaredRows<'a> {
         let unclear = Some(&mut self.unclear).filter(|_| seen.is_some());
         let Some(mut row) = recorded(source, rows, (seen, unclear))? else { return Ok(None) };
         let follows = std::mem::replace(&mut self.follows, row.rests);
+        let line = row.line.number;
         if row.rests {
             self.zeros += 1;
-            see(who, ask, &mut self.tares, &row, (self.zeros, follows));
+            if let Some(zero) = ask.zero[0].filter(|_| self.zeros == 1) {
+                let zero = plain(zero);
+                (ask.warn)(&format!("the zero readings from line {line} on take the place of --zero {zero}"));
+            }
+            for (k, signal) in row.recorded.iter().enumerate().filter(|(_, x)| x.is_finite()) {
+                let aside = self.tares[k].see(who.locator(k), *signal, follows);
+                if let Some(zero) = aside.filter(|_| k == 0 || who.finds_drives()) {
+                    (ask.warn)(&format!(
+                        "line {line}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it"
+                    ));
+                }
+            }
             return Ok(Some(row));
         }
         if let Some(why) = who.lacks(row.drive, &row.recorded) {
@@ -164,14 +176,18 @@ impl<'a> TaredRows<'a> {
             return Ok(Some(row));
         }
         let zeros: Vec<Option<(f64, f64)>> = self.tares.iter().map(|tare| tare.at(row.line.place)).collect();
-        if !std::mem::replace(&mut self.asked, true) {
-            doubts(who, ask, &zeros);
+        let free = matches!(ask.by, By::Strokes(free) if free.zero);
+        if !std::mem::replace(&mut self.asked, true) && !free {
+            let known = if who.is_twofold() { 1 } else { zeros.len() };
+            for text in (0..known).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0))) {
+                (ask.warn)(&if who.finds_drives() { text.replace(", or --zero", "") } else { text });
+            }
         }
         row.zero = zeros[0].map_or(f64::NAN, |z| z.0);
         let known = zeros.iter().map(|zero| zero.unwrap_or((0.0, 0.0)));
         let (values, shares): (Vec<f64>, Vec<f64>) = known.unzip();
         row.tap = Ok(Reading {
-            line: row.line.number,
+            line,
             drive: if who.first().drive_recorded { row.drive } else { UNRECORDED },
             signals: (0..values.len()).map(|k| rows.above(k, row.recorded[k], values[k])).collect(),
             shares,
@@ -179,43 +195,6 @@ impl<'a> TaredRows<'a> {
             shift: 0.0,
         });
         Ok(Some(row))
-    }
-}
-
-/// Takes a zero reading of a stream, the `count`-th, which `follows` another one or not.
-fn see(
-    who: Answerer<'_>,
-    ask: &Ask<'_>,
-    tares: &mut [Tare],
-    row: &TaredRow<'_>,
-    (count, follows): (u64, bool),
-) {
-    let line = row.line.number;
-    if let Some(zero) = ask.zero[0].filter(|_| count == 1) {
-        let zero = plain(zero);
-        (ask.warn)(&format!("the zero readings from line {line} on take the place of --zero {zero}"));
-    }
-    for (k, signal) in row.recorded.iter().enumerate().filter(|(_, x)| x.is_finite()) {
-        let aside = tares[k].see(who.locator(k), *signal, follows);
-        if let Some(zero) = aside.filter(|_| k == 0 || who.finds_drives()) {
-            (ask.warn)(&format!(
-                "line {line}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it"
-            ));
-        }
-    }
-}
-
-/// Warns of what should be known of the `zeros` of the first tap.
-fn doubts(who: Answerer<'_>, ask: &Ask<'_>, zeros: &[Option<(f64, f64)>]) {
-    if matches!(ask.by, By::Strokes(free) if free.zero) {
-        return;
-    }
-    let known = if who.is_twofold() { 1 } else { zeros.len() };
-    for text in (0..known).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0))) {
-        match who.finds_drives() {
-            true => (ask.warn)(&text.replace(", or --zero", "")),
-            false => (ask.warn)(&text),
-        }
     }
 }
 

@@ -77,7 +77,15 @@ pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take)
             let of = |stay: [usize; 2]| plateau(record, rest, contact, stay, 0.0);
             let found = stays.into_iter().filter_map(of);
             let pushed = found.filter(|r| r.drive.is_none_or(|d| d.abs() > SAME * most));
-            joined(record, rest, pushed.collect(), SAME * most)
+            let mut plateaus: Vec<Reading> = pushed.collect();
+            // Of those of one drive that follow each other the last has settled most.
+            plateaus.dedup_by(|later, before| {
+                let drives = before.drive.zip(later.drive);
+                let same = drives.is_some_and(|(p, q)| (p - q).abs() <= SAME * most);
+                *before = if same { *later } else { *before };
+                same
+            });
+            plateaus
         }
     };
     match (plateaus.is_empty(), take) {
@@ -169,21 +177,4 @@ fn peak(record: &Record, rest: &Rest, contact: [usize; 2], top: usize) -> Readin
         }
         false => told,
     }
-}
-
-/// Plateaus of one drive that follow each other, as one.
-fn joined(record: &Record, rest: &Rest, found: Vec<Reading>, same: f64) -> Vec<Reading> {
-    let mut all: Vec<Reading> = Vec::new();
-    for reading in found {
-        match (all.last().copied(), reading.drive) {
-            (Some(before), Some(drive)) if before.drive.is_some_and(|d| (d - drive).abs() <= same) => {
-                // The later one has settled more.
-                let of = [reading.mean[0], reading.mean[1]];
-                let last = all.len() - 1;
-                all[last] = mean(record, rest, Kind::Plateau, reading.contact, of);
-            }
-            _ => all.push(reading),
-        }
-    }
-    all
 }

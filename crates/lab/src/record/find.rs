@@ -89,8 +89,22 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     let n = record.signal.len();
     let largest = |[first, last]: [usize; 2]| (first..=last).map(off).fold(0.0, f64::max);
     let mut found: Vec<[usize; 2]> = Vec::new();
-    for contact in contacts(n, |k| off(k) > rest.away) {
-        let [first, last] = grown(contact, |k| off(k) > 2.0 * rest.scatter, n);
+    let mut beyond: Vec<[usize; 2]> = Vec::new();
+    for k in (0..n).filter(|k| off(*k) > rest.away) {
+        match beyond.last_mut() {
+            Some(last) if k - last[1] <= APART => last[1] = k,
+            _ => beyond.push([k, k]),
+        }
+    }
+    beyond.retain(|c| c[1] - c[0] + 1 >= LEAST);
+    for [mut first, mut last] in beyond {
+        // With the samples around it that are off the rest.
+        while first > 0 && off(first - 1) > 2.0 * rest.scatter {
+            first -= 1;
+        }
+        while last + 1 < n && off(last + 1) > 2.0 * rest.scatter {
+            last += 1;
+        }
         let before = found.last_mut().filter(|before| {
             let rested = || rest.blocks.iter().any(|b| (2 * before[1]..2 * first).contains(&(b[0] + b[1])));
             let (one, other) = (largest(**before), largest([first, last]));
@@ -112,27 +126,4 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     readings.sort_by_key(|r| r.mean[0]);
     certain::check(record, &rest, &readings)?;
     Ok((readings, rest))
-}
-
-fn contacts(n: usize, away: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
-    let mut all: Vec<[usize; 2]> = Vec::new();
-    for k in (0..n).filter(|k| away(*k)) {
-        match all.last_mut() {
-            Some(last) if k - last[1] <= APART => last[1] = k,
-            _ => all.push([k, k]),
-        }
-    }
-    all.retain(|c| c[1] - c[0] + 1 >= LEAST);
-    all
-}
-
-/// A contact with the samples around it that are off the rest.
-fn grown([mut first, mut last]: [usize; 2], off: impl Fn(usize) -> bool, n: usize) -> [usize; 2] {
-    while first > 0 && off(first - 1) {
-        first -= 1;
-    }
-    while last + 1 < n && off(last + 1) {
-        last += 1;
-    }
-    [first, last]
 }

@@ -59,7 +59,11 @@ impl Record {
         let object = names.iter().position(|name| name == OBJECT);
         let labelled: Vec<usize> =
             [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
-        record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
+        // By the names that a data file has for them.
+        let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
+        let own = |k: usize| known.into_iter().find(|(place, _)| *place == Some(k)).map(|(_, name)| name);
+        let label = |k: &usize| (own(*k).unwrap_or(&names[*k]).to_owned(), Vec::new());
+        record.labels = labelled.iter().map(label).collect();
         let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
         while let Some((line, row)) = sheet.next(said).map_err(here)? {
             let all = row.cells(mark);
@@ -109,11 +113,4 @@ impl Record {
         let of = |values: &Vec<String>| values[from..=to].iter().all(|v| *v == values[from]).then_some(from);
         self.labels.iter().map(|(_, values)| of(values).map_or("", |k| values[k].as_str())).collect()
     }
-}
-
-/// The name that a data file has for the column `k`.
-fn own(columns: &Columns, k: usize, names: &[String]) -> String {
-    let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
-    let name = known.into_iter().find(|(place, _)| *place == Some(k));
-    name.map_or_else(|| names[k].clone(), |(_, name)| name.to_owned())
 }

@@ -114,7 +114,8 @@ fn driven(record: &Record) -> Option<Vec<bool>> {
 pub fn rest(record: &Record) -> Rest {
     let y = smoothed(&record.signal);
     let scatter = (SMOOTH * apart(&y)).max(SMOOTHED * step(&record.signal));
-    let span = range(&y);
+    let ends = [f64::max, f64::min].map(|of: fn(f64, f64) -> f64| y.iter().copied().reduce(of));
+    let span = ends[0].zip(ends[1]).map_or(f64::NAN, |(most, least)| most - least);
     let driven = driven(record);
     let by = |window: usize| {
         let spreads = spreads(&y, window, [0, y.len() - 1]);
@@ -147,11 +148,6 @@ pub fn rest(record: &Record) -> Rest {
     let span = y.iter().zip(&level).map(|(y, level)| (y - level).abs()).fold(0.0, f64::max);
     let away = (AWAY * scatter).max(SHARE * span);
     Rest { noise, scatter, signal: y, level, away, blocks }
-}
-
-fn range(values: &[f64]) -> f64 {
-    let of = |start: f64, f: fn(f64, f64) -> f64| values.iter().copied().fold(start, f);
-    of(f64::NEG_INFINITY, f64::max) - of(f64::INFINITY, f64::min)
 }
 
 /// The value below which `share` of `values` lie.

@@ -132,6 +132,7 @@ impl Settings {
         let Self { noise, drift, outliers, hysteresis, factor, drive_offset, a_offset, .. } = *self;
         let (negative, share) = ("this must be a number that is not negative", "this is a share");
         let (finite, saturate) = ("this must be a finite number", self.saturate.unwrap_or(1.0));
+        let (deaf, limit) = ("a sensor without response measures nothing", "this is not a strain limit");
         let sound = |x: f64| x >= 0.0 && x.is_finite();
         let large = noise >= 0.5 && self.unit.signal() == Some(Signal::Strain);
         let strains = "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)";
@@ -146,20 +147,8 @@ impl Settings {
             (factor.is_finite(), "--factor", factor, finite, None),
             (drive_offset.is_finite(), "--drive-offset", drive_offset, finite, None),
             (a_offset.is_finite(), "--a-offset", a_offset, finite, None),
-            (
-                factor != 0.0,
-                "--factor",
-                factor,
-                "a sensor without response measures nothing",
-                Some("a number other than 0"),
-            ),
-            (
-                saturate > 0.0 && saturate.is_finite(),
-                "--saturate",
-                saturate,
-                "this is not a strain limit",
-                Some("> 0"),
-            ),
+            (factor != 0.0, "--factor", factor, deaf, Some("a number other than 0")),
+            (saturate > 0.0 && saturate.is_finite(), "--saturate", saturate, limit, Some("> 0")),
         ];
         let Some((_, key, x, message, allowed)) = checks.into_iter().find(|check| !check.0) else {
             return Ok(());

@@ -45,16 +45,18 @@ impl Curve {
         if points.len() < 4 || !points.iter().flatten().all(|x| x.is_finite()) {
             return None;
         }
-        if closed && area(&points) < 0.0 {
+        let next = points.iter().cycle().skip(1);
+        let twice_area: f64 = points.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum();
+        // Closed curves are followed counterclockwise.
+        if closed && twice_area < 0.0 {
             points.reverse();
         }
         if closed {
             points.push(points[0]);
         }
-        let chord = |w: &[[f64; 2]]| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]);
         let mut knots = vec![0.0];
         for w in points.windows(2) {
-            let length = chord(w);
+            let length = (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]);
             if length <= 0.0 {
                 return None;
             }
@@ -84,12 +86,6 @@ impl Curve {
         let [[x, dx, ddx], [y, dy, ddy]] = [of(0), of(1)];
         Place { at: [x, y], direction: dy.atan2(dx), bend: (dx * ddy - dy * ddx) / (dx * dx + dy * dy) }
     }
-}
-
-/// Twice the area within, > 0 where it is followed counterclockwise.
-fn area(points: &[[f64; 2]]) -> f64 {
-    let next = points.iter().cycle().skip(1);
-    points.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum()
 }
 
 /// Second derivatives of a cubic spline at its knots: natural, or periodic.

@@ -217,8 +217,13 @@ impl Judge<'_> {
         sound.then_some(Drawn { kind, curve, scale, outliers, losses, squares })
     }
 
-    /// As [`Self::drawn`], drawn anew without each group.
-    fn redrawn(&self, first: (Kind, Curve, f64), draw: &Draw<'_>) -> Option<Drawn> {
+    /// A point, a line or a circle, drawn anew without each group.
+    fn simple(&self, kind: Kind) -> Option<Drawn> {
+        let draw = |curve: &Curve, weights: &[f64]| match curve {
+            Curve::Point(_) => Spot::fit(self.samples, weights).map(Curve::Point),
+            Curve::Arc(arc) => arc.fit(self.samples, weights).map(Curve::Arc),
+            Curve::Smooth(_) => None,
+        };
         let without = |curve: &Curve, all: &[f64]| {
             let one = |group: &Vec<usize>| {
                 let mut left = all.to_vec();
@@ -227,23 +232,12 @@ impl Judge<'_> {
             };
             self.groups.iter().map(one).collect()
         };
-        self.drawn(first, draw, &without)
-    }
-
-    fn point(&self) -> Option<Drawn> {
-        let draw = |_: &Curve, weights: &[f64]| Spot::fit(self.samples, weights).map(Curve::Point);
-        let first = Curve::Point(Spot::middle(self.samples));
-        self.redrawn((Kind::Point, first, 1.0), &draw)
-    }
-
-    fn arc(&self, kind: Kind) -> Option<Drawn> {
-        let free = if kind == Kind::Line { 2.0 } else { 3.0 };
-        let draw = |curve: &Curve, weights: &[f64]| match curve {
-            Curve::Arc(arc) => arc.fit(self.samples, weights).map(Curve::Arc),
-            _ => None,
+        let (first, free) = match kind {
+            Kind::Point => (Curve::Point(Spot::middle(self.samples)), 1.0),
+            Kind::Line => (Curve::Arc(start(self.samples, kind)?), 2.0),
+            _ => (Curve::Arc(start(self.samples, kind)?), 3.0),
         };
-        let first = Curve::Arc(start(self.samples, kind)?);
-        self.redrawn((kind, first, free), &draw)
+        self.drawn((kind, first, free), &draw, &without)
     }
 
     /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
@@ -290,14 +284,10 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
     let groups = groups(samples);
     let judge = Judge { samples, groups: &groups, extent: 2.0 * extent.max(spread) };
     let mut all: Vec<Drawn> = Vec::new();
-    if groups.len() >= 2 {
-        all.extend(judge.point());
-    }
-    if groups.len() >= 3 && !one_place {
-        all.extend(judge.arc(Kind::Line));
-    }
-    if groups.len() >= 4 && !one_place {
-        all.extend(judge.arc(Kind::Circle));
+    for (kind, least) in [(Kind::Point, 2), (Kind::Line, 3), (Kind::Circle, 4)] {
+        if groups.len() >= least && (kind == Kind::Point || !one_place) {
+            all.extend(judge.simple(kind));
+        }
     }
     let arcs = all.iter().filter(|d| matches!(d.curve, Curve::Arc(_)));
     let base = arcs.min_by(|a, b| a.loss().total_cmp(&b.loss()));
