@@ -44,7 +44,6 @@ pub struct Swept {
     pub chi2: f64,
 }
 
-/// Readings that are fitted, and what with.
 struct Stroke<'a> {
     locator: &'a Locator,
     skin: &'a Skin,

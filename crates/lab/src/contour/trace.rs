@@ -56,7 +56,6 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Of `readings` that `locator` has answered.
     pub fn new(
         locator: &Locator,
         readings: &Readings,

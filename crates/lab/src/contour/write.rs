@@ -19,14 +19,13 @@ use crate::status::Status;
 pub const FILES: [&str; 3] = ["points.csv", "curve.csv", "contour.svg"];
 /// Rows of curve.csv.
 const PLACES: usize = 181;
-pub const OUTLIER: &str = "outlier";
 
 /// The words of the status of a point, with that of an outlier behind them.
 fn words(p: &Point) -> String {
     let status = p.status;
     match (status == Status::OK, p.outlier) {
-        (true, true) => OUTLIER.to_owned(),
-        (false, true) => format!("{status}+{OUTLIER}"),
+        (true, true) => "outlier".to_owned(),
+        (false, true) => format!("{status}+outlier"),
         (_, false) => status.to_string(),
     }
 }
@@ -58,7 +57,6 @@ pub fn curve(trace: &Trace) -> Result<Frame, Error> {
     Ok(table)
 }
 
-/// What was found, for run.json and `--json`.
 pub fn described(trace: &Trace) -> Value {
     let curve = match &trace.curve {
         Err(why) => json!({ "kind": Value::Null, "why": why.to_string() }),

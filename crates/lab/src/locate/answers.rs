@@ -42,7 +42,6 @@ impl Answers {
         }
     }
 
-    /// What answers one value, and its calibration.
     pub fn single(&self) -> Result<(&Locator, &Calibration), InputError> {
         match self {
             Self::One(locator, _) if locator.is_twofold() => {

@@ -48,7 +48,6 @@ pub struct Calibration {
 pub struct Source {
     pub file: String,
     pub hash: String,
-    /// Rows with a drive.
     pub rows: usize,
     pub used: usize,
     pub zeros: usize,

@@ -12,7 +12,6 @@ use crate::sink::values::Field;
 
 pub struct Group<'a> {
     kind: Kind<'a>,
-    /// Those that are added after the status.
     pub columns: Vec<&'static str>,
 }
 

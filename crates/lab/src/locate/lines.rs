@@ -39,7 +39,6 @@ pub struct Source<'a> {
     /// Length of a line that was read and not yet given.
     held: Option<usize>,
     begun: bool,
-    /// Comments before the first line.
     comments: Comments,
 }
 

@@ -66,7 +66,6 @@ pub(crate) struct SideTap {
     pub(crate) drive: f64,
     /// |signal|.
     pub(crate) signal: f64,
-    /// Words of warning.
     pub(crate) status: Status,
 }
 
@@ -94,7 +93,6 @@ pub struct Locator {
     /// Variance of the zero of the calibration: it moves all of it.
     pub(crate) of_zero: f64,
     pub(crate) sides: Vec<Opened>,
-    /// The second gauge.
     pub(crate) twofold: Option<Twofold>,
 }
 

@@ -14,7 +14,6 @@ pub mod answers;
 pub mod calibration;
 pub mod free;
 pub(crate) mod group;
-mod kept;
 mod lines;
 pub mod locator;
 pub mod next;

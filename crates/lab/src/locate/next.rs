@@ -78,7 +78,6 @@ pub struct May {
     pub same_run: bool,
 }
 
-/// The next tap after `taps`.
 pub fn next(
     locator: &Locator,
     taps: &[Reading],
@@ -224,23 +223,18 @@ impl Known<'_> {
         let seen: Vec<f64> = self.outlook.likely().iter().map(|(x, _)| x.exp() - near).collect();
         let one = |u: f64| {
             let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
+            let largest = signals.fold(f64::NEG_INFINITY, f64::max);
+            let stops = largest >= self.side.end_stop;
+            let strained = self.locator.limit_of(self.side.sign * largest);
             Tried {
                 drive: u + self.locator.drive_origin,
                 shift,
                 signal: self.side.sign * self.joint.signal(u, (self.a - shift).ln()),
                 sigma: self.outlook.after(u, near, 1.0),
-                status: self.forbids(signals.fold(f64::NEG_INFINITY, f64::max)),
+                status: if stops { Status::STRAIN_LIMIT } else { strained },
             }
         };
         between(ends, count).collect::<Vec<f64>>().into_par_iter().map(one).collect()
-    }
-
-    fn forbids(&self, signal: f64) -> Status {
-        if signal >= self.side.end_stop {
-            Status::STRAIN_LIMIT
-        } else {
-            self.locator.limit_of(self.side.sign * signal)
-        }
     }
 }
 

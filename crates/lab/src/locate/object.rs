@@ -26,13 +26,11 @@ const CHANCE: f64 = 0.001;
 /// The column that says how much nearer to the object the base stood, mm.
 pub const SHIFT: &str = "shift_mm";
 
-/// Which readings are of one object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum By<'a> {
     /// Not said: in a file, those of one value in its column `object`, if it has one.
     Unsaid,
     Same,
-    /// Those of one value in this column.
     Column(&'a str),
     /// Not taps, but readings of strokes, which leave this free.
     Strokes(Free),

@@ -125,14 +125,12 @@ impl<'a> Answerer<'a> {
     }
 }
 
-/// What the fields of a row are.
 struct Header {
     /// Whether a header says it.
     read: bool,
     names: Vec<String>,
     separator: Option<char>,
     drive: Option<(Drive, usize)>,
-    /// Places of time and run.
     time: Option<usize>,
     run: Option<usize>,
     /// Unit and place of each signal.

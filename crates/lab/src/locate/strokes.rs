@@ -12,7 +12,6 @@ use crate::error::Error;
 use crate::sink::lab::LabCell;
 use crate::status::Status;
 
-/// The column that numbers strokes.
 pub const NAME: &str = "stroke";
 /// A drive that falls by more than this share of the largest calibrated one goes back.
 const FALLS: f64 = 0.01;
@@ -134,15 +133,6 @@ impl<'a> Strokes<'a> {
         true
     }
 
-    /// The drive, or its size where it goes down from 0 and both sides were calibrated.
-    fn towards(&mut self, name: &str, drive: f64) -> f64 {
-        let learned = self.locator.sides.iter().filter(|side| side.learned().is_some());
-        let before = std::mem::replace(&mut self.before, drive);
-        let down = drive < before || name != self.name;
-        let folded = down && drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
-        if folded { -drive } else { drive }
-    }
-
     /// Adds a reading of a line with these fields: the numbers of the columns of what its stroke tells, and the status; `None` where it is of no stroke.
     pub fn tell(
         &mut self,
@@ -154,7 +144,11 @@ impl<'a> Strokes<'a> {
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !signal.is_finite() {
             return None;
         }
-        let drive = self.towards(&name, tap.drive);
+        // Where both sides were calibrated, a drive that goes down from 0 counts by its size.
+        let learned = self.locator.sides.iter().filter(|side| side.learned().is_some());
+        let down = tap.drive < std::mem::replace(&mut self.before, tap.drive) || name != self.name;
+        let folded = down && tap.drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
+        let drive = if folded { -tap.drive } else { tap.drive };
         if !self.begins((tap.line, drive), &name, ask) {
             return None;
         }

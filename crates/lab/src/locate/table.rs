@@ -1,10 +1,9 @@
 //! All readings of a file with their answers, for contours, arrays and the next tap.
 
 use super::Locator;
-use super::kept::Kept;
 use super::pair::Spatial;
 use super::rows::{Answerer, Reading};
-use super::stream::{Ask, zeros};
+use super::stream::{Ask, Kept, zeros};
 use super::tared::TaredRows;
 use crate::error::{Error, InputError};
 use crate::sink::frame::Frame;

@@ -18,7 +18,6 @@ const OFF: f64 = 0.1;
 /// And beyond so many standard deviations of a reading.
 const CERTAIN: f64 = 8.0;
 
-/// The zero of readings, line by line.
 #[derive(Debug, Clone)]
 pub enum Tare {
     /// Zero readings of a whole file, joined by straight lines in file order.
@@ -27,7 +26,6 @@ pub enum Tare {
     Held(Option<Held>),
 }
 
-/// What a stream holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     mean: f64,
@@ -54,7 +52,6 @@ impl Tare {
         Self::said(said.or(fitted.map(|t| t.value)))
     }
 
-    /// What is said before the first reading.
     pub fn said(zero: Option<f64>) -> Self {
         Self::Held(zero.map(|mean| Held { mean, share: 0.0, n: 0, aside: None }))
     }

@@ -76,7 +76,6 @@ pub(super) struct TaredRow<'b> {
     pub cells: Vec<LabCell<'b>>,
     /// As recorded; NaN where the line says nothing.
     pub drive: f64,
-    /// Of each signal as recorded.
     pub recorded: Vec<f64>,
     pub rests: bool,
     /// Whether it is taken as settled for want of a time.

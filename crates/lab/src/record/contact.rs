@@ -73,8 +73,13 @@ pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take)
         }
         Some((_, drives)) => {
             let most = drives.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            let stays = steady(drives, contact, SAME * most);
-            let of = |stay: [usize; 2]| plateau(record, rest, contact, stay, 0.0);
+            let length = last - first + 1;
+            let window = STILL.max(length / PARTS);
+            let (spreads, moves) =
+                (spreads(drives, window, contact), (SAME * most).max(AWAY * apart(drives)));
+            // Stretches in which the drive stands still.
+            let stays = blocks_of(length, window, |k| spreads[k] <= moves);
+            let of = |[p, q]: [usize; 2]| plateau(record, rest, contact, [first + p, first + q], 0.0);
             let found = stays.into_iter().filter_map(of);
             let pushed = found.filter(|r| r.drive.is_none_or(|d| d.abs() > SAME * most));
             let mut plateaus: Vec<Reading> = pushed.collect();
@@ -92,15 +97,6 @@ pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take)
         (true, Take::Auto) => vec![peak(record, rest, contact, top)],
         _ => plateaus,
     }
-}
-
-/// Stretches of a contact in which the drive stands still.
-fn steady(drives: &[f64], [first, last]: [usize; 2], same: f64) -> Vec<[usize; 2]> {
-    let length = last - first + 1;
-    let window = STILL.max(length / PARTS);
-    let (spreads, moves) = (spreads(drives, window, [first, last]), same.max(AWAY * apart(drives)));
-    let still = blocks_of(length, window, |k| spreads[k] <= moves);
-    still.into_iter().map(|[p, q]| [first + p, first + q]).collect()
 }
 
 /// The plateau in the `stretch` of a contact, at least so `high`: the level near which the signal is longest, and the longest time that it is near it without break.

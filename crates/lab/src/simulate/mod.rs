@@ -127,7 +127,6 @@ impl Settings {
         Err(InputError::new(message).key("--repeats").value(self.repeats).allowed(allowed))
     }
 
-    /// Refuses values that mean nothing.
     pub fn check(&self) -> Result<(), InputError> {
         let Self { noise, drift, outliers, hysteresis, factor, drive_offset, a_offset, .. } = *self;
         let (negative, share) = ("this must be a number that is not negative", "this is a share");

@@ -4,7 +4,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A place on a smooth edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     pub at: [f64; 2],
@@ -167,7 +166,6 @@ impl Object {
         !matches!(self, Self::Curve(c) if !c.closed)
     }
 
-    /// Centre of what it covers.
     pub fn centre(&self) -> [f64; 2] {
         let mean = |p: &[[f64; 2]]| [0, 1].map(|k| p.iter().map(|p| p[k]).sum::<f64>() / p.len() as f64);
         match self {

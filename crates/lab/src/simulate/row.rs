@@ -20,17 +20,11 @@ impl Dice {
         (f64::from(Sampler::Random.coordinate(self.seed, dimension, self.row)) + 0.5) / 4_294_967_296.0
     }
 
-    /// Two standard normal numbers, independent of each other (Box and Muller 1958).
-    pub fn normal(&self) -> [f64; 2] {
-        let (size, turn) = ((-2.0 * self.uniform(0).ln()).sqrt(), std::f64::consts::TAU * self.uniform(1));
+    /// Two standard normal numbers, independent of each other, from two dimensions (Box and Muller 1958).
+    pub fn normal(&self, dimension: u32) -> [f64; 2] {
+        let size = (-2.0 * self.uniform(dimension).ln()).sqrt();
+        let turn = std::f64::consts::TAU * self.uniform(dimension + 1);
         [size * turn.cos(), size * turn.sin()]
-    }
-
-    /// The same for the channel `k`.
-    fn normal_at(&self, k: u32) -> f64 {
-        // The first five dimensions are those of one signal and of its faults.
-        let at = 5 + 2 * k;
-        (-2.0 * self.uniform(at).ln()).sqrt() * (std::f64::consts::TAU * self.uniform(at + 1)).cos()
     }
 }
 
@@ -84,7 +78,7 @@ impl<'a> Recorder<'a> {
     /// The recorded values of the strains of both gauges (zero, noise, end stop, factor, unit), and whether a sensor that is there stopped.
     pub fn record(&mut self, strains: [f64; 2]) -> ([f64; 2], bool) {
         let (s, second) = (self.settings, self.rig.setup.gauge.second);
-        let noise = if s.noise > 0.0 { self.dice().normal().map(|z| s.noise * z) } else { [0.0; 2] };
+        let noise = if s.noise > 0.0 { self.dice().normal(0).map(|z| s.noise * z) } else { [0.0; 2] };
         let stop = s.saturate.unwrap_or(f64::INFINITY);
         let drift = s.drift * f64::from(self.row);
         self.row = self.row.wrapping_add(1);
@@ -113,7 +107,8 @@ impl<'a> Recorder<'a> {
             channels.read(self.rig.setup.felt(tap.wrench), tap.strain).map(|x| spike * x)
         });
         let dice = self.dice();
-        let noise = channels.noise(&std::array::from_fn(|k| dice.normal_at(k as u32)));
+        // The first five dimensions are those of one signal and of its faults.
+        let noise = channels.noise(&std::array::from_fn(|k| dice.normal(5 + 2 * k as u32)[0]));
         self.row = self.row.wrapping_add(1);
         let value = |k: usize| self.settings.factor * (read[k] + noise[k]);
         ((0..channels.len()).map(value).collect(), false)

@@ -37,7 +37,6 @@ impl Strokes {
     }
 }
 
-/// Refuses what strokes cannot be made of.
 pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     let (setup, model, defaults) = (&rig.setup, &rig.setup.model, Settings::default());
     let of_taps = |key: &'static str, other: bool| {
@@ -110,7 +109,7 @@ pub fn simulate(
             }
         };
         // What is seen late, degrees: the heading is then too far on, and the drive too small.
-        let late = strokes.touch_noise * recorder.dice().normal()[0];
+        let late = strokes.touch_noise * recorder.dice().normal(0)[0];
         recorder.row = recorder.row.wrapping_add(1);
         let heading = pose.heading.to_degrees() + pose.sense * late;
         let before = [(k + 1) as f64, pose.base[0], pose.base[1], heading, pose.sense];

@@ -159,7 +159,7 @@ fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> 
     (-((1.0 - ANYWHERE) * density + ANYWHERE / (extent * extent)).ln(), d)
 }
 
-/// Draws a curve of weights, beside one.
+/// Fits a curve to weighted samples, from another one.
 type Draw<'a> = dyn Fn(&Curve, &[f64]) -> Option<Curve> + 'a;
 
 /// What curves are drawn to, and judged by.

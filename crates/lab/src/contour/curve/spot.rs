@@ -84,7 +84,6 @@ impl Covariance {
         Self([xx + variance * x * x, xy + variance * x * y, yy + variance * y * y])
     }
 
-    /// Variance along `by`.
     pub fn of(self, [x, y]: [f64; 2]) -> f64 {
         let [xx, xy, yy] = self.0;
         xx * x * x + 2.0 * xy * x * y + yy * y * y
