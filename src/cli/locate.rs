@@ -297,14 +297,10 @@ fn words(counts: &stream::Counts) -> String {
     combinations::told(of.filter(|(_, n)| *n > 0), |n| n.to_string())
 }
 
-fn counted(counts: &stream::Counts) -> Value {
-    json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.combinations.words(), "combinations": counts.combinations.named() })
-}
-
 fn reply(text: String, counts: &stream::Counts, opened: &Opened, context: &Context<'_>) -> Reply {
     Reply {
         text,
-        counts: counted(counts),
+        counts: counts.described(),
         seconds: context.seconds(),
         result: json!({ "estimator": opened.by, "warnings": context.told() }),
         ..Reply::default()

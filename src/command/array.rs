@@ -144,7 +144,7 @@ pub fn run(asked: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error>
     let measured = context.data(readings)?;
     let warn = |text: &str| context.warn(text);
     let ask = Ask { zero, by, ..Ask::of_file(&name, &columns, &warn) };
-    let answered = answer(&whiskers, measured.rows(), &ask, &noise)?;
+    let (table, counted) = answer(&whiskers, measured.rows(), &ask, &noise)?;
     let digest = measured.rows().hash()?;
     let of = json!({
         "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": asked.columns, "zero": SaidZero::json(asked.zero.as_ref()),
@@ -153,17 +153,15 @@ pub fn run(asked: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error>
     let identity = hash(&of.to_string());
     let question = Question::new("locate", &stem, of);
     let mut destination = context.open(&out, question, &["located.csv"], options.force)?;
-    destination.table(answered.table)?;
-    let counts = json!({
-        "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.combinations.words(), "combinations": answered.combinations.named(),
-    });
+    destination.table(table)?;
+    let counts = counted.described();
     let array = array.display().to_string();
     let of = json!({ "name": stem, "hash": identity });
     let body = json!({
         "array": { "file": array, "whiskers": known }, "readings": { "file": name, "hash": digest }, "warnings": context.told(),
     });
-    let words = answered.combinations.told(|n| n.to_string());
-    let text = format!("{} readings of {} whiskers located: {words}\n", answered.rows, whiskers.len());
+    let words = counted.combinations.told(|n| n.to_string());
+    let text = format!("{} readings of {} whiskers located: {words}\n", counted.lines, whiskers.len());
     let result = json!({ "whiskers": names, "warnings": context.told() });
     Reply { text, counts, result, ..Reply::default() }.filed(destination, of, body, context)
 }

@@ -11,8 +11,7 @@ use super::{Common, Context, Reply, estimator, estimators, folder, meant, named,
 use crate::contour::curve::{Curve, Kind};
 use crate::contour::point::Noise;
 use crate::contour::trace::{Trace, TraceOptions};
-use crate::contour::truth::{OUTLINE, compared};
-use crate::contour::write;
+use crate::contour::write::{self, OUTLINE};
 use crate::error::{Error, InputError};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
@@ -123,7 +122,7 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
     result["estimator"] = by.into();
     let object = truth.as_ref().map(|strokes| &strokes.object);
     if let Some(object) = object {
-        result["truth"] = compared(&trace, &readings, object)?;
+        result["truth"] = write::compared(&trace, &readings, object)?;
     }
     let mut question = Question::new("contour", &stem, settings.clone());
     question.inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));

@@ -14,7 +14,7 @@ use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::next::{May, Next, Tried, next};
 use crate::locate::object::NAME;
-use crate::locate::sequence::{SHIFT, shift_column};
+use crate::locate::object::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
 use crate::locate::{Locator, Reading, SaidZero, locator::opener};

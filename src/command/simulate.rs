@@ -12,7 +12,7 @@ use crate::locate::locator::opener;
 use crate::measure::Rig;
 use crate::scene::Column;
 use crate::simulate::strokes::{self, Strokes};
-use crate::simulate::{self, Settings, SimulatedTaps};
+use crate::simulate::{self, Settings};
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
@@ -121,9 +121,8 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     let counts = destination.rows(empty, |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
         let Some(course) = &course else {
-            let which = SimulatedTaps { layout: &layout, directions };
             let method = opener(&options)(&rig.setup.model)?;
-            return simulate::simulate(&rig, which, &settings, method, &mut write);
+            return simulate::simulate(&rig, (&layout, directions), &settings, method, &mut write);
         };
         let mut miss = |number: usize, why| {
             missed += 1;

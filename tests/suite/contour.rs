@@ -6,7 +6,7 @@ use crate::common::measuring::{REAL, prototype, rig};
 use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, rms as rms_of, value};
 use crate::common::tap;
-use vibrissa::contour::truth::Pose;
+use vibrissa::contour::point::Pose;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::Model;
 use vibrissa::simulate::object::Object;
@@ -119,9 +119,8 @@ fn a_round_object_is_a_pole_of_its_radius() {
         let circle = Object::Circle { centre, radius };
         let stroker = Stroker::new(&rig, &circle, sense);
         let start = Pose { base: [0.0; 3], heading: -sense, sense };
-        let touch = stroker.touch(start).unwrap();
         let angles: Vec<f64> = [1.0f64, 4.0, 10.0].map(f64::to_radians).to_vec();
-        let contacts = stroker.stroke(&touch, &angles);
+        let (_, _, contacts) = stroker.stroke(start, &angles).unwrap();
         // The reference with a pole of that radius: bisection for the a whose pole centre lies at the circle's centre.
         let (shared, model) = (rig.shared(), Model { pole_radius: radius, ..rig.setup.model });
         let (s, c) = (shared.taper.sin_alpha(), shared.taper.cos_alpha());

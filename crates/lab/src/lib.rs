@@ -7,11 +7,15 @@ use vibrissa_spec as spec;
 use vibrissa_table::{self as sink, fields, text_file};
 
 pub mod calibrate;
+#[doc(hidden)]
 pub mod contour;
 pub mod estimator;
 pub mod export;
 pub mod files;
+#[doc(hidden)]
 pub mod locate;
 pub mod measure;
+#[doc(hidden)]
 pub mod record;
+#[doc(hidden)]
 pub mod simulate;

@@ -59,8 +59,8 @@ impl Locator {
                 Answers::open((label, text, trust), asked, same_run, &opener(&RunOptions::default()))?;
             let wrong = || InputError::new("this is no zero of such a signal").key("zero").value(f64::NAN);
             let said = zero.map(|z| SaidZero::new(vec![z]).ok_or_else(wrong)).transpose()?;
-            let [zero, _] = SaidZero::of(said.as_ref(), answers.locators())?;
-            let sequence = Sequence::new(&answers.locators()[0], zero);
+            let [zero, _] = SaidZero::of(said.as_ref(), answers.who().locators)?;
+            let sequence = Sequence::new(&answers.who().locators[0], zero);
             Ok(Self { answers: Arc::new(answers), sequence: Mutex::new(sequence), zero })
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
@@ -71,7 +71,7 @@ impl Locator {
     /// readings that are answered alone or, of several channels, above their zeros.
     #[getter]
     fn about(&self) -> About {
-        let locators = self.answers.locators();
+        let locators = self.answers.who().locators;
         let (first, noise) = (&locators[0], locators.iter().map(locate::Locator::noise).collect());
         let (drive, told) = (first.rig.setup.drive.column(), |text: &String| keywords(text));
         match &*self.answers {
@@ -157,7 +157,7 @@ impl Locator {
 
     /// Signals expected of a tap at `a` mm by `drive`, on the side of `sign`; NaN where none is.
     fn expected(&self, py: Python<'_>, a: f64, drive: f64, sign: f64) -> PyResult<Vec<f64>> {
-        job::here(py, || self.answers.locators().iter().map(|l| l.expected(a, drive, sign)).collect())
+        job::here(py, || self.answers.who().locators.iter().map(|l| l.expected(a, drive, sign)).collect())
     }
 
     /// What answers readings of one signal as one file of C.

@@ -8,7 +8,7 @@ use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
 use vibrissa::measure::{Data, Rig, Row};
 use vibrissa::scene::{Drive, RunOptions, Setup, Spec};
-use vibrissa::simulate::{Settings, SimulatedTaps, empty, simulate};
+use vibrissa::simulate::{Settings, empty, simulate};
 use vibrissa::sink::frame::Frame;
 use vibrissa::spec;
 
@@ -32,11 +32,11 @@ pub fn rig(text: &str) -> Rig {
 pub fn table(text: &str, settings: &Settings) -> String {
     let (rig, spec) = (rig(text), parsed(text));
     let layout = spec.study.space.layout().expect("a rig has axes");
-    let asked = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
+    let directions = spec.study.setup.directions;
     let method = opener(&RunOptions::default())(&rig.setup.model).unwrap();
-    let mut all = empty(&rig, asked.directions, settings.unit);
+    let mut all = empty(&rig, directions, settings.unit);
     let mut write = |some: &Frame| all.extend(some, 0..some.len());
-    simulate(&rig, asked, settings, method, &mut write).unwrap();
+    simulate(&rig, (&layout, directions), settings, method, &mut write).unwrap();
     String::from_utf8(all.csv().unwrap()).unwrap()
 }
 

@@ -2,17 +2,15 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::point::{Noise, Point};
-use super::truth::Pose;
-use crate::combinations::Combinations;
+use super::point::{Noise, Point, Pose};
 use crate::error::{Error, InputError, nearest};
 use crate::locate::group::Group;
-use crate::locate::object::Objects;
-use crate::locate::sequence::{SHIFT, shift_column};
-use crate::locate::stream::Ask;
+use crate::locate::object::{Objects, SHIFT, shift_column};
+use crate::locate::stream::{Ask, Counts};
 use crate::locate::table::Readings;
-use crate::locate::{Answerer, Locator, Spatial};
+use crate::locate::{Answerer, Locator};
 use crate::measure::Names;
+use crate::measure::columns::missing;
 use crate::measure::header::Sheet;
 use crate::measure::skin::Skin;
 use crate::sink::fact::kind;
@@ -21,52 +19,29 @@ use crate::sink::heading::heading;
 use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::values::{Field, Values};
 
-/// Column that names the whisker of a row.
 pub const WHISKER: &str = "whisker";
 
-/// A whisker of an array.
 pub struct Mounted {
-    /// Its name.
     pub name: String,
-    /// What answers its readings.
     pub locator: Locator,
     /// The motor's axis, the direction of the whisker at first touch when the motor is at 0, and the sense in which it turns.
     pub pose: Pose,
 }
 
-/// Answers of an array.
-#[derive(Debug, Clone)]
-pub struct Answered {
-    /// located.csv.
-    pub table: Frame,
-    /// Rows.
-    pub rows: usize,
-    /// Of these, readings of the zero.
-    pub zeros: usize,
-    /// Readings per combination of words.
-    pub combinations: Combinations,
-}
-
-/// Answers the readings of `table`, whose column [`WHISKER`] says which of `whiskers` each is of. Taps of one object by one whisker are taken together
-/// where `ask` says so.
-///
-/// # Errors
-/// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways; taps that are to be taken
-/// together by what tells each alone.
+/// Answers readings whose column [`WHISKER`] names one of `whiskers`; taps of one object by one whisker together where `ask` says so.
 pub fn answer(
     whiskers: &[Mounted],
     input: LabTable<'_>,
     ask: &Ask<'_>,
     noise: &Noise,
-) -> Result<Answered, Error> {
+) -> Result<(Frame, Counts), Error> {
     let label = ask.label.unwrap_or("stdin");
     let owners = owners(whiskers, label, input, ask.columns)?;
     let twofold = whiskers.iter().any(|w| w.locator.is_twofold());
     let mut table: Option<Frame> = None;
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
-    let mut zeros = 0;
-    let mut combinations = Combinations::default();
+    let mut counts = Counts::default();
     for (w, whisker) in whiskers.iter().enumerate() {
         let own = |line: usize| owners.get(&line) == Some(&w);
         if !owners.values().any(|owner| *owner == w) {
@@ -100,36 +75,28 @@ pub fn answer(
             let turned = contact.as_ref().map_or(0.0, |c| c[i]).to_radians();
             let pose = Pose { heading: whisker.pose.heading + turned, ..whisker.pose };
             let pose = pose.nearer(shifts.as_ref().map_or(0.0, |s| s[i]));
-            let point = match row.rests {
-                true => Point::nothing(row.located.status),
-                false => Point::of_tap(&whisker.locator, &skin, &pose, row, noise),
-            };
-            zeros += usize::from(row.rests);
-            combinations.note(point.status, 1);
+            let point = Point::of_tap(&whisker.locator, &skin, &pose, row, noise);
+            counts.zeros += u64::from(row.rests);
+            counts.combinations.note(point.status, 1);
             let mut out = row.kept.clone();
-            let [xx, _, yy] = point.covariance.0;
-            let (z, sigma_z) =
-                if point.is_there() { (pose.base[2], noise.base) } else { (f64::NAN, f64::NAN) };
-            let [a, sigma] = point.distance;
-            let numbers = [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z];
-            out.extend(numbers.map(Field::from));
+            let ([x, y, z], [xx, _, yy], [a, sigma]) =
+                (point.coordinates(), point.covariance.0, point.distance);
+            let sigma_z = if point.is_there() { noise.base } else { f64::NAN };
+            out.extend([a, sigma, x, y, z, xx.sqrt(), yy.sqrt(), sigma_z].map(Field::from));
             out.push(point.status.into());
             if let Some(group) = &mut group {
-                let (alone, parts) = row.pair.unwrap_or_else(|| (Spatial::of(row.located), None));
-                let tap = row.tap.as_ref().map(|tap| (tap, &alone, parts));
-                out.extend(group.tell(&row.fields, tap, ask));
+                out.extend(group.tell(&row.fields, row.tap.as_ref().map(|tap| (tap, &row.answer)), ask));
             }
             rows.insert(row.line, out);
         }
     }
     let mut table =
         table.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
-    let n = rows.len();
+    counts.lines = rows.len() as u64;
     rows.into_values().try_for_each(|row| table.row(row))?;
-    Ok(Answered { table, rows: n, zeros, combinations })
+    Ok((table, counts))
 }
 
-/// The whisker of each line, by its place.
 fn owners(
     whiskers: &[Mounted],
     label: &str,
@@ -142,13 +109,8 @@ fn owners(
     let mut sheet = Sheet::new(input, said, "whisker, then the columns of readings").map_err(here)?;
     let (names, mark) = (sheet.names.clone(), sheet.mark);
     let place = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
-        let known: Vec<&str> = names.iter().map(String::as_str).collect();
-        let close = nearest(WHISKER, &known).map(|n| format!("; is {n} meant?"));
-        InputError::new(format!("column {WHISKER} is missing{}", close.unwrap_or_default()))
-            .at(label, Some(sheet.line))
-            .key(WHISKER)
-            .value(names.join(","))
-            .allowed("whisker, then the columns of readings; contact_deg where it is needed")
+        let error = missing(WHISKER, &names).at(label, Some(sheet.line));
+        error.allowed("whisker, then the columns of readings; contact_deg where it is needed")
     })?;
     let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
     let mut all = HashMap::new();

@@ -1,6 +1,6 @@
 //! Taps and strokes become points on an object, and points a curve (docs/contour.md).
 //!
-//! [`truth`] has where a whisker stands; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
+//! [`point`] makes a point of a tap, [`stroke`] points of a sweep,
 //! [`curve`] a line, a circle or a smooth curve of points; [`trace`] does all of it for a file of readings, [`mod@write`] writes it.
 
 pub mod array;
@@ -8,5 +8,4 @@ pub mod curve;
 pub mod point;
 pub mod stroke;
 pub mod trace;
-pub mod truth;
 pub mod write;

@@ -1,10 +1,10 @@
 //! A point on an object, with what is known of it.
 
 use super::curve::Covariance;
-use super::truth::Pose;
 use crate::error::InputError;
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
+use crate::measure::columns::missing;
 use crate::measure::skin::Skin;
 use crate::status::Status;
 
@@ -12,7 +12,7 @@ use crate::status::Status;
 const STEP: f64 = 1e-3;
 
 /// Largest standard deviation, degrees or mm, that says anything.
-pub const MOST_NOISE: f64 = 1000.0;
+const MOST_NOISE: f64 = 1000.0;
 
 /// What is not certain beside the signal: one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,8 +21,7 @@ pub struct Noise {
     pub angle: f64,
     /// Of each coordinate of the base, mm.
     pub base: f64,
-    /// Of the motor's angle at first touch, degrees: heading and drive change by as much in opposite ways. `None`: of a tap none, of a
-    /// stroke nothing is known before.
+    /// Of the motor's angle at first touch, degrees: heading and drive err in opposite ways. `None`: 0 for a tap, unknown for a stroke.
     pub touch: Option<f64>,
 }
 
@@ -34,7 +33,6 @@ impl Default for Noise {
 }
 
 impl Noise {
-    /// What a user says of it.
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
         let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
             true => Ok(x),
@@ -51,7 +49,43 @@ impl Noise {
     }
 }
 
-/// A point on an object.
+/// The whisker at first touch, among the object: the frame of model §6.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// The motor's axis, mm.
+    pub base: [f64; 3],
+    /// Direction of the undeflected whisker, rad, counterclockwise from +x.
+    pub heading: f64,
+    /// +1 where it turns counterclockwise towards the object, −1 clockwise.
+    pub sense: f64,
+}
+
+impl Pose {
+    /// A place in the frame of first touch (x along the whisker, y towards the object), mm, in the frame of the object.
+    pub fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [u, v] = self.direction([x, y]);
+        [self.base[0] + u, self.base[1] + v]
+    }
+
+    /// As [`Self::place`], of a direction.
+    pub fn direction(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.heading.sin_cos();
+        let y = self.sense * y;
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
+    /// The same turned on towards the object by `angle`, rad.
+    pub fn turned(&self, angle: f64) -> Self {
+        Self { heading: self.heading + self.sense * angle, ..*self }
+    }
+
+    /// The same with the base carried along the whisker by `shift` mm.
+    pub fn nearer(&self, shift: f64) -> Self {
+        let [x, y] = self.place([shift, 0.0]);
+        Self { base: [x, y, self.base[2]], ..*self }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Where, mm; NaN where there is none.
@@ -62,30 +96,44 @@ pub struct Point {
     pub share: f64,
     /// Distance from the whisker's clamp and its standard deviation, mm.
     pub distance: [f64; 2],
-    /// Words of warning.
+    /// Third coordinate, that of the base, mm.
+    pub height: f64,
+    /// True where a stroke was followed: the place of the contact at that reading, not at first touch.
+    pub swept: bool,
+    /// True off the stroke, or off the curve.
+    pub outlier: bool,
     pub status: Status,
 }
 
 impl Point {
-    /// None, and why.
     pub fn nothing(status: Status) -> Self {
         Self {
             at: [f64::NAN; 2],
             covariance: Covariance([f64::NAN; 3]),
             share: 1.0,
             distance: [f64::NAN; 2],
+            height: f64::NAN,
+            swept: false,
+            outlier: false,
             status,
         }
     }
 
-    /// Whether it is somewhere.
     pub fn is_there(&self) -> bool {
         self.at.iter().chain(&self.covariance.0).all(|x| x.is_finite())
     }
 
+    /// Its coordinates, mm; NaN in the third where it is nowhere.
+    pub fn coordinates(&self) -> [f64; 3] {
+        [self.at[0], self.at[1], if self.is_there() { self.height } else { f64::NAN }]
+    }
+
     /// Where the whisker at `pose` first touched what gave `reading`.
     pub fn of_tap(locator: &Locator, skin: &Skin, pose: &Pose, reading: &AnsweredRow, noise: &Noise) -> Self {
-        let found = reading.located;
+        let found = reading.answer.located;
+        if reading.rests {
+            return Self::nothing(found.status);
+        }
         let sound = pose.base.iter().chain([&pose.heading, &pose.sense]).all(|x| x.is_finite());
         if !sound || !found.distance.is_finite() {
             let unsound = if sound { Status::OK } else { Status::BAD_INPUT };
@@ -107,9 +155,9 @@ impl Point {
         Self {
             at: pose.place([x, y]),
             covariance,
-            share: 1.0,
             distance: [a, found.sigma],
-            status: found.status,
+            height: pose.base[2],
+            ..Self::nothing(found.status)
         }
     }
 }
@@ -118,7 +166,7 @@ impl Point {
 fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     let h = STEP * reading.drive.abs();
     let at = |drive: f64| locator.locate(drive, reading.signal).distance;
-    let slope = match (at(reading.drive - h), reading.located.distance, at(reading.drive + h)) {
+    let slope = match (at(reading.drive - h), reading.answer.located.distance, at(reading.drive + h)) {
         (low, _, high) if low.is_finite() && high.is_finite() => (high - low) / (2.0 * h),
         (low, here, _) if low.is_finite() => (here - low) / h,
         (_, here, high) => (high - here) / h,
@@ -126,37 +174,20 @@ fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     if slope.is_finite() { slope } else { 0.0 }
 }
 
-/// Columns that must be there.
 pub const NEEDED: [&str; 3] = ["base_x_mm", "base_y_mm", "heading_deg"];
 /// Columns that may be there.
 pub const MORE: [&str; 4] = ["base_z_mm", "contact_deg", "sense", "stroke"];
 
-/// A row's pose and stroke.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placed {
-    /// At first touch; NaN where the row says nothing.
-    pub pose: Pose,
-    /// Number of the stroke; `None` of a tap.
-    pub stroke: Option<f64>,
-}
-
-/// Poses of all rows.
-///
-/// # Errors
-/// A column that is missing; a word in the place of a number; a sense that is none; a stroke with two poses.
-pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
+/// The pose at first touch (NaN where the row says nothing) and the number of the stroke (`None` of a tap) of each row.
+pub fn placed(readings: &Readings) -> Result<Vec<(Pose, Option<f64>)>, InputError> {
     let n = readings.rows.len();
     let file = || readings.file.clone();
     let mut needed = Vec::new();
     for name in NEEDED {
         needed.push(readings.numbers(name)?.ok_or_else(|| {
-            let known: Vec<&str> = readings.names.iter().map(String::as_str).collect();
-            let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
-            InputError::new(format!("column {name} is missing{}", close.unwrap_or_default()))
-                .at(file(), Some(1))
-                .key(name)
-                .value(readings.names.join(","))
-                .allowed("base_x_mm, base_y_mm, heading_deg; sense, contact_deg, stroke, base_z_mm where they are needed; then those of readings")
+            missing(name, &readings.names).at(file(), Some(1)).allowed(
+                "base_x_mm, base_y_mm, heading_deg; sense, contact_deg, stroke, base_z_mm where they are needed; then those of readings",
+            )
         })?);
     }
     let or = |name: &str, other: f64| {
@@ -164,7 +195,7 @@ pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
     };
     let (z, contact, sense, stroke) =
         (or("base_z_mm", 0.0)?, or("contact_deg", 0.0)?, or("sense", 1.0)?, or("stroke", f64::NAN)?);
-    let mut all: Vec<Placed> = Vec::with_capacity(n);
+    let mut all: Vec<(Pose, Option<f64>)> = Vec::with_capacity(n);
     for i in 0..n {
         let sense = sense[i];
         if !(sense.is_nan() || sense.abs() == 1.0) {
@@ -179,15 +210,16 @@ pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
             sense,
         };
         let stroke = Some(stroke[i]).filter(|s| s.is_finite());
-        let before = all.iter().find(|p| stroke.is_some() && p.stroke == stroke);
-        if before.is_some_and(|p| p.pose != pose && p.pose.heading.is_finite() && pose.heading.is_finite()) {
+        let before = all.iter().find(|(_, own)| stroke.is_some() && *own == stroke);
+        let known = |pose: &Pose| pose.heading.is_finite();
+        if before.is_some_and(|(other, _)| *other != pose && known(other) && known(&pose)) {
             let message = "rows of one stroke have one pose: that at first touch";
             let error = InputError::new(message).at(file(), Some(readings.rows[i].line));
             return Err(error.key("stroke").value(stroke.unwrap_or_default()).allowed(
                 "the same base, heading, sense and contact_deg in all rows of a stroke, the motor's angle since then in theta_deg",
             ));
         }
-        all.push(Placed { pose, stroke });
+        all.push((pose, stroke));
     }
     Ok(all)
 }

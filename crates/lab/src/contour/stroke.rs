@@ -8,8 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::curve::Covariance;
-use super::point::{Noise, Point};
-use super::truth::Pose;
+use super::point::{Noise, Point, Pose};
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;
 use crate::locate::table::AnsweredRow;
@@ -17,7 +16,7 @@ use crate::measure::skin::Skin;
 use crate::reduce::median;
 
 /// Fewest readings of a stroke; fewer are taps.
-pub const FEWEST: usize = 4;
+const FEWEST: usize = 4;
 /// Highest power of a′ over the motor's angle, where the object is not sharp.
 const POWERS: usize = 3;
 /// Standard deviation of the coefficient of the j-th power of the angle (rad) that is expected before, over a′: of circles of 5 … 50 mm it is 0.05 … 0.5.
@@ -28,20 +27,15 @@ const TOUCH: f64 = 0.5;
 const OFF: f64 = 5.0;
 /// Readings are used beyond the calibrated drives by this share of the ends.
 const BEYOND: f64 = 0.1;
-/// Relative gain of χ² below which a fit ends.
 const SETTLED: f64 = 1e-10;
 /// Even number of parts of the integral of the creep.
 const PARTS: usize = 8;
 /// Noise that is counted at least, relative to the signal: the model is solved no better.
 const LEAST: f64 = 1e-6;
 
-/// What a stroke's readings say.
 #[derive(Debug, Clone)]
 pub struct Swept {
-    /// A point for each reading, in their order.
     pub points: Vec<Point>,
-    /// Which of them are off the others.
-    pub outliers: Vec<bool>,
     /// Whether the contact stayed at one place of the object.
     pub sharp: bool,
     /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
@@ -50,7 +44,6 @@ pub struct Swept {
     pub chi2: f64,
 }
 
-/// Readings that are fitted, and what with.
 struct Stroke<'a> {
     locator: &'a Locator,
     skin: &'a Skin,
@@ -59,7 +52,6 @@ struct Stroke<'a> {
     angles: Vec<f64>,
     signals: Vec<f64>,
     deviations: Vec<f64>,
-    /// Largest angle, degrees.
     span: f64,
     /// Calibrated drives, degrees.
     drives: [f64; 2],
@@ -112,15 +104,13 @@ impl Stroke<'_> {
         readings.chain([Some(p[0] / self.touch)]).chain(before).collect()
     }
 
-    /// Small changes of the parameters.
     fn steps(&self, n: usize) -> Vec<f64> {
         let mut all = vec![1e-3; n];
         all[0] = 1e-4;
         all
     }
 
-    /// That of a sharp object, unless the readings refuse it (Schwarz's criterion for two numbers more: what bends the polynomial further is
-    /// hardly free).
+    /// The fit of a sharp object, unless Schwarz's criterion for two more numbers prefers a smooth one (higher powers are hardly free).
     fn fit(&self, start: f64) -> Option<Minimum> {
         let of = |p: &[f64]| self.residuals(p);
         let minimum =
@@ -140,8 +130,7 @@ impl Stroke<'_> {
     }
 }
 
-/// Points of a stroke by the whisker that first touched at `pose`; `None` where its readings do not make one: too few, both signs, drives
-/// that were not calibrated.
+/// Points of a stroke of the whisker that first touched at `pose`; `None` of too few readings, both signs, or uncalibrated drives.
 pub fn swept(
     locator: &Locator,
     skin: &Skin,
@@ -152,15 +141,15 @@ pub fn swept(
     let angle = |r: &AnsweredRow| r.drive - locator.drive_origin;
     let sum: f64 = readings.iter().map(|r| r.signal).filter(|s| s.is_finite()).sum();
     let sign = sum.signum();
-    let drives = locator.drives(sign)?;
+    let drives = locator.side_of(sign)?.ends();
     let [first, last] = [drives[0] * (1.0 - BEYOND), drives[1] * (1.0 + BEYOND)];
     let fits = |r: &AnsweredRow| {
-        r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.located.distance.is_finite()
+        r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.answer.located.distance.is_finite()
     };
     let mut used: Vec<usize> = (0..readings.len()).filter(|&i| fits(readings[i])).collect();
     let mut outliers = vec![false; readings.len()];
     let scale = readings.iter().map(|r| r.signal.abs()).filter(|s| s.is_finite()).fold(0.0, f64::max);
-    loop {
+    let (stroke, found) = loop {
         if used.len() < FEWEST {
             return None;
         }
@@ -178,29 +167,18 @@ pub fn swept(
             drives,
             touch: noise.touch.filter(|t| *t > 0.0).unwrap_or(TOUCH),
         };
-        let start = median(&mut of(&|r| r.located.distance));
+        let start = median(&mut of(&|r| r.answer.located.distance));
         let found = stroke.fit(start)?;
         let off = &found.residuals[..used.len()];
         let spread = 1.4826 * median(&mut off.iter().map(|r| r.abs()).collect::<Vec<_>>());
         let wrong: Vec<usize> =
             (0..used.len()).filter(|&k| off[k].abs() > OFF * spread.max(1.0)).map(|k| used[k]).collect();
         if wrong.is_empty() || outliers.iter().any(|o| *o) {
-            return Some(points(&stroke, &found, pose, readings, (&used, outliers), noise));
+            break (stroke, found);
         }
         wrong.iter().for_each(|&i| outliers[i] = true);
         used.retain(|i| !outliers[*i]);
-    }
-}
-
-/// Points at the readings of a stroke that is fitted.
-fn points(
-    stroke: &Stroke<'_>,
-    found: &Minimum,
-    pose: &Pose,
-    readings: &[&AnsweredRow],
-    (used, outliers): (&[usize], Vec<bool>),
-    noise: &Noise,
-) -> Swept {
+    };
     let n = used.len();
     let sharp = found.at.len() == 2;
     // What is expected before counts as much as it takes up.
@@ -222,7 +200,7 @@ fn points(
         // What the calibration may be off by moves the whole stroke along the whisker.
         let slope = (stroke.expected(a + 0.01, turn)? - stroke.expected(a - 0.01, turn)?) / 0.02;
         let of_reading = stroke.locator.noise().powi(2) * (1.0 + reading.share) / (slope * slope);
-        let common = (reading.located.sigma.powi(2) - of_reading).max(0.0);
+        let common = (reading.answer.located.sigma.powi(2) - of_reading).max(0.0);
         let heading = pose.turned((angle - turn).to_radians());
         let across = [-(at[1] - pose.base[1]), at[0] - pose.base[0]];
         let sigma_a = DVector::from_fn(found.at.len(), |k, _| {
@@ -238,12 +216,16 @@ fn points(
                 .along(across, noise.angle.to_radians().powi(2)),
             share: if sharp { 1.0 } else { 2.0 } / n as f64,
             distance: [a, sigma_a.sqrt()],
-            status: reading.located.status,
+            height: pose.base[2],
+            swept: true,
+            outlier: false,
+            status: reading.answer.located.status,
         })
     };
     let all = (0..readings.len()).map(|i| {
-        let usable = used.contains(&i) || outliers[i];
-        usable.then(|| point(i)).flatten().unwrap_or(Point::nothing(readings[i].located.status))
+        let used = used.contains(&i).then(|| point(i)).flatten();
+        let nothing = Point::nothing(readings[i].answer.located.status);
+        Point { outlier: outliers[i], ..used.unwrap_or(nothing) }
     });
-    Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2, outliers }
+    Some(Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2 })
 }

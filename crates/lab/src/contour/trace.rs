@@ -2,9 +2,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use indexmap::IndexMap;
+
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
-use super::point::{Noise, Placed, Point, placed};
-use super::stroke::{FEWEST, swept};
+use super::point::{Noise, Point, placed};
+use super::stroke::swept;
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
@@ -14,10 +16,8 @@ use crate::scene::Drive;
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
 const LEAST: f64 = 1e-3;
 
-/// What is asked of a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TraceOptions {
-    /// What is not certain beside the signal.
     pub noise: Noise,
     /// Contact on the surface of the whisker, or on its centreline; as its model says if not said.
     pub surface: Option<bool>,
@@ -38,40 +38,24 @@ pub struct Followed {
     pub object: Option<&'static str>,
     /// By how much the whisker had turned before drive 0.
     pub touched_before_deg: f64,
-    /// Its standard deviation.
     pub sigma_touched_before_deg: f64,
     /// χ² per degree of freedom.
     pub chi2: f64,
 }
 
-/// A traced object.
 #[derive(Debug, Clone)]
 pub struct Trace {
     /// A point for each row.
     pub points: Vec<Point>,
-    /// Third coordinate of each, mm.
-    pub heights: Vec<f64>,
     /// Distance to the left of the curve (mm) and over the standard deviation of each; NaN without.
     pub off: Vec<[f64; 2]>,
-    /// Whether each is of a stroke that was followed: where the contact was then, not at first touch.
-    pub swept: Vec<bool>,
-    /// Whether each is an outlier: of its stroke, or of the curve.
-    pub outliers: Vec<bool>,
-    /// Strokes, in the order of the file.
     pub strokes: Vec<Followed>,
-    /// Points of the curve.
     pub samples: Vec<Sample>,
-    /// The curve.
     pub curve: Result<Chosen, Nothing>,
-    /// Contact on the surface of the whisker.
     pub on_surface: bool,
 }
 
 impl Trace {
-    /// Of `readings` that `locator` has answered.
-    ///
-    /// # Errors
-    /// As [`placed`]; strokes of an object that is moved; [`SolveError::Stopped`] once `stop` is set.
     pub fn new(
         locator: &Locator,
         readings: &Readings,
@@ -83,57 +67,47 @@ impl Trace {
         let n = places.len();
         Skin::is_known(&locator.rig)?;
         let skin = Skin::new(&locator.rig, asked.surface);
-        let with_strokes = !asked.taps && places.iter().any(|p| p.stroke.is_some());
+        let with_strokes = !asked.taps && places.iter().any(|(_, stroke)| stroke.is_some());
         if with_strokes && locator.rig.setup.drive == Drive::Displacement {
             let error =
                 InputError::new("a stroke turns the whisker; these readings are of an object that is moved");
             let error = error.at(readings.file.clone(), Some(1)).key("stroke");
             return Err(error.allowed("theta_deg; or --taps").into());
         }
-        let tap = |i: usize| -> Point {
-            let reading = &readings.rows[i];
-            match reading.rests {
-                true => Point::nothing(reading.located.status),
-                false => Point::of_tap(locator, &skin, &places[i].pose, reading, &asked.noise),
-            }
-        };
+        let tap = |i: usize| Point::of_tap(locator, &skin, &places[i].0, &readings.rows[i], &asked.noise);
         let mut points: Vec<Point> = (0..n).map(tap).collect();
-        let (mut outliers, mut swept_by) = (vec![false; n], vec![false; n]);
         let mut groups: Vec<usize> = (0..n).collect();
+        // Strokes and their rows, in the order of the file; readings of the zero belong to none.
+        let mut members: IndexMap<u64, Vec<usize>> = IndexMap::new();
+        for i in (0..n).filter(|i| with_strokes && !readings.rows[*i].rests) {
+            // +0 and −0 are one number.
+            places[i].1.iter().for_each(|s| members.entry((s + 0.0).to_bits()).or_default().push(i));
+        }
         let mut strokes = Vec::new();
-        if with_strokes {
-            for (number, rows) in members(&places, &readings.rows) {
-                go_on()?;
-                let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
-                let pose = &places[rows[0]].pose;
-                rows.iter().for_each(|&i| groups[i] = rows[0]);
-                let found =
-                    (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
-                if let Some(found) = &found {
-                    for ((&i, point), off) in rows.iter().zip(&found.points).zip(&found.outliers) {
-                        outliers[i] = *off;
-                        // A reading that is off its stroke is where a tap would have it.
-                        if !off {
-                            points[i] = *point;
-                            swept_by[i] = true;
-                        }
-                    }
-                }
-                let [touched_before_deg, sigma_touched_before_deg] =
-                    found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
-                let followed = Followed {
-                    stroke: number,
-                    points: rows.iter().filter(|&&i| points[i].is_there()).count(),
-                    object: found.as_ref().map(|found| if found.sharp { "sharp" } else { "smooth" }),
-                    touched_before_deg,
-                    sigma_touched_before_deg,
-                    chi2: found.map_or(f64::NAN, |found| found.chi2),
-                };
-                strokes.push(followed);
+        for (number, rows) in members {
+            go_on()?;
+            let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
+            let pose = &places[rows[0]].0;
+            rows.iter().for_each(|&i| groups[i] = rows[0]);
+            let found = swept(locator, &skin, pose, &of, &asked.noise);
+            for (&i, point) in rows.iter().zip(found.iter().flat_map(|found| &found.points)) {
+                // A reading that is off its stroke is where a tap would have it.
+                points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { *point };
             }
+            let [touched_before_deg, sigma_touched_before_deg] =
+                found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
+            let followed = Followed {
+                stroke: f64::from_bits(number),
+                points: rows.iter().filter(|&&i| points[i].is_there()).count(),
+                object: found.as_ref().map(|found| if found.sharp { "sharp" } else { "smooth" }),
+                touched_before_deg,
+                sigma_touched_before_deg,
+                chi2: found.map_or(f64::NAN, |found| found.chi2),
+            };
+            strokes.push(followed);
         }
         go_on()?;
-        let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !outliers[i]).collect();
+        let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !points[i].outlier).collect();
         let sample = |&i: &usize| Sample {
             at: points[i].at,
             covariance: points[i]
@@ -149,32 +123,9 @@ impl Trace {
         if let Ok(chosen) = &curve {
             for (i, (distance, over, outlier)) in used.iter().zip(&chosen.off) {
                 off[*i] = [*distance, *over];
-                outliers[*i] |= outlier;
+                points[*i].outlier |= outlier;
             }
         }
-        Ok(Self {
-            heights: places.iter().map(|p| p.pose.base[2]).collect(),
-            points,
-            off,
-            swept: swept_by,
-            outliers,
-            strokes,
-            samples,
-            curve,
-            on_surface: skin.on_surface(),
-        })
+        Ok(Self { points, off, strokes, samples, curve, on_surface: skin.on_surface() })
     }
-}
-
-/// Strokes and their rows, in the order of the file; readings of the zero belong to none.
-fn members(places: &[Placed], rows: &[AnsweredRow]) -> Vec<(f64, Vec<usize>)> {
-    let mut all: Vec<(f64, Vec<usize>)> = Vec::new();
-    for (i, place) in places.iter().enumerate().filter(|(i, _)| !rows[*i].rests) {
-        let Some(stroke) = place.stroke else { continue };
-        match all.iter_mut().find(|(s, _)| *s == stroke) {
-            Some((_, members)) => members.push(i),
-            None => all.push((stroke, vec![i])),
-        }
-    }
-    all
 }

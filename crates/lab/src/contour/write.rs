@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::curve::{Curve, Kind};
+use super::point::Point;
 use super::trace::Trace;
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::locate::table::Readings;
+use crate::simulate::object::Object;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::Field;
@@ -17,29 +19,26 @@ use crate::status::Status;
 pub const FILES: [&str; 3] = ["points.csv", "curve.csv", "contour.svg"];
 /// Rows of curve.csv.
 const PLACES: usize = 181;
-/// The word of a point that is off.
-pub const OUTLIER: &str = "outlier";
 
-/// The words of a status, with that of an outlier behind them.
-pub fn words(status: Status, outlier: bool) -> String {
-    match (status == Status::OK, outlier) {
-        (true, true) => OUTLIER.to_owned(),
-        (false, true) => format!("{status}+{OUTLIER}"),
+/// The words of the status of a point, with that of an outlier behind them.
+fn words(p: &Point) -> String {
+    let status = p.status;
+    match (status == Status::OK, p.outlier) {
+        (true, true) => "outlier".to_owned(),
+        (false, true) => format!("{status}+outlier"),
         (_, false) => status.to_string(),
     }
 }
 
-/// points.csv.
 pub fn points(trace: &Trace, readings: &Readings) -> Result<Frame, Error> {
     let mut table = readings.empty.clone();
     for (i, row) in readings.rows.iter().enumerate() {
         let p = &trace.points[i];
-        let z = if p.is_there() { trace.heights[i] } else { f64::NAN };
+        let [x, y, z] = p.coordinates();
         let ([major, minor], axis) = p.covariance.ellipse();
         let ([a, sigma], [off, off_sigma]) = (p.distance, trace.off[i]);
-        let numbers = [a, sigma, p.at[0], p.at[1], z, major, minor, axis, off, off_sigma].map(Field::from);
-        let words = words(p.status, trace.outliers[i]).into();
-        table.row(row.kept.iter().cloned().chain(numbers).chain([words]))?;
+        let numbers = [a, sigma, x, y, z, major, minor, axis, off, off_sigma].map(Field::from);
+        table.row(row.kept.iter().cloned().chain(numbers).chain([words(p).into()]))?;
     }
     Ok(table)
 }
@@ -58,7 +57,6 @@ pub fn curve(trace: &Trace) -> Result<Frame, Error> {
     Ok(table)
 }
 
-/// What was found, for run.json and `--json`.
 pub fn described(trace: &Trace) -> Value {
     let curve = match &trace.curve {
         Err(why) => json!({ "kind": Value::Null, "why": why.to_string() }),
@@ -93,11 +91,9 @@ pub fn described(trace: &Trace) -> Value {
     json!({ "curve": curve, "strokes": trace.strokes, "contact_on_surface": trace.on_surface })
 }
 
-/// Rows, points and words.
 pub fn counts(trace: &Trace, readings: &Readings) -> Value {
     let (mut status, mut combinations) = (BTreeMap::<String, u64>::new(), BTreeMap::<String, u64>::new());
-    for (p, outlier) in trace.points.iter().zip(&trace.outliers) {
-        let words = words(p.status, *outlier);
+    for words in trace.points.iter().map(words) {
         for word in words.split('+') {
             *status.entry(word.to_owned()).or_default() += 1;
         }
@@ -106,7 +102,41 @@ pub fn counts(trace: &Trace, readings: &Readings) -> Value {
     json!({
         "rows": readings.rows.len(), "points": trace.points.iter().filter(|p| p.is_there()).count(),
         "zero_readings": readings.rows.iter().filter(|r| r.rests).count(),
-        "outliers": trace.outliers.iter().filter(|o| **o).count(), "strokes": trace.strokes.len(), "status": status,
+        "outliers": trace.points.iter().filter(|p| p.outlier).count(), "strokes": trace.strokes.len(), "status": status,
         "combinations": combinations,
     })
+}
+
+/// Steps along the outline of a known object; along a traced curve half as many.
+pub const OUTLINE: usize = 400;
+
+/// Distances from the object, and from the places that were touched where the data have them (`true_…` in strokes, else `touch_…`).
+pub fn compared(trace: &Trace, readings: &Readings, object: &Object) -> Result<Value, InputError> {
+    let there: Vec<usize> =
+        (0..trace.points.len()).filter(|&i| trace.points[i].is_there() && !trace.points[i].outlier).collect();
+    let rms = |all: Vec<f64>| {
+        let known: Vec<f64> = all.into_iter().filter(|x| x.is_finite()).collect();
+        (known.iter().map(|x| x * x).sum::<f64>() / known.len() as f64).sqrt()
+    };
+    let points = rms(there.iter().map(|&i| object.distance(trace.points[i].at)).collect());
+    let places = |name: &str| -> Result<Option<[Vec<f64>; 2]>, InputError> {
+        let x = readings.numbers(&format!("{name}_x_mm"))?;
+        Ok(x.zip(readings.numbers(&format!("{name}_y_mm"))?).map(|(x, y)| [x, y]))
+    };
+    let (now, first) = (places("true")?, places("touch")?);
+    let apart = now.zip(first).map(|(now, first)| {
+        let one = |&i: &usize| {
+            let Point { at, swept, .. } = trace.points[i];
+            let [x, y] = if swept { &now } else { &first };
+            (at[0] - x[i]).hypot(at[1] - y[i])
+        };
+        rms(there.iter().map(one).collect())
+    });
+    let curve = trace.curve.as_ref().ok().map(|chosen| {
+        let traced = chosen.curve.traced(&trace.samples, OUTLINE / 2);
+        rms(traced.iter().map(|(at, ..)| object.distance(*at)).collect())
+    });
+    Ok(
+        json!({ "points_rms_mm": points, "places_rms_mm": apart, "curve_rms_mm": curve, "points": there.len() }),
+    )
 }

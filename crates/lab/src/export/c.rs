@@ -246,7 +246,7 @@ impl Export<'_> {
             ));
         }
         if l.tared.as_ref().is_some_and(|t| t.wraps) {
-            let lean = if let [one] = l.sides() { one.sign } else { 0.0 };
+            let lean = if let [one] = &l.sides[..] { one.sign } else { 0.0 };
             let [below, turn] = [crate::measure::counts::below(lean), 65536.0].map(n);
             lines.push(format!(
                 "    signal -= {turn} * floor_F((signal + {below}) / {turn}); /* counts of 16 bits begin anew */"

@@ -43,7 +43,7 @@ impl<'a> Export<'a> {
         };
         let length = if locator.rig.known { locator.rig.design.tuple.L_a } else { 0.0 };
         let mut export = Self { locator, calibration, sides: Vec::new(), off: Off::default() };
-        for of in locator.sides() {
+        for of in &locator.sides {
             let (side, off) = Side::new(locator, of, length).map_err(refused)?;
             export.sides.push(side);
             export.off = export.off.or(off);

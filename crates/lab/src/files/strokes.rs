@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::contour::point::Noise;
-use crate::contour::truth::Pose;
+use crate::contour::point::{Noise, Pose};
 use crate::error::InputError;
 use crate::simulate::object::{Curve, Object};
 use crate::simulate::strokes::Strokes;

@@ -3,8 +3,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::object::Objects;
-use super::stream::{self, Ask};
-use super::{Answerer, Calibration, Located, Locator, Sensor, Sequence, Several};
+use super::stream::{self, Ask, UNRECORDED};
+use super::tare::{Tare, doubt};
+use super::{Answerer, Calibration, Located, Locator, Sensor, Several};
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 use crate::estimator::model::exact::Opener;
@@ -12,17 +13,13 @@ use crate::sink::frame::Frame;
 use crate::sink::lab::LabTable;
 use crate::status::Status;
 
-/// An opened calibration.
 pub enum Answers {
-    /// Of one signal, or of two gauges.
     One(Box<Locator>, Box<Calibration>),
-    /// Of several channels.
     Several(Several),
 }
 
 impl Answers {
-    /// Of the `text` of a calibration that `label` names; `trust`: also one that was edited by hand. Readings are of a run of the calibration where `same_run`
-    /// says so. Of several channels each has its own estimator and its own runs.
+    /// Opens the `text` of a calibration named `label`; `trust` accepts one that was edited by hand. Each of several channels has its own estimator.
     pub fn open(
         (label, text, trust): (&str, &str, bool),
         estimator: Option<Estimator>,
@@ -38,7 +35,6 @@ impl Answers {
         Ok(Self::One(Box::new(locator), Box::new(calibration)))
     }
 
-    /// What answers rows.
     pub fn who(&self) -> Answerer<'_> {
         match self {
             Self::One(locator, _) => (&**locator).into(),
@@ -46,15 +42,6 @@ impl Answers {
         }
     }
 
-    /// What answers each signal.
-    pub fn locators(&self) -> &[Locator] {
-        match self {
-            Self::One(locator, _) => std::slice::from_ref(&**locator),
-            Self::Several(several) => &several.locators,
-        }
-    }
-
-    /// What answers one value, and its calibration.
     pub fn single(&self) -> Result<(&Locator, &Calibration), InputError> {
         match self {
             Self::One(locator, _) if locator.is_twofold() => {
@@ -70,11 +57,7 @@ impl Answers {
         }
     }
 
-    /// The answers to readings of these drives in the order in which they were taken, up to `stop`, and what should be known of their zero. Of each there is a
-    /// signal for each channel, in the units of the calibration; of several channels they are above their zeros, and a drive may be NaN.
-    ///
-    /// # Errors
-    /// A calibration of two gauges.
+    /// Answers readings in the order in which they were taken, a row of `values` each, and says what is doubtful of their zero. Several channels are above their zeros.
     pub fn readings(
         &self,
         zero: Option<f64>,
@@ -82,11 +65,19 @@ impl Answers {
         values: &[f64],
         stop: &AtomicBool,
     ) -> Result<(Vec<Located>, Option<String>), InputError> {
-        let rows = drives.iter().zip(values.chunks(self.locators().len()));
+        let rows = drives.iter().zip(values.chunks(self.who().locators.len()));
         let rows = rows.enumerate().take_while(|(i, _)| i % 64 != 0 || !stop.load(Ordering::Relaxed));
         let rows = rows.map(|(_, row)| row);
         if let Self::Several(several) = self {
-            return Ok((rows.map(|(drive, values)| several.answer(*drive, values)).collect(), None));
+            let signal = |(l, value): (&Locator, &f64)| l.unit.strain(*value, l.rig.setup.gauge.factor);
+            let one = |(drive, values): (&f64, &[f64])| {
+                let signals: Vec<f64> = several.locators.iter().zip(values).map(signal).collect();
+                match drive.is_finite() && several.locators[0].rests(*drive) {
+                    true => Located::nothing(Status::NO_STRAIN),
+                    false => several.locate(*drive, &signals, &vec![0.0; signals.len()]),
+                }
+            };
+            return Ok((rows.map(one).collect(), None));
         }
         let (locator, _) = self.single()?;
         let mut sequence = Sequence::new(locator, zero);
@@ -98,27 +89,57 @@ impl Answers {
     pub fn table(&self, rows: LabTable<'_>, ask: &Ask<'_>, stop: &AtomicBool) -> Result<Frame, Error> {
         Objects::can(self.who(), ask.by)?;
         let (zeros, _) = stream::zeros(self.who(), rows.into(), ask)?;
-        let mut located: Option<Frame> = None;
-        let mut write = |some: &Frame, _: bool| match &mut located {
-            Some(all) => all.extend(some, 0..some.len()),
-            None => {
-                located = Some(some.clone());
-                Ok(())
+        let mut located = Frame::default();
+        let mut write = |some: &Frame, _: bool| {
+            if located.names.is_empty() {
+                located = some.like();
             }
+            located.extend(some, 0..some.len())
         };
         stream::answer(self.who(), rows.into(), ask, Some(zeros), stop, &mut write)?;
-        Ok(located.unwrap_or_default())
+        Ok(located)
     }
 }
 
-impl Several {
-    /// The distance of one reading, in the units of the calibration.
-    fn answer(&self, drive: f64, values: &[f64]) -> Located {
-        if drive.is_finite() && self.locators[0].rests(drive) {
+/// Readings in the order in which they were taken: zero readings among them serve those after them.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    tare: Tare,
+    follows: bool,
+    /// What should be known of the zero of the first tap, after it.
+    doubt: Option<Option<String>>,
+}
+
+impl Sequence {
+    /// Of readings for `locator`, above `zero` if it is known, both in the unit of the calibration.
+    pub fn new(locator: &Locator, zero: Option<f64>) -> Self {
+        let signal = |z| locator.unit.strain(z, locator.rig.setup.gauge.factor);
+        let tare = Tare::new(locator, zero.map(signal));
+        Self { tare, follows: false, doubt: None }
+    }
+
+    /// What a user should know of the zero of the taps so far, told once; `None` before the first tap.
+    pub fn told(&mut self) -> Option<Option<String>> {
+        self.doubt.as_mut().map(Option::take)
+    }
+
+    /// The distance of the next reading: a `value` in the unit of the calibration at a `drive`, degrees or mm.
+    pub fn answer(&mut self, locator: &Locator, drive: f64, value: f64) -> Located {
+        let signal = locator.unit.strain(value, locator.rig.setup.gauge.factor);
+        let finite = drive.is_finite() && signal.is_finite();
+        let rests = finite && locator.rests(drive);
+        let follows = std::mem::replace(&mut self.follows, rests);
+        if rests {
+            let _ = self.tare.see(locator, signal, follows);
             return Located::nothing(Status::NO_STRAIN);
         }
-        let signal = |(l, value): (&Locator, &f64)| l.unit.strain(*value, l.rig.setup.gauge.factor);
-        let signals: Vec<f64> = self.locators.iter().zip(values).map(signal).collect();
-        self.locate(drive, &signals, &vec![0.0; signals.len()])
+        if !finite {
+            return Located::nothing(Status::BAD_INPUT);
+        }
+        let drive = if locator.drive_recorded { drive } else { UNRECORDED };
+        let known = self.tare.at(0);
+        self.doubt.get_or_insert_with(|| doubt(locator, known.map(|z| z.0)));
+        let (zero, share) = known.unwrap_or((0.0, 0.0));
+        locator.locate_above(drive, signal, zero, share)
     }
 }

@@ -8,16 +8,13 @@ use crate::measure::lag::Lag;
 use crate::measure::zero::Tared;
 use crate::scene::Setup;
 
-/// Version of the file.
 pub const FORMAT: u32 = 1;
 
 /// A calibration. Lengths in mm, drives in degrees or mm, signals in strain or in the unit of the reading.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// Version of the file.
     pub format: u32,
-    /// Program that wrote it.
     pub version: String,
     /// SHA-256 of everything else: a value changed by hand shows.
     pub checksum: String,
@@ -30,41 +27,29 @@ pub struct Calibration {
     /// The drive, as it is recorded, that counts as 0; drives below are counted from there.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub drive_origin: f64,
-    /// Standard deviation of one reading.
     pub noise: f64,
-    /// Where that comes from.
     pub noise_from: String,
     /// How the signal was tared; a file of an older program does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zero: Option<Tared>,
-    /// How the readings lag, where the data tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Lag>,
-    /// The second gauge, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second: Option<Second>,
-    /// What was measured.
     pub data: Source,
     /// The whisker and its model; in the file as a spec, which is read with the places of its values when all else is.
     #[serde(rename = "spec", serialize_with = "as_spec", deserialize_with = "not_read_yet")]
     pub rig: Rig,
-    /// One for each side that was calibrated.
     pub sides: Vec<SideRecord>,
 }
 
-/// Origin of a calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Source {
-    /// File.
     pub file: String,
-    /// SHA-256 of the file.
     pub hash: String,
-    /// Rows with a drive.
     pub rows: usize,
-    /// Of these, used.
     pub used: usize,
-    /// Zero readings.
     pub zeros: usize,
 }
 
@@ -76,7 +61,6 @@ pub struct Second {
     pub factor: f64,
     /// How much further than 90° from the first it is, degrees.
     pub misalignment_deg: f64,
-    /// Standard deviation of one reading.
     pub noise: f64,
     /// What was fitted: misalignment, and factor where poles were tilted; else it is that of the first gauge.
     pub fitted: Vec<String>,
@@ -86,7 +70,6 @@ pub struct Second {
     pub sigma_misalignment_deg: f64,
     /// Lean of the poles along the whisker, degrees.
     pub lean_deg: f64,
-    /// Rows that were used.
     pub rows: usize,
 }
 

@@ -11,10 +11,8 @@ use crate::taps::Taps;
 /// Values of ln a and of the drive at which the change of a signal is computed.
 const GRID: [usize; 2] = [9, 9];
 
-/// What a stroke leaves free.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Free {
-    /// Its zero.
     pub zero: bool,
     /// Standard deviation of the coefficient of friction, about that of the whisker's spec.
     pub friction: f64,
@@ -54,32 +52,29 @@ impl std::str::FromStr for Free {
 
 impl Free {
     /// What friction and tilt change of the signals of a `side`.
-    ///
-    /// # Errors
-    /// A calibration without a whisker; effects of its model that have no friction, or no tilt.
     pub(crate) fn nuisances(self, locator: &Locator, side: &Opened) -> Result<Vec<Nuisance>, Error> {
         let mut all = Vec::new();
         let setup = &locator.rig.setup;
-        let refused = |key: &str, why: &str| InputError::new(why).key("--free").value(key);
+        let refused = |key: &str, why: &str, allowed: &str| {
+            Err(InputError::new(why).key("--free").value(key).allowed(allowed).into())
+        };
         if self.friction == 0.0 && self.tilt == 0.0 {
             return Ok(all);
         }
         if !locator.rig.known {
-            let error = refused(
+            return refused(
                 "friction, tilt",
                 "what they change is computed from the whisker, which this calibration does not know",
+                "zero, or a calibration with --whisker",
             );
-            return Err(error.allowed("zero, or a calibration with --whisker").into());
         }
         if self.friction > 0.0 {
             let mut on = TERMS.iter().filter(|term| (term.get)(&setup.model).is_on());
             let why = on.find_map(|term| term.frictionless);
             let mu = match (why, setup.model.contact) {
-                (Some(why), _) => return Err(refused("friction", why).allowed("zero, tilt=SD").into()),
+                (Some(why), _) => return refused("friction", why, "zero, tilt=SD"),
                 (_, Contact::Stick) => {
-                    return Err(refused("friction", "the contact of the whisker's spec sticks")
-                        .allowed("zero, tilt=SD")
-                        .into());
+                    return refused("friction", "the contact of the whisker's spec sticks", "zero, tilt=SD");
                 }
                 (_, Contact::Coulomb(mu)) => mu,
                 (_, Contact::Frictionless) => 0.0,
@@ -98,7 +93,7 @@ impl Free {
         }
         if self.tilt > 0.0 {
             if let Some(why) = setup.forbids([true, false]) {
-                return Err(refused("tilt", why).allowed("zero, friction=SD").into());
+                return refused("tilt", why, "zero, friction=SD");
             }
             let [own, tilted] = [
                 signals(locator, side, setup.clone(), 0.0)?,

@@ -19,7 +19,6 @@ const BOM: &[u8] = "\u{feff}".as_bytes();
 pub struct Line<'a> {
     /// What it says; `None` of a line that is no UTF-8, or too long.
     pub row: Option<LabRow<'a>>,
-    /// Number in the file, from 1.
     pub number: usize,
     /// Number among the rows, from 0.
     pub place: usize,
@@ -33,19 +32,17 @@ pub struct Line<'a> {
 pub struct Source<'a> {
     input: LabTable<'a, BufReader<Box<dyn Read + 'a>>>,
     line: Vec<u8>,
-    ask: &'a Ask<'a>,
+    pub ask: &'a Ask<'a>,
     /// Lines so far; of a table in memory, those with its names and its rows.
     number: usize,
     place: usize,
     /// Length of a line that was read and not yet given.
     held: Option<usize>,
     begun: bool,
-    /// Comments before the first line.
     comments: Comments,
 }
 
 impl<'a> Source<'a> {
-    /// Of `input`.
     pub fn new(input: LabStream<'a>, ask: &'a Ask<'a>) -> Self {
         let input = match input {
             LabTable::Text(text) => LabTable::Text(BufReader::with_capacity(1 << 16, text)),
@@ -55,26 +52,21 @@ impl<'a> Source<'a> {
         Self { input, line, ask, number: 0, place: 0, held: None, begun: false, comments }
     }
 
-    fn label(&self) -> &'a str {
-        self.ask.label.unwrap_or("stdin")
-    }
-
     /// Reads the first line; a header goes to `rows`, anything else is given by [`Self::next`].
     pub fn first(&mut self, rows: &mut RowReader<'_>) -> Result<(), Error> {
-        if std::mem::replace(&mut self.begun, true) {
+        if self.begun {
             return Ok(());
         }
         if let LabTable::Frame(frame) = self.input {
-            self.number = 1;
+            (self.begun, self.number) = (true, 1);
             let named = rows.first(LabRow::Of(frame, 0), &self.comments, self.ask.columns, true);
-            return Ok(named.map(drop).map_err(|e| e.at(self.label(), Some(1)))?);
+            return Ok(named.map(drop).map_err(|e| e.at(self.ask.label(), Some(1)))?);
         }
-        self.begun = false;
         self.held = self.read(rows)?;
         self.begun = true;
         let at = |e: InputError| {
             let line = e.line.or(Some(self.number));
-            e.at(self.label(), line)
+            e.at(self.ask.label(), line)
         };
         let unread = self.held.is_some_and(|n| n <= LONGEST && text(&self.line, n).is_none());
         if unread && self.ask.label.is_some() {
@@ -103,7 +95,6 @@ impl<'a> Source<'a> {
         self.ask.only.is_none_or(|only| only(self.number))
     }
 
-    /// The next row; `None` at the end.
     pub fn next(&mut self, rows: &mut RowReader<'_>) -> Result<Option<Line<'_>>, Error> {
         self.first(rows)?;
         if let LabTable::Frame(frame) = self.input {
@@ -136,15 +127,23 @@ impl<'a> Source<'a> {
         }))
     }
 
-    /// The length of the next line that is no comment.
+    /// The length, at most one more than [`LINE`], of the next line that is no comment; at most [`LONGEST`] bytes of it are kept.
     fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
         loop {
             let LabTable::Text(reader) = &mut self.input else { return Ok(None) };
-            let length = read_line(reader, &mut self.line).map_err(|e| Error::io(self.label(), e))?;
+            let unread = |e| Error::io(self.ask.label(), e);
+            self.line.clear();
+            let begin = reader.by_ref().take(LONGEST as u64).read_until(b'\n', &mut self.line);
+            let mut length = begin.map_err(unread)?;
+            if length == LONGEST && !self.line.ends_with(b"\n") {
+                let rest = reader.by_ref().take((LINE + 1 - LONGEST) as u64).skip_until(b'\n');
+                length += rest.map_err(unread)?;
+            }
+            let length = Some(length).filter(|length| *length > 0);
             self.number += usize::from(length.is_some());
             if length.is_some_and(|length| length > LINE) {
                 let error = InputError::new("this line is longer than 1 MiB, so these are no readings");
-                let error = error.at(self.label(), Some(self.number));
+                let error = error.at(self.ask.label(), Some(self.number));
                 return Err(error.allowed("lines of up to 1 MiB").into());
             }
             let comment =
@@ -155,7 +154,7 @@ impl<'a> Source<'a> {
             match comment.and_then(|n| text(&self.line, n)) {
                 Some(text) if self.begun => {
                     let (line, said) = (self.number, self.ask.columns);
-                    rows.same(line, text, said).map_err(|e| e.at(self.label(), Some(line)))?;
+                    rows.same(line, text, said).map_err(|e| e.at(self.ask.label(), Some(line)))?;
                 }
                 Some(text) => self.comments.push(self.number, text),
                 None => {}
@@ -164,18 +163,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The text of a line of `length` bytes.
 fn text(line: &[u8], length: usize) -> Option<&str> {
     let text = (length <= LONGEST).then(|| std::str::from_utf8(line).ok()).flatten()?;
     Some(text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}'))
-}
-
-/// Reads a line into `line`, of which at most [`LONGEST`] bytes are kept; its length, at most one more than [`LINE`], `None` at the end.
-fn read_line(reader: &mut BufReader<impl Read>, line: &mut Vec<u8>) -> std::io::Result<Option<usize>> {
-    line.clear();
-    let mut length = reader.by_ref().take(LONGEST as u64).read_until(b'\n', line)?;
-    if length == LONGEST && !line.ends_with(b"\n") {
-        length += reader.by_ref().take((LINE + 1 - LONGEST) as u64).skip_until(b'\n')?;
-    }
-    Ok((length > 0).then_some(length))
 }

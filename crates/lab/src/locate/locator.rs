@@ -59,7 +59,6 @@ pub fn opener(options: &RunOptions) -> impl Fn(&Model) -> Result<Method, Error> 
     move |model| Choice::new(&options)?.open(model)
 }
 
-/// A tap on one side of the whisker.
 pub(crate) struct SideTap {
     /// Its place among the sides.
     pub(crate) side: usize,
@@ -67,7 +66,6 @@ pub(crate) struct SideTap {
     pub(crate) drive: f64,
     /// |signal|.
     pub(crate) signal: f64,
-    /// Words of warning.
     pub(crate) status: Status,
 }
 
@@ -93,9 +91,8 @@ pub struct Locator {
     pub same_run: bool,
     noise: f64,
     /// Variance of the zero of the calibration: it moves all of it.
-    of_zero: f64,
-    sides: Vec<Opened>,
-    /// The second gauge.
+    pub(crate) of_zero: f64,
+    pub(crate) sides: Vec<Opened>,
     pub(crate) twofold: Option<Twofold>,
 }
 
@@ -126,18 +123,13 @@ impl Locator {
         };
         let mut sides = Vec::new();
         for record in &c.sides {
-            match Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)? {
-                Some(side) => sides.push(side),
-                None => {
-                    let held = Estimator::ALL.into_iter().filter(|e| e.is_in(record)).map(|e| e.name());
-                    return Err(InputError::new("this calibration does not hold this estimator")
-                        .at(label, None)
-                        .key("--estimator")
-                        .value(estimator.name())
-                        .allowed(held.collect::<Vec<_>>().join(", "))
-                        .into());
-                }
-            }
+            let side = Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)?;
+            sides.push(side.ok_or_else(|| {
+                let held = Estimator::ALL.into_iter().filter(|e| e.is_in(record)).map(|e| e.name());
+                let error = InputError::new("this calibration does not hold this estimator").at(label, None);
+                let error = error.key("--estimator").value(estimator.name());
+                error.allowed(held.collect::<Vec<_>>().join(", "))
+            })?);
         }
         // The side that was not calibrated is answered by the model, which knows both.
         if let [record] = c.sides.as_slice()
@@ -178,17 +170,6 @@ impl Locator {
         self.sides.iter().all(|s| s.only == Some(first)).then_some(first + self.drive_origin)
     }
 
-    /// Least and largest calibrated drive of the side of `sign`, counted from the origin of the drive; `None` where it has none.
-    pub fn drives(&self, sign: f64) -> Option<[f64; 2]> {
-        Some(self.side_of(sign)?.ends())
-    }
-
-    /// What answers each side.
-    pub(crate) fn sides(&self) -> &[Opened] {
-        &self.sides
-    }
-
-    /// What answers signals of this `sign`.
     pub(crate) fn side_of(&self, sign: f64) -> Option<&Opened> {
         self.sides.iter().find(|side| side.sign == sign)
     }
@@ -225,39 +206,29 @@ impl Locator {
         self.sides.first().map_or(f64::NAN, of)
     }
 
-    /// Variance of the zero of the calibration.
-    pub(crate) fn of_zero(&self) -> f64 {
-        self.of_zero
-    }
-
     /// Standard deviation of one reading, strain or the unit of the reading.
     pub fn noise(&self) -> f64 {
         self.noise
     }
 
-    /// Distance of a tap by `drive` (degrees, or mm of displacement) with this signal (strain, or the unit of the reading), which is
-    /// tared.
+    /// Distance of a tap by `drive` (degrees or mm) with this tared signal (strain, or the unit of the reading).
     pub fn locate(&self, drive: f64, signal: f64) -> Located {
         self.locate_above(drive, signal, 0.0, 0.0)
     }
 
-    /// As [`Self::locate`], of a signal above `zero`, whose variance is `share` of that of one reading; of a bridge both are the strains
-    /// that [`Unit::strain`] makes of what it shows.
+    /// As [`Self::locate`], of a signal above `zero`, both as [`Unit::strain`] gives them; `share`: variance of the zero over that of one reading.
     pub fn locate_above(&self, drive: f64, signal: f64, zero: f64, share: f64) -> Located {
         let signal = self.unit.above(signal, zero, self.rig.setup.gauge.factor);
-        let SideTap { side, drive, signal, mut status } = match self.asked(drive, signal) {
-            Ok(asked) => asked,
-            Err(status) => return Located::nothing(status),
+        let found = || -> Result<Located, Status> {
+            let SideTap { side, drive, signal, status } = self.asked(drive, signal)?;
+            let (side, known) = (&self.sides[side], Known { share, same_run: self.same_run });
+            let (found, sigma) = self.on_side(side, drive, signal, known).map_err(|why| status | why)?;
+            let status = status | side.doubts(found.a, found.near, sigma);
+            let normal = Located::normal(found.a, sigma, status);
+            let told = found.ends[0].is_finite();
+            Ok(Located { interval: if told { found.ends } else { normal.interval }, ..normal })
         };
-        let side = &self.sides[side];
-        let known = Known { share, same_run: self.same_run };
-        let (found, sigma) = match self.on_side(side, drive, signal, known) {
-            Ok(found) => found,
-            Err(why) => return Located::nothing(status | why),
-        };
-        status |= side.doubts(found.a, found.near, sigma);
-        let normal = Located::normal(found.a, sigma, status);
-        if found.ends[0].is_finite() { Located { interval: found.ends, ..normal } } else { normal }
+        found().unwrap_or_else(Located::nothing)
     }
 
     /// What `side` makes of a tap by this drive, from its origin, with this |signal|; with the standard deviation of the distance, mm.
@@ -347,16 +318,5 @@ impl Locator {
         }
         let strain = if self.unit.is_absolute() { signal } else { signal / factor };
         if strain.abs() > self.rig.strain_limit() { Status::STRAIN_LIMIT } else { Status::OK }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Locator;
-
-    #[test]
-    fn threads_share_a_locator() {
-        fn shared<T: Send + Sync>() {}
-        shared::<Locator>();
     }
 }

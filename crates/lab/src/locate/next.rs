@@ -9,19 +9,17 @@ use super::opened::Opened;
 use super::rows::Reading;
 use crate::status::Status;
 
-/// Drives that are tried.
+/// Drives that are tried where the base stands.
 const TRIED: usize = 33;
-/// Places of the base that are tried, each with some drives, and as many again around the best of these; the best of all and the one where it stands
-/// have all drives.
+/// Places of the base that are tried with [`SOME`] drives, and as many around the best; the best and the present one then with all drives.
 const SHIFTS: usize = 9;
-/// These drives.
+/// Drives that are tried at each of these places.
 const SOME: usize = 9;
 /// Taps more bring nothing where all there could be would not lower σ by more than this share.
 pub const NOTHING: f64 = 0.05;
-/// As many taps as there could be.
+/// Upper limit of planned taps.
 const ALL: f64 = 1e4;
 
-/// A tap that is tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tried {
     /// Degrees or mm, as it is recorded.
@@ -32,14 +30,12 @@ pub struct Tried {
     pub signal: f64,
     /// σ that is expected after the tap, mm.
     pub sigma: f64,
-    /// What forbids it.
     pub status: Status,
 }
 
 /// What is known of an object, and what one more tap would bring.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Next {
-    /// Taps so far.
     pub taps: usize,
     /// Distance and σ so far, mm; the middle of the calibrated distances where nothing is known.
     pub now: [f64; 2],
@@ -49,13 +45,11 @@ pub struct Next {
     pub stands: f64,
     /// In the order of their shifts, and of their drives.
     pub tried: Vec<Tried>,
-    /// Place of the best one that is allowed.
     pub best: Option<usize>,
     /// σ expected after 1, 2, 4 … taps of the best drive.
     pub more: Vec<(u32, f64)>,
     /// σ that no number of taps of the best drive goes below: what they share.
     pub floor: Option<f64>,
-    /// What is doubtful of the taps so far.
     pub status: Status,
     /// Place of the tap that is farthest from what the others say, and by how many standard deviations.
     pub apart: Option<(usize, f64)>,
@@ -69,70 +63,58 @@ impl Next {
         self.tried.first().zip(self.tried.last()).is_some_and(|(first, last)| first.shift != last.shift)
     }
 
-    /// Whether taps more bring nothing.
     pub fn is_enough(&self) -> bool {
         self.status != Status::INCONSISTENT
             && self.floor.is_some_and(|floor| self.now[1] * (1.0 - NOTHING) <= floor)
     }
 }
 
-/// What the next tap may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct May {
     /// The least and the largest drive that the motor can do.
     pub within: [f64; 2],
-    /// How much nearer to the object than where its distance is told from the base may stand, the least and the largest, mm; none: it stands where
-    /// it stood for the last tap.
+    /// Least and largest shift of the base towards the object, mm; `None` if it stays where it stood for the last tap.
     pub shifts: Option<[f64; 2]>,
-    /// Whether the taps are of a run of the calibration.
     pub same_run: bool,
 }
 
-/// The next tap after `taps`.
-///
-/// # Errors
-/// Why nothing can be said, in words: no learned curve; no drive; taps that fit no distance.
 pub fn next(
     locator: &Locator,
     taps: &[Reading],
     May { within, shifts, same_run }: May,
 ) -> Result<Next, &'static str> {
-    let learned = |k: usize| locator.sides()[k].learned();
-    let first = (0..locator.sides().len()).find(|k| learned(*k).is_some());
+    let learned = |k: usize| locator.sides[k].learned();
+    let first = (0..locator.sides.len()).find(|k| learned(*k).is_some());
     let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
     // A tap without a distance of its own tells none together with others either.
-    let asked = |tap: &Reading| {
+    let asked = |(k, tap): (usize, &Reading)| {
         let (signal, share) = (tap.signals[0], tap.shares[0]);
         let asked = locator.asked(tap.drive, signal).ok().filter(|asked| learned(asked.side).is_some())?;
         let alone = locator.locate_above(tap.drive, signal, 0.0, share);
-        (alone.distance.is_finite() && tap.shift.is_finite()).then_some((asked, share))
+        (alone.distance.is_finite() && tap.shift.is_finite()).then_some((k, asked))
     };
-    let asked: Vec<_> = taps.iter().map(asked).collect();
-    let place = asked.iter().flatten().next().map_or(first, |(tap, _)| tap.side);
-    let side = &locator.sides()[place];
+    let mut own: Vec<_> = taps.iter().enumerate().filter_map(asked).collect();
+    let place = own.first().map_or(first, |(_, tap)| tap.side);
+    own.retain(|(_, tap)| tap.side == place);
+    let side = &locator.sides[place];
     let learned = learned(place).ok_or("taps are taken together by `learned`")?;
-    let all =
-        taps.iter().zip(&asked).enumerate().filter_map(|(k, (tap, asked))| Some((k, tap, asked.as_ref()?)));
-    let own = all.filter(|(.., (asked, _))| asked.side == place);
-    let of_first = own.clone().next().map_or((1.0, 0.0), |(.., (asked, share))| (asked.signal, *share));
-    let tared = learned.read(of_first.0, of_first.1).0;
-    let joint = learned.joint(tared);
+    let (signal, share) = own.first().map_or((1.0, 0.0), |(k, tap)| (tap.signal, taps[*k].shares[0]));
+    let joint = learned.joint(learned.read(signal, share).0);
     let mut object = Object::new(joint);
-    let (mut places, mut stands) = (Vec::new(), 0.0);
-    for (k, tap, (asked, share)) in own {
-        let (_, y, of_zero) = learned.read(asked.signal, *share);
-        let Reading { zeros: zero, shift, .. } = *tap;
+    for (k, asked) in &own {
+        let Reading { zeros: zero, shift, ref shares, .. } = taps[*k];
+        let (_, y, of_zero) = learned.read(asked.signal, shares[0]);
         object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
-        stands = shift;
-        places.push(k);
     }
+    let places: Vec<usize> = own.iter().map(|(k, _)| *k).collect();
+    let stands = places.last().map_or(0.0, |k| taps[*k].shift);
     let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
     let told = object.told(joint).ok_or("these taps fit no distance")?;
     let outlook = Outlook::new(joint, &object, same_run);
     let known = Known { locator, side, joint, outlook: &outlook, frame: object.frame(), a: told.a };
     // Before the first tap the object may be anywhere.
     let shifts = shifts.filter(|_| object.count() > 0);
-    let tried = known.tried(within, (shifts.unwrap_or([stands; 2]), stands), shifts.is_some())?;
+    let tried = known.tried(within, shifts, stands)?;
     let best = best(&tried);
     let of_best = best.map(|k| &tried[k]);
     let after = |best: &Tried, times: f64| {
@@ -145,12 +127,11 @@ pub fn next(
     let floor =
         of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(least));
     let mut status = Status::OK;
-    let compared = places.len() - places.len().min(object.compared());
     let apart = object.apart(joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
     if object.count() > 0 {
         status |= doubts(side, &object, &told);
     }
-    if apart.is_some_and(|(_, by)| by.abs() > limit(places.len() - compared)) {
+    if apart.is_some_and(|(_, by)| by.abs() > limit(object.compared())) {
         status |= Status::INCONSISTENT;
     }
     Ok(Next {
@@ -168,7 +149,6 @@ pub fn next(
     })
 }
 
-/// What is known of an object.
 struct Known<'a> {
     locator: &'a Locator,
     side: &'a Opened,
@@ -176,18 +156,17 @@ struct Known<'a> {
     outlook: &'a Outlook<'a>,
     /// How much nearer the base stood for the first tap than where the distance is told from.
     frame: f64,
-    /// That distance.
+    /// Distance that the taps so far tell, mm.
     a: f64,
 }
 
 impl Known<'_> {
-    /// By drives `within` these ends, with the base where it `stands`, or where it `may_move` between `shifts`: to where the object is within the
-    /// calibrated distances.
+    /// Tries drives `within` these ends, with the base where it `stands`, or between `shifts`, if any, from where the object is reached.
     fn tried(
         &self,
         within: [f64; 2],
-        (shifts, stands): ([f64; 2], f64),
-        may_move: bool,
+        shifts: Option<[f64; 2]>,
+        stands: f64,
     ) -> Result<Vec<Tried>, &'static str> {
         let origin = self.locator.drive_origin;
         let [first, last] = self.side.ends();
@@ -196,16 +175,16 @@ impl Known<'_> {
             return Err("no calibrated drive lies within these limits");
         }
         let tried = |shift: f64, count: usize| self.tried_at(shift, (ends, count));
-        let [lo, hi] = match self.reachable(shifts) {
-            Some(shifts) if may_move => shifts,
+        let [lo, hi] = match shifts.map(|shifts| (shifts, self.reachable(shifts))) {
+            Some((_, Some(reachable))) => reachable,
             // Where it stands it may be tapped in any case.
-            _ if (shifts[0]..=shifts[1]).contains(&stands) => [stands; 2],
-            _ => {
+            Some(([nearest, farthest], None)) if !(nearest..=farthest).contains(&stands) => {
                 let status = Status::OUTSIDE_CALIBRATION;
-                let [shift, signal, sigma] = [shifts[0], f64::NAN, f64::NAN];
+                let [shift, signal, sigma] = [nearest, f64::NAN, f64::NAN];
                 let none = |u: f64| Tried { drive: u + origin, shift, signal, sigma, status };
                 return Ok(between(ends, TRIED).map(none).collect());
             }
+            _ => [stands; 2],
         };
         if lo == hi {
             return Ok(tried(lo, TRIED));
@@ -244,27 +223,21 @@ impl Known<'_> {
         let seen: Vec<f64> = self.outlook.likely().iter().map(|(x, _)| x.exp() - near).collect();
         let one = |u: f64| {
             let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
+            let largest = signals.fold(f64::NEG_INFINITY, f64::max);
+            let stops = largest >= self.side.end_stop;
+            let strained = self.locator.limit_of(self.side.sign * largest);
             Tried {
                 drive: u + self.locator.drive_origin,
                 shift,
                 signal: self.side.sign * self.joint.signal(u, (self.a - shift).ln()),
                 sigma: self.outlook.after(u, near, 1.0),
-                status: self.forbids(signals.fold(f64::NEG_INFINITY, f64::max)),
+                status: if stops { Status::STRAIN_LIMIT } else { strained },
             }
         };
         between(ends, count).collect::<Vec<f64>>().into_par_iter().map(one).collect()
     }
-
-    fn forbids(&self, signal: f64) -> Status {
-        if signal >= self.side.end_stop {
-            Status::STRAIN_LIMIT
-        } else {
-            self.locator.limit_of(self.side.sign * signal)
-        }
-    }
 }
 
-/// Place of the best tap that is allowed.
 fn best(tried: &[Tried]) -> Option<usize> {
     let allowed = tried.iter().enumerate().filter(|(_, t)| t.status == Status::OK && t.sigma.is_finite());
     allowed.min_by(|(_, t), (_, u)| t.sigma.total_cmp(&u.sigma)).map(|(k, _)| k)

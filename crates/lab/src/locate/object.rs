@@ -7,13 +7,12 @@ use vibrissa_learned::joint::{Object, Tap, Told};
 use super::free::Free;
 use super::opened::Opened;
 use super::pair::Spatial;
-use super::pairs::{self, PairObject, Parts};
+use super::pairs::{PairObject, Parts};
 use super::rows::{Answerer, Reading};
-use super::sequence::{SHIFT, shift_column};
 use super::stream::Ask;
 use super::tared::Once;
 use super::{Located, Locator};
-use crate::error::InputError;
+use crate::error::{InputError, nearest};
 use crate::estimator::learned::LearnedCurve;
 use crate::sink::lab::LabCell;
 use crate::status::Status;
@@ -22,32 +21,20 @@ use crate::status::Status;
 pub const NAME: &str = "object";
 /// Objects that are known at a time; the one that was tapped longest ago goes first.
 const MOST: usize = 256;
-/// One gauge tells no tilt.
-const NO_TILT: [f64; 2] = [f64::NAN; 2];
 /// Chance that sound taps are said to contradict each other.
 const CHANCE: f64 = 0.001;
 
-/// Which readings are of one object.
+/// The column that says how much nearer to the object the base stood, mm.
+pub const SHIFT: &str = "shift_mm";
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum By<'a> {
-    /// Nobody said; in a file a column `object` says it.
+    /// Not said: in a file, those of one value in its column `object`, if it has one.
     Unsaid,
-    /// All of them.
     Same,
-    /// Those of one value in this column.
     Column(&'a str),
     /// Not taps, but readings of strokes, which leave this free.
     Strokes(Free),
-}
-
-/// What all taps of an object so far tell.
-pub(super) struct Together {
-    pub taps: usize,
-    pub located: Located,
-    /// By two gauges the tilt and its standard deviation, degrees.
-    pub tilt: [f64; 2],
-    /// Line of the tap that is farthest from what the others say, and by how many standard deviations.
-    pub apart: Option<(usize, f64)>,
 }
 
 /// The taps of an object, by one gauge or by two.
@@ -59,29 +46,14 @@ enum Taps {
 
 /// An object, and the lines of the taps of it that are compared, the last at the end.
 struct Known {
-    object: Taps,
+    taps: Taps,
     lines: Vec<usize>,
 }
 
-impl Known {
-    /// Adds the line of a tap; so many taps are `compared`.
-    fn add(&mut self, line: usize, compared: usize) {
-        self.lines.push(line);
-        self.lines.drain(..self.lines.len().saturating_sub(compared));
-    }
-
-    /// With the line of the tap that was so long ago.
-    fn line_of(&self, apart: Option<(usize, f64)>) -> Option<(usize, f64)> {
-        apart.map(|(ago, by)| (self.lines[self.lines.len() - 1 - ago], by))
-    }
-}
-
-/// Objects and their taps.
 pub struct Objects<'a> {
     locator: &'a Locator,
     /// Place of the column; none where all readings are of one object.
     place: Option<usize>,
-    /// Place of the column [`SHIFT`].
     shift: Option<usize>,
     /// By name, the one that was tapped last at the end.
     known: IndexMap<String, Known>,
@@ -92,15 +64,12 @@ pub struct Objects<'a> {
 
 impl<'a> Objects<'a> {
     /// Whether `who` can take taps of one object together, if they are told apart `by` something that was said.
-    ///
-    /// # Errors
-    /// Several signals, and estimators that tell each tap alone.
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
         let two = who.is_twofold() && !matches!(by, By::Strokes(_));
         if by == By::Unsaid
             || two
-            || who.is_alone() && locator.sides().iter().any(|side| side.learned().is_some())
+            || who.is_alone() && locator.sides.iter().any(|side| side.learned().is_some())
         {
             return Ok(());
         }
@@ -152,21 +121,19 @@ impl<'a> Objects<'a> {
         Ok(Some(Self { locator, place, shift, known, forgets, unplaced, other_side }))
     }
 
-    /// The object of a line with these fields.
     pub fn name(&self, cells: &[LabCell<'_>]) -> String {
         self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
     }
 
-    /// Adds a `tap` of a line with these fields, which `alone` is its own answer, of two gauges made of `parts`. `None` where it tells nothing: it is
-    /// of no object, its base stands where nothing says, or it has no distance of its own, at an end stop or beyond any.
-    pub(super) fn tell(
+    /// Adds a `tap`, whose own answer is `alone`; the numbers and the status that all taps of its object tell. `None` of a tap without object, shift or distance.
+    pub fn tell(
         &mut self,
         cells: &[LabCell<'_>],
         tap: &Reading,
-        (alone, parts): (&Spatial, Option<Parts>),
+        alone: &Spatial,
         ask: &Ask<'_>,
-    ) -> Option<Together> {
-        let name = self.name(cells);
+    ) -> Option<(Vec<f64>, Status)> {
+        let (name, line) = (self.name(cells), tap.line);
         if self.place.is_some() && name.is_empty() || alone.located.distance.is_nan() {
             return None;
         }
@@ -174,16 +141,76 @@ impl<'a> Objects<'a> {
         let said = |place| cells.get(place).and_then(LabCell::number).unwrap_or(f64::NAN);
         let shift = self.shift.map_or(0.0, said);
         if shift.is_nan() {
-            let line = tap.line;
             let told =
                 || format!("line {line}: {SHIFT} is no number: such a tap tells nothing of its object");
             self.unplaced.warn(ask, told);
             return None;
         }
-        match parts {
-            Some(parts) => self.tell_pair(&name, (tap, shift), alone, parts.moved(shift), ask),
-            None => self.tell_one(&name, (tap, shift), &alone.located, ask),
+        let (locator, same_run) = (self.locator, self.locator.same_run);
+        // As the tap itself tells, from where the base stands without shift.
+        let Located { distance, interval, .. } = alone.located;
+        let own = Located {
+            distance: distance + shift,
+            interval: interval.map(|end| end + shift),
+            ..alone.located
+        };
+        let (mut located, mut tilt) = (own, [alone.tilt, alone.sigma_tilt]);
+        let (lines, count, compared, apart, limit): (_, _, _, _, fn(usize) -> f64) = if let Some(parts) =
+            alone.parts
+        {
+            let known = self.known(&name, ask, || Taps::Two(PairObject::new()));
+            let Taps::Two(object) = &mut known.taps else { return None };
+            if !object.add(Parts { at: [parts.at[0] + shift, parts.at[1]], ..parts }, tap.zeros) {
+                return None;
+            }
+            let count = object.count;
+            if let Some([[a, tilted], [sigma, sigma_tilt]]) = object.told().filter(|_| count > 1) {
+                let side = &locator.sides[locator.twofold.as_ref()?.side];
+                located = Located::normal(a, sigma, side.doubts(a - shift, None, sigma));
+                tilt = [tilted, sigma_tilt].map(f64::to_degrees);
+            }
+            (&mut known.lines, count, object.taps.len(), object.apart(), limit_of_two)
+        } else {
+            let asked = locator.asked(tap.drive, tap.signals[0]).ok()?;
+            let learned = locator.sides[asked.side].learned()?;
+            let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
+            let kind = (asked.side, tared);
+            let known = self.known(&name, ask, || Taps::One(Object::new(learned.joint(tared)), kind));
+            let Taps::One(object, its_kind) = &mut known.taps else { return None };
+            let (joint, side) = (learned.joint(tared), &locator.sides[its_kind.0]);
+            if *its_kind == kind {
+                let tap = Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift };
+                object.add(joint, tap, same_run);
+            }
+            let (count, other) = (object.count(), *its_kind != kind);
+            let of = side.learned().filter(|_| count > 1 || other);
+            let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1))?)));
+            if count > 1 || other {
+                located = told.as_ref().map_or(Located::nothing(Status::NO_ROOT), |(of, told)| {
+                    let normal = Located::normal(told.a, told.sigma, doubts(side, object, told));
+                    let interval = ask.interval.then(|| of.ends(object, told, its_kind.1, same_run));
+                    Located { interval: interval.unwrap_or(normal.interval), ..normal }
+                });
+            }
+            if other {
+                let numbers = numbers(count, &located, [f64::NAN; 2], None);
+                self.other_side.warn(ask, || {
+                    format!(
+                        "line {line}: an object is told by taps of one side, above zeros of one kind, those of its first tap; such a tap is told alone"
+                    )
+                });
+                return Some((numbers, located.status));
+            }
+            let apart = told.as_ref().and_then(|(_, told)| object.apart(joint, told.a, same_run));
+            (&mut known.lines, count, object.compared(), apart, self::limit)
+        };
+        lines.push(line);
+        lines.drain(..lines.len().saturating_sub(compared));
+        let apart = apart.map(|(ago, by)| (lines[lines.len() - 1 - ago], by));
+        if apart.is_some_and(|(_, by)| by.abs() > limit(lines.len())) {
+            located.status |= Status::INCONSISTENT;
         }
+        Some((numbers(count, &located, tilt, apart), located.status))
     }
 
     /// The object `name`, else one that `new` makes in place of the oldest of too many.
@@ -197,107 +224,21 @@ impl<'a> Objects<'a> {
                 )
             });
         }
-        let known = known.unwrap_or_else(|| Known { object: new(), lines: Vec::new() });
+        let known = known.unwrap_or_else(|| Known { taps: new(), lines: Vec::new() });
         self.known.entry(name.to_owned()).or_insert(known)
-    }
-
-    fn tell_one(
-        &mut self,
-        name: &str,
-        (tap, shift): (&Reading, f64),
-        alone: &Located,
-        ask: &Ask<'_>,
-    ) -> Option<Together> {
-        let locator = self.locator;
-        let asked = locator.asked(tap.drive, tap.signals[0]).ok()?;
-        let learned = locator.sides()[asked.side].learned()?;
-        let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
-        let kind = (asked.side, tared);
-        let known = self.known(name, ask, || Taps::One(Object::new(learned.joint(tared)), kind));
-        let Taps::One(object, its_kind) = &mut known.object else { return None };
-        let together = |object: &Object, located, apart| {
-            Some(Together { taps: object.count(), located, tilt: NO_TILT, apart })
-        };
-        if *its_kind != kind {
-            let (side, tared) = (&locator.sides()[its_kind.0], its_kind.1);
-            let told = side
-                .learned()
-                .and_then(|learned| located(side, learned, (object, tared), ask, locator.same_run));
-            let found = together(object, told.map_or(Located::nothing(Status::NO_ROOT), |told| told.0), None);
-            let line = tap.line;
-            self.other_side.warn(ask, || {
-                format!(
-                    "line {line}: an object is told by taps of one side, above zeros of one kind, those of its first tap; such a tap is told alone"
-                )
-            });
-            return found;
-        }
-        let joint = learned.joint(tared);
-        object.add(joint, Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift }, locator.same_run);
-        let compared = object.compared();
-        known.add(tap.line, compared);
-        let Taps::One(object, _) = &known.object else { return None };
-        if object.count() == 1 {
-            let interval = alone.interval.map(|end| end + shift);
-            let located = Located { distance: alone.distance + shift, interval, ..*alone };
-            return together(object, located, None);
-        }
-        let side = &locator.sides()[asked.side];
-        let Some((mut located, told)) = located(side, learned, (object, tared), ask, locator.same_run) else {
-            return together(object, Located::nothing(Status::NO_ROOT), None);
-        };
-        let apart = known.line_of(object.apart(joint, told.a, locator.same_run));
-        if apart.is_some_and(|(_, by)| by.abs() > limit(known.lines.len())) {
-            located.status |= Status::INCONSISTENT;
-        }
-        together(object, located, apart)
-    }
-
-    fn tell_pair(
-        &mut self,
-        name: &str,
-        (tap, shift): (&Reading, f64),
-        alone: &Spatial,
-        parts: Parts,
-        ask: &Ask<'_>,
-    ) -> Option<Together> {
-        let locator = self.locator;
-        let known = self.known(name, ask, || Taps::Two(PairObject::new()));
-        let Taps::Two(object) = &mut known.object else { return None };
-        if !object.add(parts, tap.zeros) {
-            return None;
-        }
-        let (taps, compared, apart) = (object.count(), object.compared(), object.apart());
-        let told = object.told().filter(|_| taps > 1);
-        known.add(tap.line, compared);
-        let Some(told) = told else {
-            let tilt = [alone.tilt, alone.sigma_tilt];
-            let located = Located::normal(parts.at[0], alone.located.sigma, alone.located.status);
-            return Some(Together { taps, located, tilt, apart: None });
-        };
-        let apart = known.line_of(apart);
-        let side = &locator.sides()[locator.twofold.as_ref()?.side];
-        let mut status = side.doubts(told.at[0] - shift, None, told.sigma[0]);
-        if apart.is_some_and(|(_, by)| by > pairs::limit(known.lines.len(), CHANCE)) {
-            status |= Status::INCONSISTENT;
-        }
-        let located = Located::normal(told.at[0], told.sigma[0], status);
-        Some(Together { taps, located, tilt: [told.at[1], told.sigma[1]].map(f64::to_degrees), apart })
     }
 }
 
-/// What the taps of an `object` of one `side` tell, whose zeros are of one kind or not (`tared`), with the interval where it is asked for.
-fn located(
-    side: &Opened,
-    learned: &LearnedCurve,
-    (object, tared): (&Object, bool),
-    ask: &Ask<'_>,
-    same_run: bool,
-) -> Option<(Located, Told)> {
-    let told = object.told(learned.joint(tared))?;
-    let normal = Located::normal(told.a, told.sigma, doubts(side, object, &told));
-    let interval = ask.interval.then(|| learned.ends(object, &told, tared, same_run));
-    Some((Located { interval: interval.unwrap_or(normal.interval), ..normal }, told))
+/// The numbers in the order of the columns; tilt with its standard deviation, degrees; `apart`: line of the farthest tap, and its standard deviations.
+fn numbers(taps: usize, located: &Located, tilt: [f64; 2], apart: Option<(usize, f64)>) -> Vec<f64> {
+    let Located { distance, sigma, interval: [from, to], .. } = *located;
+    let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, hundredths(by)));
+    vec![taps as f64, distance, sigma, from, to, tilt[0], tilt[1], line, by]
+}
+
+/// A number of standard deviations: more digits than two say nothing.
+pub(super) fn hundredths(by: f64) -> f64 {
+    (100.0 * by).round() / 100.0 + 0.0
 }
 
 /// Words of warning of what the taps of an object tell.
@@ -311,4 +252,28 @@ pub(super) fn doubts(side: &Opened, object: &Object, told: &Told) -> Status {
 /// Standard deviations beyond which the farthest of `n` sound taps is but by [`CHANCE`] (Bonferroni).
 pub(crate) fn limit(n: usize) -> f64 {
     quantile(1.0 - 0.5 * CHANCE / n as f64)
+}
+
+/// The same of distance and tilt together, which are never negative.
+fn limit_of_two(n: usize) -> f64 {
+    (2.0 * (n as f64 / CHANCE).ln()).sqrt()
+}
+
+pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
+    let found = names.iter().position(|n| n == SHIFT);
+    let parts = |n: &str| n.to_lowercase().split('_').map(str::to_owned).collect::<Vec<_>>();
+    let known = |part: &String| ["base", "shift", "mm", "cm", "m"].contains(&part.as_str());
+    let like = |n: &&String| {
+        let parts = parts(n);
+        nearest(n, &[SHIFT]).is_some() || parts.iter().all(known) && parts.iter().any(|part| part == "shift")
+    };
+    match names.iter().find(like).filter(|_| found.is_none()) {
+        Some(name) => {
+            let error = InputError::new(
+                "this is nearly the column of the shift of the base, and would not be looked at",
+            );
+            Err(error.key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
+        }
+        None => Ok(found),
+    }
 }

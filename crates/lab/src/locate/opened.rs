@@ -13,7 +13,6 @@ use crate::status::Status;
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
 pub(crate) const BEYOND: f64 = 3.0;
 
-/// One side of the whisker.
 pub(crate) struct Opened {
     pub(crate) sign: f64,
     /// Side of the whisker on which a gauge would read this sign.
@@ -40,7 +39,6 @@ impl Opened {
         [self.drives[0], self.drives[self.drives.len() - 1]]
     }
 
-    /// Whether `drive` is among the calibrated ones.
     pub(crate) fn admits(&self, drive: f64) -> bool {
         let [least, largest] = self.ends();
         drive >= least * (1.0 - SAME) && drive <= largest * (1.0 + SAME)
@@ -51,7 +49,6 @@ impl Opened {
         between(&self.drives, &self.bias, drive)
     }
 
-    /// The learned curve that answers it, where one does.
     pub(crate) fn learned(&self) -> Option<&LearnedCurve> {
         self.answers.learned()
     }

@@ -4,8 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::calibration::{Calibration, Second};
 use super::locator::{Located, Locator};
-use super::opened::Opened;
-use super::pairs::{Parts, Sources};
+use super::pairs::{Parts, covariance};
 use super::rows::Reading;
 use crate::curve::both::{Inverted, TwoReadings, inverse};
 use crate::error::{Error, SolveError};
@@ -18,11 +17,9 @@ use crate::measure::Rig;
 use crate::measure::skin::Skin;
 use crate::status::Status;
 
-/// A contact in space, in the frame of the base at first touch: x along the whisker, y towards the object in the plane of rotation, z the
-/// motor's axis, which is the origin.
+/// A contact in space. The motor's axis is the origin, x lies along the whisker at first touch, y towards the object, z along the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spatial {
-    /// Its distance along the whisker.
     pub located: Located,
     /// Tilt of the pole, degrees; NaN where there is none.
     pub tilt: f64,
@@ -34,25 +31,26 @@ pub struct Spatial {
     pub point: [f64; 3],
     /// Standard deviations, mm.
     pub sigma_point: [f64; 3],
+    /// Of two gauges, what the errors of distance and tilt are made of.
+    pub(super) parts: Option<Parts>,
 }
 
 impl Spatial {
-    /// No contact, and why.
     pub const fn nothing(status: Status) -> Self {
-        let none = [f64::NAN; 3];
-        Self {
-            located: Located::nothing(status),
-            tilt: f64::NAN,
-            sigma_tilt: f64::NAN,
-            correlation: f64::NAN,
-            point: none,
-            sigma_point: none,
-        }
+        Self::of(Located::nothing(status))
     }
 
-    /// A distance alone.
     pub const fn of(located: Located) -> Self {
-        Self { located, ..Self::nothing(located.status) }
+        let (none, point) = (f64::NAN, [f64::NAN; 3]);
+        Self {
+            located,
+            tilt: none,
+            sigma_tilt: none,
+            correlation: none,
+            point,
+            sigma_point: point,
+            parts: None,
+        }
     }
 
     /// Its numbers, in the order of tables.
@@ -63,7 +61,6 @@ impl Spatial {
     }
 }
 
-/// What answers the readings of two gauges.
 pub(crate) struct Twofold {
     second: Second,
     transfer: Transfer,
@@ -75,7 +72,6 @@ pub(crate) struct Twofold {
 }
 
 impl Twofold {
-    /// Of a calibration with a second gauge; `None` of one without.
     pub(crate) fn new(
         calibration: &Calibration,
         rig: &Rig,
@@ -119,8 +115,7 @@ impl Twofold {
         found
     }
 
-    /// Tilt, rad, and the reading of an upright pole at the same distance, both of linear theory: tan β̂ = ε₂/ε₁, (ε₁² + ε₂²)/ε₁. With them d(distance's
-    /// reading, β̂)/d(r₁, r₂).
+    /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).
     fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
         let Transfer { factors: [s1, s2], misalignment } = self.transfer;
         let [e1, e2] = self.transfer.strains(readings);
@@ -137,7 +132,6 @@ impl Twofold {
 struct Solved {
     /// Positive on the side that is calibrated.
     readings: [f64; 2],
-    /// From its origin.
     drive: f64,
     status: Status,
     /// Variance of the first reading that the calibration leaves.
@@ -153,21 +147,14 @@ struct Solved {
 }
 
 impl Locator {
-    /// Whether it answers readings of two gauges.
     pub fn is_twofold(&self) -> bool {
         self.twofold.is_some()
     }
 
     /// Distance, tilt and place of taps of two readings. Without a second gauge there is nothing.
     pub fn locate_pairs(&self, readings: &[Reading]) -> Result<Vec<Spatial>, Error> {
-        Ok(self.pairs(readings)?.into_iter().map(|found| found.0).collect())
-    }
-
-    /// The same with what the errors of each answer are made of.
-    pub(super) fn pairs(&self, readings: &[Reading]) -> Result<Vec<(Spatial, Option<Parts>)>, Error> {
-        let nothing = |why: Status| (Spatial::nothing(why), None);
         let Some(two) = &self.twofold else {
-            return Ok(vec![nothing(Status::OUTSIDE_CALIBRATION); readings.len()]);
+            return Ok(vec![Spatial::nothing(Status::OUTSIDE_CALIBRATION); readings.len()]);
         };
         // The model starts where linear theory has them.
         let mut all: Vec<_> = readings.iter().map(|reading| self.by_theory(two, reading)).collect();
@@ -183,18 +170,33 @@ impl Locator {
             }
         }
         let judged = |(one, reading): (Result<Solved, Status>, &Reading)| {
-            one.and_then(|solved| self.judged(two, reading, &solved))
-                .map_or_else(nothing, |(s, p)| (s, Some(p)))
+            one.and_then(|solved| self.judged(two, reading, &solved)).unwrap_or_else(Spatial::nothing)
         };
         Ok(all.into_iter().zip(readings).map(judged).collect())
     }
 
-    /// What linear theory makes of two readings.
+    /// Distance and tilt of two readings by linear theory, or why there are none.
     fn by_theory(&self, two: &Twofold, reading: &Reading) -> Result<Solved, Status> {
-        let side = &self.sides()[two.side];
+        let side = &self.sides[two.side];
         let drive = self.beyond_origin(reading.drive);
         let readings = [0, 1].map(|k| side.sign * reading.signals[k]);
-        let status = self.admitted(two, side, drive, readings)?;
+        if !drive.is_finite() || !readings.iter().all(|x| x.is_finite()) {
+            return Err(Status::BAD_INPUT);
+        }
+        if readings == [0.0; 2] {
+            return Err(Status::NO_STRAIN);
+        }
+        let per_strain = if self.unit.is_absolute() { [1.0; 2] } else { two.transfer.factors };
+        let beyond =
+            (readings[0] / per_strain[0]).hypot(readings[1] / per_strain[1]) > self.rig.strain_limit();
+        let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
+        // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.
+        if readings[0] <= 0.0 || !side.admits(drive) {
+            return Err(status | Status::OUTSIDE_CALIBRATION);
+        }
+        if readings[0] >= side.end_stop * (1.0 - SAME) {
+            return Err(status | Status::STRAIN_LIMIT);
+        }
         let ([tilt, upright], [of_a, of_tilt]) = two.linear(readings);
         let known = Known { share: reading.shares[0], same_run: self.same_run };
         let found = side.answers.find(drive, upright, known).map_err(|why| status | why)?;
@@ -203,71 +205,35 @@ impl Locator {
         Ok(Solved { readings, drive, status, variance, near, a, tilt, inverse, rising: false })
     }
 
-    /// Words of warning of two readings that can be answered.
-    fn admitted(&self, two: &Twofold, side: &Opened, drive: f64, signs: [f64; 2]) -> Result<Status, Status> {
-        if !drive.is_finite() || !signs.iter().all(|x| x.is_finite()) {
-            return Err(Status::BAD_INPUT);
-        }
-        if signs == [0.0; 2] {
-            return Err(Status::NO_STRAIN);
-        }
-        let strains =
-            if self.unit.is_absolute() { signs } else { [0, 1].map(|k| signs[k] / two.transfer.factors[k]) };
-        let beyond = strains[0].hypot(strains[1]) > self.rig.strain_limit();
-        let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
-        // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.
-        if signs[0] <= 0.0 || !side.admits(drive) {
-            return Err(status | Status::OUTSIDE_CALIBRATION);
-        }
-        if signs[0] >= side.end_stop * (1.0 - SAME) {
-            return Err(status | Status::STRAIN_LIMIT);
-        }
-        Ok(status)
-    }
-
-    /// Errors of two readings, whose zeros have these `shares`, and of what is expected of them.
-    fn sources(&self, two: &Twofold, shares: &[f64], solved: &Solved) -> Sources {
-        let (readings, of_model) = (solved.readings, solved.variance * solved.tilt.cos().powi(4));
-        let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
-        let ratio = factor / two.transfer.factors[0];
-        let noises = [self.noise(), *noise];
-        let of_factor = readings[1] * sigma_factor / factor;
-        let of_misalignment = readings[0] * ratio * sigma_misalignment_deg.to_radians();
-        Sources {
-            own: noises.map(|n| n * n),
-            zeros: [0, 1].map(|k| noises[k] * shares[k].sqrt()),
-            shared: [
-                [self.of_zero().sqrt(), 0.0],
-                [of_model.sqrt(), 0.0],
-                [0.0, of_factor],
-                [0.0, of_misalignment],
-            ],
-        }
-    }
-
     /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.
-    fn judged(&self, two: &Twofold, reading: &Reading, solved: &Solved) -> Result<(Spatial, Parts), Status> {
-        let (side, sources) = (&self.sides()[two.side], self.sources(two, &reading.shares, solved));
-        let [of_a, of_tilt] = solved.inverse;
-        let product_of =
-            |v: [f64; 2]| move |p: [f64; 2], q: [f64; 2]| p[0] * q[0] * v[0] + p[1] * q[1] * v[1];
-        let product = product_of(sources.variances());
-        let bias = side.bias_at(solved.drive);
-        let aa = product(of_a, of_a) + bias * bias;
-        let (at, tt) = (product(of_a, of_tilt), product(of_tilt, of_tilt));
+    fn judged(&self, two: &Twofold, reading: &Reading, solved: &Solved) -> Result<Spatial, Status> {
+        let side = &self.sides[two.side];
+        let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
+        let noises = [self.noise(), *noise];
+        let zeros = [0, 1].map(|k| noises[k] * reading.shares[k].sqrt());
+        let of_model = (solved.variance * solved.tilt.cos().powi(4)).sqrt();
+        let of_factor = solved.readings[1] * sigma_factor / factor;
+        let ratio = factor / two.transfer.factors[0];
+        let of_misalignment = solved.readings[0] * ratio * sigma_misalignment_deg.to_radians();
+        // By how much distance and tilt move with an error of the reading of one gauge.
+        let moved = |gauge: usize, error: f64| solved.inverse.map(|by| by[gauge] * error);
+        let parts = Parts {
+            at: [solved.a, solved.tilt],
+            own: covariance([0, 1].map(|k| moved(k, noises[k]))),
+            zeros: [0, 1].map(|k| moved(k, zeros[k])),
+            shared: [
+                moved(0, self.of_zero.sqrt()),
+                moved(0, of_model),
+                moved(1, of_factor),
+                moved(1, of_misalignment),
+                [side.bias_at(solved.drive), 0.0],
+            ],
+        };
+        let [[aa, at], [_, tt]] = parts.covariance();
         let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());
         if !(sigma.is_finite() && sigma_tilt.is_finite()) {
             return Err(solved.status | Status::NO_ROOT);
         }
-        let own = product_of(sources.own);
-        let moved = |[r1, r2]: [f64; 2]| [of_a, of_tilt].map(|by| by[0] * r1 + by[1] * r2);
-        let [zero, curve, factor, misalignment] = sources.shared.map(moved);
-        let parts = Parts {
-            at: [solved.a, solved.tilt],
-            own: [of_a, of_tilt].map(|p| [of_a, of_tilt].map(|q| own(p, q))),
-            zeros: [moved([sources.zeros[0], 0.0]), moved([0.0, sources.zeros[1]])],
-            shared: [zero, curve, factor, misalignment, [bias, 0.0]],
-        };
         let more = || !self.rig.shared().theory.alone(solved.a);
         let ambiguous = if solved.rising && more() { Status::AMBIGUOUS } else { Status::OK };
         let status = solved.status | ambiguous | side.doubts(solved.a, solved.near, sigma);
@@ -277,14 +243,14 @@ impl Locator {
         // Gradients of x, y, z over a and β.
         let by = [[along, 0.0], [narrower * cos, -out * sin], [narrower * sin, out * cos]];
         let spread = |[a, b]: [f64; 2]| (a * a * aa + 2.0 * a * b * at + b * b * tt).max(0.0).sqrt();
-        let spatial = Spatial {
+        Ok(Spatial {
             located: Located::normal(solved.a, sigma, status),
             tilt: solved.tilt.to_degrees(),
             sigma_tilt: sigma_tilt.to_degrees(),
             correlation: at / (sigma * sigma_tilt),
             point: [x, out * cos, out * sin],
             sigma_point: by.map(spread),
-        };
-        Ok((spatial, parts))
+            parts: Some(parts),
+        })
     }
 }

@@ -11,37 +11,14 @@ use vibrissa_learned::joint::integrate;
 const JUDGED: usize = 256;
 /// Numbers of the sums: distance and tilt, what all taps share, and the zeros of both gauges.
 const ALL: usize = ZEROS + 2;
-/// Place of the zeros.
 const ZEROS: usize = 2 + SHARED;
 
-/// Of what the errors of two readings are made.
-pub(super) struct Sources {
-    /// Variance of one reading of each gauge.
-    pub own: [f64; 2],
-    /// Standard deviation that the zero of each gauge brings.
-    pub zeros: [f64; 2],
-    /// By how much both readings are moved by one standard deviation of what all taps share: the zero of the calibration, its curve, the factor
-    /// and the misalignment of the second gauge.
-    pub shared: [[f64; 2]; SHARED - 1],
-}
-
-impl Sources {
-    /// Variances of both readings.
-    pub fn variances(&self) -> [f64; 2] {
-        [0, 1].map(|k| {
-            let shared: f64 = self.shared.iter().map(|s| s[k] * s[k]).sum();
-            self.own[k] + self.zeros[k] * self.zeros[k] + shared
-        })
-    }
-}
-
-/// Numbers that move all taps of a calibration of two gauges alike: those of [`Sources`], and the bias of distances.
+/// Errors that all taps share: zero and curve of the calibration, factor and misalignment of the second gauge, bias of distances.
 const SHARED: usize = 5;
 
 /// Distance, mm, and tilt, rad, of a tap, and of what their errors are made.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Parts {
-    /// Both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parts {
     pub at: [f64; 2],
     /// Covariance that is of this tap alone.
     pub own: [[f64; 2]; 2],
@@ -52,32 +29,35 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// The distance from where the base stands `shift` mm farther from the object.
-    pub fn moved(self, shift: f64) -> Self {
-        Self { at: [self.at[0] + shift, self.at[1]], ..self }
+    pub fn covariance(&self) -> [[f64; 2]; 2] {
+        let (own, shared) = (self.with_zeros(), covariance(self.shared));
+        [0, 1].map(|i| [0, 1].map(|j| own[i][j] + shared[i][j]))
+    }
+
+    /// The covariance of this tap alone, where nothing else is known of its zeros.
+    fn with_zeros(&self) -> [[f64; 2]; 2] {
+        let zeros = covariance(self.zeros);
+        [0, 1].map(|i| [0, 1].map(|j| self.own[i][j] + zeros[i][j]))
     }
 }
 
-/// The taps of one object so far.
+/// Covariance of what independent numbers move so far.
+pub(super) fn covariance<const N: usize>(by: [[f64; 2]; N]) -> [[f64; 2]; 2] {
+    [0, 1].map(|i| [0, 1].map(|j| by.iter().map(|by| by[i] * by[j]).sum()))
+}
+
 pub(super) struct PairObject {
     sums: Sums,
     /// The zero readings above which the last tap stands.
     zero: Option<u64>,
-    taps: Vec<Parts>,
-    count: usize,
+    /// The last ones, which [`Self::apart`] compares.
+    pub taps: Vec<Parts>,
+    pub count: usize,
 }
 
-/// Normal equations.
 struct Sums {
     matrix: DMatrix<f64>,
     vector: DVector<f64>,
-}
-
-/// Distance, mm, and tilt, rad, with their standard deviations.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Told {
-    pub at: [f64; 2],
-    pub sigma: [f64; 2],
 }
 
 impl Sums {
@@ -108,21 +88,14 @@ impl PairObject {
         Self { sums: Sums::new(ALL), zero: None, taps: Vec::new(), count: 0 }
     }
 
-    /// Taps so far.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Number of taps that [`Self::apart`] compares.
-    pub fn compared(&self) -> usize {
-        self.taps.len()
-    }
-
     /// Adds a tap above the zero with the number `zero`; whether it tells anything.
     pub fn add(&mut self, tap: Parts, zero: u64) -> bool {
-        let Some(weight) = Matrix2::from_fn(|i, j| tap.own[i][j]).try_inverse() else { return false };
+        let Some(weight) = Matrix2::from(tap.own).try_inverse() else { return false };
         if self.zero.replace(zero).is_some_and(|before| before != zero) {
-            self.let_zeros_go();
+            // No more taps stand above the zeros before: their numbers are free for other ones.
+            for k in ZEROS..ALL {
+                integrate(&mut self.sums.matrix, &mut self.sums.vector, k);
+            }
         }
         self.sums.add(&rows(&tap, ALL), &weight, Vector2::from(tap.at));
         self.count += 1;
@@ -133,32 +106,21 @@ impl PairObject {
         true
     }
 
-    /// Integrates over the zeros above which no more taps stand: their numbers are free for other ones.
-    fn let_zeros_go(&mut self) {
-        let Sums { matrix, vector } = &mut self.sums;
-        for k in ZEROS..ALL {
-            integrate(matrix, vector, k);
-        }
-    }
-
-    /// What all taps tell.
-    pub fn told(&self) -> Option<Told> {
+    /// Distance, mm, and tilt, rad, that all taps tell, and their standard deviations.
+    pub fn told(&self) -> Option<[[f64; 2]; 2]> {
         let factor = self.sums.matrix.clone().cholesky()?;
         let (at, covariance) = (factor.solve(&self.sums.vector), factor.inverse());
         let sigma = [0, 1].map(|k| covariance[(k, k)].sqrt());
-        (at[0].is_finite() && sigma.iter().all(|s| *s > 0.0)).then_some(Told { at: [at[0], at[1]], sigma })
+        (at[0].is_finite() && sigma.iter().all(|s| *s > 0.0)).then_some([[at[0], at[1]], sigma])
     }
 
-    /// Of the last taps the one that is farthest from what the others say: how long ago it was, and by how many standard deviations; `None` of one
-    /// tap.
+    /// The tap farthest from what the others say: how many taps ago, and by how many standard deviations; `None` of one tap.
     pub fn apart(&self) -> Option<(usize, f64)> {
         if self.taps.len() < 2 {
             return None;
         }
         // Zeros count as errors of each tap.
-        let own = |tap: &Parts| {
-            Matrix2::from_fn(|i, j| tap.own[i][j] + tap.zeros.iter().map(|z| z[i] * z[j]).sum::<f64>())
-        };
+        let own = |tap: &Parts| Matrix2::from(tap.with_zeros());
         let mut sums = Sums::new(ZEROS);
         for tap in &self.taps {
             sums.add(&rows(tap, ZEROS), &own(tap).try_inverse()?, Vector2::from(tap.at));
@@ -177,9 +139,4 @@ impl PairObject {
         let (k, most) = offs.max_by(|(_, p), (_, q)| p.total_cmp(q))?;
         Some((self.taps.len() - 1 - k, most))
     }
-}
-
-/// Standard deviations, of distance and tilt together, beyond which the farthest of `n` sound taps is but by `chance`.
-pub(super) fn limit(n: usize, chance: f64) -> f64 {
-    (2.0 * (n as f64 / chance).ln()).sqrt()
 }

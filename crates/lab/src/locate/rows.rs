@@ -19,7 +19,8 @@ use crate::status::Status;
 /// What answers readings: one whisker with one gauge or two, or a sensor with several channels.
 #[derive(Clone, Copy)]
 pub struct Answerer<'a> {
-    locators: &'a [Locator],
+    /// What knows each signal; one of two gauges.
+    pub locators: &'a [Locator],
     several: Option<&'a Several>,
 }
 
@@ -38,7 +39,6 @@ impl<'a> From<&'a Several> for Answerer<'a> {
 /// A reading of every signal, above their zeros.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Reading {
-    /// Line of the input.
     pub line: usize,
     /// Degrees or mm, as recorded; NaN where it is not known.
     pub drive: f64,
@@ -63,7 +63,6 @@ impl<'a> Answerer<'a> {
         &self.locators[k.min(self.locators.len() - 1)]
     }
 
-    /// Signals of a reading.
     pub fn signals(self) -> usize {
         self.locators.len() + usize::from(self.is_twofold())
     }
@@ -92,11 +91,18 @@ impl<'a> Answerer<'a> {
         self.several.is_some()
     }
 
-    /// The answers to `taps` of several signals, of two gauges with the contact in space.
+    /// The answers to `taps`, of two gauges with the contact in space.
     pub(super) fn answer(self, taps: &[Reading]) -> Result<Vec<Spatial>, Error> {
-        let Some(several) = self.several else { return self.first().locate_pairs(taps) };
-        let one = |t: &Reading| Spatial::of(several.locate(t.drive, &t.signals, &t.shares));
-        Ok(taps.par_iter().map(one).collect())
+        let locator = self.first();
+        let alone = |t: &Reading| Spatial::of(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));
+        match self.several {
+            Some(several) => {
+                let one = |t: &Reading| Spatial::of(several.locate(t.drive, &t.signals, &t.shares));
+                Ok(taps.par_iter().map(one).collect())
+            }
+            None if locator.is_twofold() => locator.locate_pairs(taps),
+            None => Ok(taps.iter().map(alone).collect()),
+        }
     }
 
     /// What the user said of columns, as signal `k` reads it.
@@ -119,20 +125,21 @@ impl<'a> Answerer<'a> {
     }
 }
 
-/// Columns that were named, and what of them is read.
 struct Header {
+    /// Whether a header says it.
+    read: bool,
     names: Vec<String>,
-    separator: char,
-    /// Those of the first signal.
-    columns: Columns,
+    separator: Option<char>,
+    drive: Option<(Drive, usize)>,
+    time: Option<usize>,
+    run: Option<usize>,
     /// Unit and place of each signal.
     signals: Vec<(Unit, usize)>,
 }
 
-/// How rows are read.
 pub struct RowReader<'a> {
     pub(super) who: Answerer<'a>,
-    header: Option<Header>,
+    header: Header,
     decimals: Decimals,
     /// What a sensor that lags remembers of the rows before.
     memory: Memory,
@@ -141,15 +148,27 @@ pub struct RowReader<'a> {
 }
 
 impl<'a> RowReader<'a> {
-    /// Rows for `who`; without a header they hold the drive, which may be left out where it is known, or found, and the signals in the
-    /// units of the calibration.
+    /// Rows for `who`. Without a header: the drive, unless it is known or found, then the signals in the units of the calibration.
     pub fn new(who: Answerer<'a>) -> Self {
+        let (kind, unit) = (who.first().rig.setup.drive, who.first().unit);
+        let signal = |k: usize| match who.several {
+            Some(several) => several.names[k].clone(),
+            None => [unit.column(), unit.second()][k].to_owned(),
+        };
+        let header = Header {
+            read: false,
+            names: [kind.column().to_owned()].into_iter().chain((0..who.signals()).map(signal)).collect(),
+            separator: None,
+            drive: Some((kind, 0)),
+            time: None,
+            run: None,
+            signals: (0..who.signals()).map(|k| (who.locator(k).unit, k + 1)).collect(),
+        };
         let (decimals, memory) = Default::default();
-        Self { who, header: None, decimals, memory, untimed: false }
+        Self { who, header, decimals, memory, untimed: false }
     }
 
-    /// Looks at the first row, after these `comments`. True if it is a header: it names a column that is known, or, in a `file`, anything that is
-    /// no number. If it is none, a comment may be.
+    /// Reads the first row. True if it is a header: it names a known column or, in a `file`, anything that is no number.
     pub fn first(
         &mut self,
         row: LabRow<'_>,
@@ -182,8 +201,8 @@ impl<'a> RowReader<'a> {
         let all = all.map_err(|e| InputError { line: comment.or(e.line), ..e })?;
         let second = all[0].second.filter(|_| self.who.is_twofold());
         let signals = all.iter().map(|columns| columns.signal).chain(second).collect();
-        let columns = all.into_iter().next().expect("there is a signal");
-        self.header = Some(Header { names, separator, columns, signals });
+        let Columns { drive, time, run, .. } = all[0];
+        self.header = Header { read: true, names, separator: Some(separator), drive, time, run, signals };
         Ok(comment.is_none())
     }
 
@@ -193,84 +212,58 @@ impl<'a> RowReader<'a> {
         same(line, comment, &names.join("\t"), &names, said)
     }
 
-    /// Names of the columns.
     pub fn names(&self) -> Vec<String> {
-        if let Some(header) = &self.header {
-            return header.names.clone();
-        }
-        let unit = self.who.first().unit;
-        let signal = |k: usize| match self.who.several {
-            Some(several) => several.names[k].clone(),
-            None => [unit.column(), unit.second()][k].to_owned(),
-        };
-        std::iter::once(self.drive().column().to_owned()).chain((0..self.who.signals()).map(signal)).collect()
+        self.header.names.clone()
     }
 
-    /// What drives the whisker.
     pub fn drive(&self) -> Drive {
-        let said = self.header.as_ref().and_then(|header| header.columns.drive);
-        said.map_or(self.who.first().rig.setup.drive, |(drive, _)| drive)
+        self.header.drive.map_or(self.who.first().rig.setup.drive, |(drive, _)| drive)
     }
 
-    /// True if rows have a time.
     pub fn is_timed(&self) -> bool {
-        self.header.as_ref().is_some_and(|header| header.columns.time.is_some())
-    }
-
-    fn unit(&self, k: usize) -> Unit {
-        self.header.as_ref().map_or(self.who.locator(k).unit, |header| header.signals[k].0)
+        self.header.time.is_some()
     }
 
     /// Strain, or the reading, of a recorded value of signal `k`.
     pub fn signal(&self, k: usize, value: f64) -> f64 {
-        self.unit(k).strain(value, self.who.locator(k).rig.setup.gauge.factor)
+        self.header.signals[k].0.strain(value, self.who.locator(k).rig.setup.gauge.factor)
     }
 
     /// Signal `k` above its zero, both as [`Self::signal`] gives them.
     pub fn above(&self, k: usize, signal: f64, zero: f64) -> f64 {
-        self.unit(k).above(signal, zero, self.who.locator(k).rig.setup.gauge.factor)
+        self.header.signals[k].0.above(signal, zero, self.who.locator(k).rig.setup.gauge.factor)
     }
 
-    /// The fields of a line.
     pub fn cells<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
-        line.cells(self.header.as_ref().map_or_else(|| line.separator(), |header| header.separator))
+        line.cells(self.header.separator.unwrap_or_else(|| line.separator()))
     }
 
     /// The fields `cells` of a line by the names of the columns; where the drive may be left out, and is, an empty one stands for it.
     pub fn named<'b>(&self, mut cells: Vec<LabCell<'b>>) -> Vec<LabCell<'b>> {
-        if self.header.is_none() && cells.len() == self.who.signals() {
+        if !self.header.read && cells.len() == self.who.signals() {
             cells.insert(0, LabCell::EMPTY);
         }
         cells
     }
 
-    /// Drive and signals of a `line` with the fields `cells`, NaN where one is missing or no number, of several channels infinite where it is no number;
-    /// `None` for a line of another shape.
+    /// Drive and signals of a `line`; NaN where one is missing, infinite where one of several channels is no number; `None` of another shape.
     pub fn parse(&mut self, line: LabRow<'_>, cells: &[LabCell<'_>]) -> Option<(f64, Vec<f64>)> {
         let (only, several) = (self.who.first().only_drive(), self.who.finds_drives());
-        let n = self.who.signals();
-        if self.header.is_none() && cells.len() == n && !several && (only.is_none() || line.is_blank()) {
-            return None;
-        }
+        let left_out = !self.header.read && cells.len() == self.who.signals();
         let cells = self.named(cells.to_vec());
-        let (count, drive, places) = match &self.header {
-            Some(Header { columns, signals, .. }) => {
-                (columns.fields, columns.drive.map(|d| d.1), signals.iter().map(|s| s.1).collect())
-            }
-            None => (1 + n, Some(0), (1..=n).collect::<Vec<_>>()),
-        };
-        if cells.len() != count {
+        let none = left_out && !several && (only.is_none() || line.is_blank());
+        if none || cells.len() != self.header.names.len() {
             return None;
         }
         let when = self.when(&cells);
-        let drive = drive.map_or(&LabCell::EMPTY, |place| &cells[place]);
+        let drive = self.header.drive.map_or(&LabCell::EMPTY, |(_, place)| &cells[place]);
         let drive = match only.filter(|_| drive.is_empty()) {
             Some(only) => only,
             None => self.number(drive),
         };
-        let mut signals = Vec::with_capacity(n);
-        for (k, place) in places.into_iter().enumerate() {
-            let mut value = self.number(&cells[place]);
+        let mut signals = Vec::with_capacity(self.header.signals.len());
+        for k in 0..self.header.signals.len() {
+            let mut value = self.number(&cells[self.header.signals[k].1]);
             if let (0, Some(lag), Some((t, run)), false) = (k, self.who.first().lag, when, several) {
                 // A word is no time; what it settles to is not known.
                 if t.is_infinite() {
@@ -302,7 +295,7 @@ impl<'a> RowReader<'a> {
 
     /// Time and run of a row; `None` where no column says the time.
     fn when(&mut self, cells: &[LabCell<'_>]) -> Option<(f64, u64)> {
-        let Columns { time, run: named, .. } = self.header.as_ref()?.columns;
+        let Header { time, run: named, .. } = self.header;
         let t = self.optional_number(cells.get(time?)?);
         let mut run = DefaultHasher::new();
         named.and_then(|place| cells.get(place)).map(LabCell::text).hash(&mut run);

@@ -19,7 +19,7 @@ use crate::status::Status;
 const CONTRADICTORY: f64 = 36.0;
 /// Excess of the squared misfit, in units of noise, below which another distance fits as well.
 const ALIKE: f64 = 1.0;
-/// And below which nothing tells them apart: where there are as many unknowns as channels, each of several distances may fit to the last digit.
+/// And below which both fit equally: with as many unknowns as channels, several distances may fit exactly.
 const EQUAL: f64 = 1e-3;
 
 /// Distances and drives from which the most likely ones are looked for.
@@ -28,12 +28,10 @@ const STARTS: [usize; 2] = [24, 12];
 const BEYOND: f64 = 0.1;
 /// A small change of an unknown, relative to the end of its range.
 const STEP: f64 = 1e-5;
-/// Relative gain of χ² at which a search ends.
 const SETTLED: f64 = 1e-12;
 /// Added to variances, relative: noise-free data leave a covariance of rounding errors.
 const RIDGE: f64 = 1e-9;
 
-/// What a calibration of several channels holds.
 #[derive(Debug, Clone)]
 pub struct Sensor {
     /// Of each the name of its column and its calibration.
@@ -42,11 +40,8 @@ pub struct Sensor {
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// Answers readings of several channels.
 pub struct Several {
-    /// What answers each of them alone.
     pub locators: Vec<Locator>,
-    /// The names of their columns.
     pub names: Vec<String>,
     pub(super) columns: Vec<Channel>,
     pub(crate) covariance: DMatrix<f64>,
@@ -74,8 +69,7 @@ impl Several {
         })
     }
 
-    /// The distance of a tap by `drive` (degrees or mm; NaN where it is not known) with these tared signals; of each zero the variance in
-    /// units of that of one reading. A channel without a reading is left out.
+    /// Distance of a tap by `drive` (NaN: unknown) with these tared signals (NaN: missing); `shares`: variance of each zero over that of one reading.
     pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Located {
         self.found(drive, signals, shares).unwrap_or_else(Located::nothing)
     }
@@ -99,7 +93,7 @@ impl Several {
             noise[(i, i)] *= 1.0 + shares[*k];
             status |= self.locators[*k].limit_of(signals[*k]);
         }
-        // No tap pulls one channel to its one side and another to its other.
+        // One tap bends all channels to one side.
         let side = |k: usize| self.locators[k].side_of(signals[k].signum());
         let gauges =
             used.iter().filter(|k| self.locators[**k].rig.known).filter_map(|k| Some(side(*k)?.gauge));
@@ -118,7 +112,7 @@ impl Several {
             noise[(i, i)] += self.locators[*k].left(a, u, signals[*k].signum()).max(0.0);
         }
         let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
-        let tap = tap.with_noise(&noise).ok_or(status | Status::NO_ROOT)?;
+        let tap = ChannelTap { noise: factor(&noise).ok_or(status | Status::NO_ROOT)?, ..tap };
         let found = chosen(tap.refined(&starts), side.distances);
         let (best, others) = found.split_first().ok_or(status | Status::NO_ROOT)?;
         // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
@@ -133,7 +127,7 @@ impl Several {
         let alike = |m: &&Minimum| m.chi2() - misfit < ALIKE && (m.at[0] - a).abs() > 3.0 * sigma;
         let other = others.iter().find(alike).map(|m| m.at[0]);
         status |= side.doubts(a, other, sigma);
-        // What tells none of the calibrated distances from another tells none.
+        // An uncertainty of the whole calibrated range tells no distance.
         if sigma > side.distances[1] - side.distances[0] {
             status |= Status::AMBIGUOUS;
         }
@@ -161,7 +155,6 @@ struct ChannelTap<'a> {
     /// NaN where it is not known.
     drive: f64,
     noise: Cholesky<f64, Dyn>,
-    /// Of distance and drive.
     bounds: [[f64; 2]; 2],
 }
 
@@ -185,16 +178,10 @@ impl<'a> ChannelTap<'a> {
         shared.then_some(Self { readings, drive, noise: factor(noise)?, bounds })
     }
 
-    /// The same with another covariance of noise; `None` where it is none.
-    fn with_noise(self, noise: &DMatrix<f64>) -> Option<Self> {
-        Some(Self { noise: factor(noise)?, ..self })
-    }
-
     fn unknowns(&self) -> usize {
         if self.drive.is_finite() { 1 } else { 2 }
     }
 
-    /// Distance and drive of unknowns.
     fn place(&self, x: &[f64]) -> [f64; 2] {
         [x[0], x.get(1).copied().unwrap_or(self.drive)]
     }

@@ -3,12 +3,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use serde_json::{Value, json};
+
 use super::Locator;
 use super::group::Group;
-use super::kept::{Kept, added};
 use super::object::{By, Objects};
 use super::pair::Spatial;
-use super::rows::{Answerer, Reading};
+use super::rows::{Answerer, Reading, RowReader};
 pub use super::tared::zeros;
 use super::tared::{Once, TaredRows};
 use crate::combinations::Combinations;
@@ -16,10 +17,10 @@ use crate::error::{Error, InputError};
 use crate::fields::plain;
 use crate::measure::Names;
 use crate::measure::zero::Zero;
-use crate::sink::fact::{Kind, fact_in, kind};
+use crate::sink::fact::{Kind, Only, fact_in, kind};
 use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::lab::{LabRow, LabStream, LabTable};
+use crate::sink::heading::{Heading, heading};
+use crate::sink::lab::{LabCell, LabRow, LabStream, LabTable};
 use crate::sink::values::{Field, Values};
 use crate::status::Status;
 
@@ -37,25 +38,27 @@ const JITTER: f64 = 0.01;
 /// Where answers go: the next rows of their table, and whether a reader is waiting for them. At first it is given the columns, at times without a row.
 pub type Write<'a> = &'a mut dyn FnMut(&Frame, bool) -> Result<(), Error>;
 
-/// What was answered.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Counts {
-    /// Lines answered.
     pub lines: u64,
     /// Of these, zero readings.
     pub zeros: u64,
     /// Of these, lines without any text.
     pub blank: u64,
-    /// Answers per combination of words.
     pub combinations: Combinations,
     /// Whether it was asked to stop, and some of the input may not be answered.
     pub stopped: bool,
 }
 
-/// How readings are answered.
+impl Counts {
+    /// As they stand in `run.json`.
+    pub fn described(&self) -> Value {
+        json!({ "readings": self.lines, "zero_readings": self.zeros, "status": self.combinations.words(), "combinations": self.combinations.named() })
+    }
+}
+
 #[derive(Clone, Copy)]
 pub struct Ask<'a> {
-    /// What the user said of columns.
     pub columns: &'a Names,
     /// The zero that the user gave, in the unit of the signal; of each of two signals.
     pub zero: [Option<f64>; 2],
@@ -63,13 +66,11 @@ pub struct Ask<'a> {
     pub label: Option<&'a str>,
     /// Whether answers keep the fields of their line, its number first, and say which zero was subtracted.
     pub keep: bool,
-    /// Which readings are of one object.
     pub by: By<'a>,
     /// Whether the interval that holds a distance with 95 % is told.
     pub interval: bool,
-    /// Which lines are read, by their numbers; all where nothing is said. Others are passed over.
+    /// True for the numbers of the lines that are read; `None` reads all.
     pub only: Option<&'a dyn Fn(usize) -> bool>,
-    /// Warns the user at once.
     pub warn: &'a dyn Fn(&str),
 }
 
@@ -81,7 +82,6 @@ impl<'a> Ask<'a> {
         Self { columns, zero: [None; 2], label, keep: true, by, interval: false, only: None, warn }
     }
 
-    /// Name of the input.
     pub(super) fn label(&self) -> &'a str {
         self.label.unwrap_or("stdin")
     }
@@ -95,11 +95,67 @@ impl<'a> Ask<'a> {
     }
 }
 
-/// Answers every line of `input`. A header may come first. When `stop` is set, the input ends after its last whole line. `zero` is
-/// that of the file, of each signal, if it has one; of a stream the zero readings among the lines serve those after them.
-///
-/// # Errors
-/// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
+/// Columns that are added after the user's own, of two gauges or of one, with the interval where it is asked for.
+fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
+    let wanted = |name: &&str| match fact_in("located", name).map(|fact| fact.only) {
+        _ if name.ends_with("_95_mm") => interval,
+        Some(Only::Second) => who.is_twofold(),
+        _ => true,
+    };
+    heading("located").names_from("zero").into_iter().filter(wanted).collect()
+}
+
+/// A line of a file as it is kept: its number, the user's columns, drive and signal unless the file names them so, zero, answer.
+pub(super) struct Kept {
+    /// The table without rows.
+    pub empty: Frame,
+    /// Types of the user's columns.
+    own: Vec<Kind>,
+    /// Whether drive and signal are added.
+    more: [bool; 2],
+}
+
+impl Kept {
+    /// For these rows, those of `frame` where they are in memory, in a `table` with the columns `added`, of which the zero is the first. Of a text the user's
+    /// own columns are words, as they are.
+    pub fn new(rows: &RowReader<'_>, frame: Option<&Frame>, table: &Heading, added: &[&'static str]) -> Self {
+        let own = rows.names();
+        let common = [rows.drive().column(), rows.who.first().unit.common()];
+        let taken = |n: &String| n == "line" || added.contains(&n.as_str());
+        let mut names = own.clone();
+        for k in (0..own.len()).filter(|k| taken(&own[*k])) {
+            let mut name = format!("given_{}", own[k]);
+            while names.contains(&name) {
+                name.insert_str(0, "given_");
+            }
+            names[k] = name;
+        }
+        let missing = common.map(|c| !own.iter().any(|n| n == c));
+        // Of several channels each has a column of its own.
+        let more = [missing[0], missing[1] && !rows.who.finds_drives()];
+        let kind = |k: usize| match frame.map(|frame| &frame.columns[k]) {
+            Some(Values::Numbers(_) | Values::Counts(_)) => Kind::Number,
+            _ => Kind::Word,
+        };
+        let own: Vec<Kind> = (0..names.len()).map(kind).collect();
+        let mut empty = Frame::of(&table.file, ["line"]);
+        names.into_iter().zip(&own).for_each(|(name, kind)| empty.add(name, Values::new(*kind)));
+        let common = common.into_iter().zip(more).filter(|(_, more)| *more).map(|(name, _)| name);
+        add(&mut empty, &table.table, &common.chain(added.iter().copied()).collect::<Vec<_>>());
+        Self { empty, own, more }
+    }
+
+    /// A row of it up to the zero: number and fields of the line, then these.
+    pub fn fields(&self, line: usize, cells: &[LabCell<'_>], [drive, signal, zero]: [f64; 3]) -> Vec<Field> {
+        let own = self.own.iter().enumerate();
+        let own = own.map(|(k, kind)| cells.get(k).unwrap_or(&LabCell::EMPTY).field(*kind));
+        let more =
+            [drive, signal].into_iter().zip(self.more).filter(|(_, more)| *more).map(|(x, _)| x.into());
+        std::iter::once(line.into()).chain(own).chain(more).chain([zero.into()]).collect()
+    }
+}
+
+/// Answers every line of `input`; `stop` ends it after the last whole line. Without the `zero` of each signal, zero readings serve the lines after them.
 pub fn answer(
     who: Answerer<'_>,
     input: LabStream<'_>,
@@ -136,10 +192,9 @@ pub fn answer(
     let kept = ask.keep.then(|| {
         let together = group.iter().flat_map(|group| group.columns.iter().copied());
         let columns: Vec<&str> = added(who, ask.interval).into_iter().chain(together).collect();
-        let kept = Kept::new(&tared.rows, of_frame, &columns);
-        table = kept.frame(heading("located"));
-        kept
+        Kept::new(&tared.rows, of_frame, heading("located"), &columns)
     });
+    kept.iter().for_each(|kept| table = kept.empty.like());
     let (mut one, mut untimed, mut stopped) = (None, Once::default(), None);
     let mut batch: Vec<PendingLine> = Vec::new();
     while let Some(mut row) = tared.next()? {
@@ -180,21 +235,17 @@ pub fn answer(
         let mut more = None;
         let answer = match row.tap {
             Err(why) => Ok(Spatial::nothing(why)),
-            Ok(tap) if who.is_alone() => {
-                let alone = Spatial::of(locator.locate_above(tap.drive, tap.signals[0], 0.0, tap.shares[0]));
-                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone, None)), ask));
-                Ok(alone)
-            }
-            Ok(tap) if group.is_some() && who.is_twofold() => {
-                let (alone, parts) = locator.pairs(std::slice::from_ref(&tap))?.remove(0);
-                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone, parts)), ask));
+            // What is told together follows from each answer; of one signal that costs no more.
+            Ok(tap) if group.is_some() || who.is_alone() => {
+                let alone = who.answer(std::slice::from_ref(&tap))?.remove(0);
+                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone)), ask));
                 Ok(alone)
             }
             Ok(tap) => Err(tap),
         };
         let more = more.or_else(|| group.as_mut().map(|group| group.tell(&row.cells, None, ask)));
         batch.push((asked, answer, more.unwrap_or_default()));
-        // Whoever sent half a line waits for the answers to those before it.
+        // A sender of half a line waits for the answers to the lines before it.
         let waiting = line.waiting;
         if waiting || batch.len() >= TOGETHER {
             put(&mut batch, (who, ask.interval), &mut table, &mut counts)?;
@@ -240,7 +291,7 @@ fn put(
 }
 
 /// Adds these columns to `answers`, a table of the heading `table`. The name of an object or a stroke is a word.
-pub(super) fn add(answers: &mut Frame, table: &str, names: &[&'static str]) {
+fn add(answers: &mut Frame, table: &str, names: &[&'static str]) {
     for name in names {
         let is_name = [super::object::NAME, super::strokes::NAME].contains(name);
         let of = |heading| fact_in(heading, name).map(|fact| fact.kind);

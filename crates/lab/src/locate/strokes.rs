@@ -4,7 +4,7 @@ use vibrissa_learned::joint::{Course, Nuisance, Stroke, ToldCourse};
 
 use super::Locator;
 use super::free::Free;
-use super::object::limit;
+use super::object::{hundredths, limit};
 use super::rows::Reading;
 use super::stream::Ask;
 use super::tared::Once;
@@ -12,7 +12,6 @@ use crate::error::Error;
 use crate::sink::lab::LabCell;
 use crate::status::Status;
 
-/// The column that numbers strokes.
 pub const NAME: &str = "stroke";
 /// A drive that falls by more than this share of the largest calibrated one goes back.
 const FALLS: f64 = 0.01;
@@ -27,10 +26,9 @@ const EARLY: f64 = 0.03;
 const ANYWHERE: f64 = 100.0;
 /// Signals of the other side beyond so many times the noise are of a contact.
 const BESIDE: f64 = 10.0;
-/// Drives of no stroke.
+/// Drives before a stroke begins.
 const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 
-/// The stroke that is being recorded.
 pub struct Strokes<'a> {
     locator: &'a Locator,
     /// Place of the column that numbers them; none where the drive tells them apart.
@@ -41,14 +39,13 @@ pub struct Strokes<'a> {
     drives: [f64; 3],
     falling: bool,
     falls: Once,
-    /// The drive of the last reading.
     before: f64,
     /// Readings, taken with the sign of each side.
     sides: Vec<Option<Side>>,
     /// Largest signals of either sign.
     signals: [f64; 2],
-    /// The last answer.
-    far: Option<Far>,
+    /// The last answer, and the readings of which it is.
+    far: Option<(usize, Vec<f64>, Status)>,
     /// What is free, and what that changes of the signals of each side.
     free: (Free, Vec<Vec<Nuisance>>),
 }
@@ -62,30 +59,18 @@ struct Side {
     first: f64,
 }
 
-/// What a stroke tells so far.
-#[derive(Clone)]
-pub(super) struct Far {
-    rows: usize,
-    told: Option<ToldCourse>,
-    origin: f64,
-    pub status: Status,
-}
-
-impl Far {
-    /// Its numbers, in the order of the columns.
-    pub fn numbers(&self) -> Vec<f64> {
-        let nothing = ToldCourse { a: [f64::NAN; 5], touch: [f64::NAN; 2], near: None, apart: [f64::NAN; 2] };
-        let ToldCourse { a, touch, apart, .. } = self.told.unwrap_or(nothing);
-        let sigmas = (100.0 * apart[1]).round() / 100.0 + 0.0;
-        let (touched, drive) = (touch[0] + self.origin, apart[0] + self.origin);
-        vec![self.rows as f64, touched, touch[1], a[2], a[1], a[3], a[0], a[4], drive, sigmas]
-    }
+/// What so many rows of a stroke tell, in the order of the columns; drives are counted from `origin`.
+fn numbers(rows: usize, told: Option<ToldCourse>, origin: f64) -> Vec<f64> {
+    let nothing = ToldCourse { a: [f64::NAN; 5], touch: [f64::NAN; 2], near: None, apart: [f64::NAN; 2] };
+    let ToldCourse { a, touch, apart, .. } = told.unwrap_or(nothing);
+    let (touched, drive) = (touch[0] + origin, apart[0] + origin);
+    vec![rows as f64, touched, touch[1], a[2], a[1], a[3], a[0], a[4], drive, hundredths(apart[1])]
 }
 
 impl<'a> Strokes<'a> {
     /// Of readings of columns with these `names`, which leave this `free`.
     pub fn new(locator: &'a Locator, names: &[String], free: Free) -> Result<Self, Error> {
-        let changes = locator.sides().iter().map(|side| free.nuisances(locator, side));
+        let changes = locator.sides.iter().map(|side| free.nuisances(locator, side));
         let changes = changes.collect::<Result<_, _>>()?;
         Ok(Self {
             locator,
@@ -103,7 +88,6 @@ impl<'a> Strokes<'a> {
         })
     }
 
-    /// The stroke of a line, where a column names it.
     fn name(&self, cells: &[LabCell<'_>]) -> String {
         self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
     }
@@ -113,7 +97,6 @@ impl<'a> Strokes<'a> {
         if self.place.is_some() { self.name(cells) } else { self.number.to_string() }
     }
 
-    /// Ends the stroke: the sensor is at rest.
     pub fn rest(&mut self) {
         self.drives = NONE;
         self.falling = false;
@@ -128,7 +111,7 @@ impl<'a> Strokes<'a> {
         let ended = self.falling && largest - least > ENDS * (largest - first);
         let again = behind && drive <= first + slack || ended && drive > least + slack;
         if !first.is_finite() || if named { name != self.name } else { again } {
-            self.sides = self.locator.sides().iter().map(|_| None).collect();
+            self.sides = self.locator.sides.iter().map(|_| None).collect();
             self.number += 1;
             self.name = name.to_owned();
             (self.drives, self.falling) = ([f64::INFINITY, drive, drive], false);
@@ -150,33 +133,32 @@ impl<'a> Strokes<'a> {
         true
     }
 
-    /// The drive, or its size where it goes down from 0 and both sides were calibrated.
-    fn towards(&mut self, name: &str, drive: f64) -> f64 {
-        let learned = self.locator.sides().iter().filter(|side| side.learned().is_some());
-        let before = std::mem::replace(&mut self.before, drive);
-        let down = drive < before || name != self.name;
-        let folded = down && drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
-        if folded { -drive } else { drive }
-    }
-
-    /// Adds a reading of a line with these fields; `None` where it is of no stroke.
-    pub(super) fn tell(&mut self, cells: &[LabCell<'_>], tap: &Reading, ask: &Ask<'_>) -> Option<Far> {
+    /// Adds a reading of a line with these fields: the numbers of the columns of what its stroke tells, and the status; `None` where it is of no stroke.
+    pub fn tell(
+        &mut self,
+        cells: &[LabCell<'_>],
+        tap: &Reading,
+        ask: &Ask<'_>,
+    ) -> Option<(Vec<f64>, Status)> {
         let (name, signal, share) = (self.name(cells), tap.signals[0], tap.shares[0]);
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !signal.is_finite() {
             return None;
         }
-        let drive = self.towards(&name, tap.drive);
+        // Where both sides were calibrated, a drive that goes down from 0 counts by its size.
+        let learned = self.locator.sides.iter().filter(|side| side.learned().is_some());
+        let down = tap.drive < std::mem::replace(&mut self.before, tap.drive) || name != self.name;
+        let folded = down && tap.drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
+        let drive = if folded { -tap.drive } else { tap.drive };
         if !self.begins((tap.line, drive), &name, ask) {
             return None;
         }
         let locator = self.locator;
         let (drive, signal) = locator.as_calibrated(drive, signal);
-        let from_first =
-            |side: Option<&Side>| if self.free.0.zero { side.map_or(signal, |s| s.first) } else { 0.0 };
-        let first = from_first(self.sides.iter().flatten().next());
+        let begun = self.sides.iter().flatten().next();
+        let first = if self.free.0.zero { begun.map_or(signal, |s| s.first) } else { 0.0 };
         let signal = signal - first;
         let mut status = locator.limit_of(signal);
-        for (side, readings) in locator.sides().iter().zip(&mut self.sides) {
+        for (side, readings) in locator.sides.iter().zip(&mut self.sides) {
             let Some(learned) = side.learned() else { continue };
             let (tared, y, _) = learned.read(side.sign * signal, share);
             let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY, first };
@@ -193,18 +175,16 @@ impl<'a> Strokes<'a> {
         let has = |sign: f64| locator.side_of(sign).is_some_and(|side| side.learned().is_some());
         let known = self.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
-        let side = &locator.sides()[k];
+        let side = &locator.sides[k];
         let count = own.stroke.count();
-        // A side that only a model knows is not read along a stroke.
+        // Without a learned curve a side cannot be read along a stroke.
         let others = self.signals[usize::from(side.sign > 0.0)];
         if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise() {
-            let status = status | Status::OUTSIDE_CALIBRATION;
-            return Some(Far { rows: count, told: None, origin: locator.drive_origin, status });
+            return Some((numbers(count, None, locator.drive_origin), status | Status::OUTSIDE_CALIBRATION));
         }
-        if let Some(far) =
-            self.far.as_ref().filter(|far| count >= PATIENT && count - far.rows < count / PATIENT)
-        {
-            return Some(Far { status: far.status | status, ..far.clone() });
+        let recent = |(rows, ..): &&(usize, _, _)| count >= PATIENT && count - rows < count / PATIENT;
+        if let Some((_, numbers, before)) = self.far.as_ref().filter(recent) {
+            return Some((numbers.clone(), *before | status));
         }
         let learned = side.learned()?;
         let joint = learned.joint_of_strokes(own.tared);
@@ -229,8 +209,8 @@ impl<'a> Strokes<'a> {
         if told.is_some_and(|told| told.apart[1].abs() > limit(4 * count.min(64))) {
             status |= Status::INCONSISTENT;
         }
-        let far = Far { rows: count, told, origin: locator.drive_origin, status };
-        self.far = Some(far.clone());
-        Some(far)
+        let numbers = numbers(count, told, locator.drive_origin);
+        self.far = Some((count, numbers.clone(), status));
+        Some((numbers, status))
     }
 }

@@ -1,12 +1,10 @@
-//! A whole file of readings, answered at once: for those who make more of a reading than its distance.
+//! All readings of a file with their answers, for contours, arrays and the next tap.
 
-use super::kept::Kept;
+use super::Locator;
 use super::pair::Spatial;
-use super::pairs::Parts;
 use super::rows::{Answerer, Reading};
-use super::stream::{Ask, zeros};
+use super::stream::{Ask, Kept, zeros};
 use super::tared::TaredRows;
-use super::{Located, Locator};
 use crate::error::{Error, InputError};
 use crate::sink::frame::Frame;
 use crate::sink::heading::Heading;
@@ -14,10 +12,8 @@ use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::values::Field;
 use crate::status::Status;
 
-/// A row and its answer.
 #[derive(Debug, Clone)]
 pub struct AnsweredRow {
-    /// Line of the file, from 1.
     pub line: usize,
     /// Its fields, those of [`Readings::names`]; empty where the line has another shape.
     pub fields: Vec<LabCell<'static>>,
@@ -29,34 +25,23 @@ pub struct AnsweredRow {
     pub signal: f64,
     /// Variance of the zero in units of that of one reading.
     pub share: f64,
-    /// Whether it is one of the zero.
     pub rests: bool,
-    /// The tap that it is, if it is one.
     pub tap: Option<Reading>,
-    /// Its distance.
-    pub located: Located,
-    /// Of two gauges the contact, and what its errors are made of.
-    pub(crate) pair: Option<(Spatial, Option<Parts>)>,
+    /// Its distance, of two gauges with the contact.
+    pub answer: Spatial,
 }
 
-/// Readings of a file.
 #[derive(Debug, Clone)]
 pub struct Readings {
-    /// The file as the user named it.
     pub file: String,
-    /// Names of its columns.
     pub names: Vec<String>,
     /// The table of the answers without rows: what is kept of each reading, and the columns that are added.
     pub empty: Frame,
-    /// In the order of the file.
     pub rows: Vec<AnsweredRow>,
 }
 
 impl Readings {
     /// Reads and answers `input` for the table of `heading`, whose columns from the zero on follow what is kept of each row.
-    ///
-    /// # Errors
-    /// A header that does not fit the calibration; a zero that contradicts the file's own.
     pub fn of(
         locator: &Locator,
         input: LabTable<'_>,
@@ -77,42 +62,30 @@ impl Readings {
         }
         let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
         let mut tared = TaredRows::new(who, input.into(), ask, Some(read))?;
-        let kept = Kept::new(&tared.rows, of_frame, &heading.names_from("zero"));
+        let kept = Kept::new(&tared.rows, of_frame, heading, &heading.names_from("zero"));
         let names = tared.rows.names();
-        let mut rows: Vec<AnsweredRow> = Vec::new();
+        let (mut rows, mut taps) = (Vec::new(), Vec::new());
         while let Some(row) = tared.next()? {
             let fields: Vec<_> = row.cells.into_iter().map(LabCell::into_owned).collect();
-            let located = match &row.tap {
-                Err(why) => Located::nothing(*why),
-                Ok(_) if who.is_twofold() => Located::nothing(Status::OK),
-                Ok(tap) => locator.locate_above(tap.drive, tap.signals[0], 0.0, tap.shares[0]),
-            };
-            let tap = row.tap.ok();
+            let why = row.tap.as_ref().err();
+            taps.extend(row.tap.as_ref().ok().cloned());
             rows.push(AnsweredRow {
                 line: row.line.number,
                 kept: kept.fields(row.line.number, &fields, [row.drive, row.recorded[0], row.zero]),
                 fields: if fields.len() == names.len() { fields } else { Vec::new() },
                 drive: row.drive,
-                signal: tap.as_ref().map_or(row.recorded[0], |tap| tap.signals[0]),
-                share: tap.as_ref().map_or(0.0, |tap| tap.shares[0]),
+                signal: row.tap.as_ref().map_or(row.recorded[0], |tap| tap.signals[0]),
+                share: row.tap.as_ref().map_or(0.0, |tap| tap.shares[0]),
                 rests: row.rests,
-                tap,
-                located,
-                pair: None,
+                answer: Spatial::nothing(*why.unwrap_or(&Status::OK)),
+                tap: row.tap.ok(),
             });
         }
-        if who.is_twofold() {
-            let taps: Vec<Reading> = rows.iter().filter_map(|row| row.tap.clone()).collect();
-            let of_taps = rows.iter_mut().filter(|row| row.tap.is_some());
-            for (row, found) in of_taps.zip(locator.pairs(&taps)?) {
-                row.located = found.0.located;
-                row.pair = Some(found);
-            }
-        }
-        Ok(Self { file: label.to_owned(), names, empty: kept.frame(heading), rows })
+        let of_taps = rows.iter_mut().filter(|row| row.tap.is_some());
+        of_taps.zip(who.answer(&taps)?).for_each(|(row, answer)| row.answer = answer);
+        Ok(Self { file: label.to_owned(), names, empty: kept.empty, rows })
     }
 
-    /// Place of the column `name`.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|n| n == name)
     }

@@ -18,7 +18,6 @@ const OFF: f64 = 0.1;
 /// And beyond so many standard deviations of a reading.
 const CERTAIN: f64 = 8.0;
 
-/// The zero of readings, line by line.
 #[derive(Debug, Clone)]
 pub enum Tare {
     /// Zero readings of a whole file, joined by straight lines in file order.
@@ -27,10 +26,8 @@ pub enum Tare {
     Held(Option<Held>),
 }
 
-/// What a stream holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
-    /// Mean of the run.
     mean: f64,
     /// Its variance in units of a reading's.
     share: f64,
@@ -48,15 +45,13 @@ impl Held {
 }
 
 impl Tare {
-    /// Before the first reading: `said` by the user in strain, or the unit of the reading, else what the calibration fitted. That brings no
-    /// variance: where it is wrong, what was fitted with it is wrong by as much the other way.
+    /// Before the first reading: what the user `said`, else what the calibration fitted. It brings no variance: an error of it is in the fit as well.
     pub fn new(locator: &Locator, said: Option<f64>) -> Self {
         let fitted =
             locator.tared.as_ref().filter(|t| matches!(t.from, TaredBy::Fitted | TaredBy::Reference));
         Self::said(said.or(fitted.map(|t| t.value)))
     }
 
-    /// What is said before the first reading.
     pub fn said(zero: Option<f64>) -> Self {
         Self::Held(zero.map(|mean| Held { mean, share: 0.0, n: 0, aside: None }))
     }

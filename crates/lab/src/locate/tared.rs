@@ -14,15 +14,13 @@ use crate::reduce::median;
 use crate::sink::lab::{LabCell, LabStream};
 use crate::status::Status;
 
-/// A zero reading with a value that stands for none, such as -1, is left out where it differs from the other zero readings by this share of a usual tap.
+/// A placeholder such as -1 is no zero reading if it differs from the others by this share of a usual tap.
 const NO_ZERO: f64 = 0.1;
 
-/// A warning that is given once.
 #[derive(Default)]
 pub(super) struct Once(bool);
 
 impl Once {
-    /// Warns, the first time.
     pub fn warn(&mut self, ask: &Ask<'_>, text: impl FnOnce() -> String) {
         if !std::mem::replace(&mut self.0, true) {
             (ask.warn)(&text());
@@ -31,32 +29,23 @@ impl Once {
 }
 
 /// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
-///
-/// # Errors
-/// As [`answer`](super::stream::answer); numbers of which nothing says whether they are more than a thousand.
 pub fn zeros(
     who: Answerer<'_>,
     input: LabStream<'_>,
     ask: &Ask<'_>,
 ) -> Result<(Vec<Zero>, Vec<usize>), Error> {
-    let mut source = Source::new(input, ask);
-    let mut rows = RowReader::new(who);
+    let (mut source, mut rows) = (Source::new(input, ask), RowReader::new(who));
     let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
     let mut thousands = Thousands::default();
-    while let Some(line) = source.next(&mut rows)? {
-        let Some(row) = line.row else { continue };
-        let cells = rows.cells(row);
-        let read = rows.parse(row, &cells);
-        thousands.see(line.number, &rows.named(cells), row.separator());
-        let Some((drive, signals)) = read else { continue };
-        if !who.rests(drive, &signals) {
-            sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
+    while let Some(row) = recorded(&mut source, &mut rows, (Some(&mut thousands), None))? {
+        if !row.rests {
+            sizes.extend(Some(row.recorded[0]).filter(|x| x.is_finite()));
             continue;
         }
-        numbers.push((line.place, line.number));
-        for (k, signal) in signals.into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
+        numbers.push((row.line.place, row.line.number));
+        for (k, signal) in row.recorded.into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
             let last = readings[k].last().map_or(signal, |(_, zero)| *zero);
-            readings[k].push((line.place, who.locator(k).beside(last, signal)));
+            readings[k].push((row.line.place, who.locator(k).beside(last, signal)));
         }
     }
     let here = |e: InputError| InputError { file: Some(ask.label().to_owned()), ..e };
@@ -81,16 +70,13 @@ pub fn zeros(
     Ok((readings.iter().map(|all| Zero::new(all)).collect(), wrong))
 }
 
-/// A row and the tap that it is.
 pub(super) struct TaredRow<'b> {
     pub line: Line<'b>,
     /// Its fields by the names of the columns.
     pub cells: Vec<LabCell<'b>>,
     /// As recorded; NaN where the line says nothing.
     pub drive: f64,
-    /// Of each signal as recorded.
     pub recorded: Vec<f64>,
-    /// Whether it is one of the zero.
     pub rests: bool,
     /// Whether it is taken as settled for want of a time.
     pub untimed: bool,
@@ -100,18 +86,43 @@ pub(super) struct TaredRow<'b> {
     pub tap: Result<Reading, Status>,
 }
 
+/// The next row as recorded. With `unclear`, a line with a number that may be more than a thousand is no reading.
+fn recorded<'s>(
+    source: &'s mut Source<'_>,
+    rows: &mut RowReader<'_>,
+    (thousands, unclear): (Option<&mut Thousands>, Option<&mut Once>),
+) -> Result<Option<TaredRow<'s>>, Error> {
+    let (who, ask) = (rows.who, source.ask);
+    let Some(line) = source.next(rows)? else { return Ok(None) };
+    // Of a line that is no reading, no field is known to be a signal.
+    let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
+    let mut read = line.row.and_then(|row| rows.parse(row, &cells));
+    let cells = rows.named(cells);
+    if let Some((seen, row)) = thousands.zip(line.row) {
+        let grouped = seen.see(line.number, &cells, row.separator());
+        if let Some(once) = unclear.filter(|_| grouped)
+            && let Err(why) = seen.check(&rows.names(), ask.columns)
+        {
+            read = None;
+            once.warn(ask, || format!("line {}: {why}: such lines are bad_input", line.number));
+        }
+    }
+    let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
+    let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
+    let (zero, tap) = (f64::NAN, Err(Status::NO_STRAIN));
+    Ok(Some(TaredRow { line, cells, drive, recorded, rests, untimed, zero, tap }))
+}
+
 /// Rows of readings, one by one, above their zeros.
 pub(super) struct TaredRows<'a> {
     who: Answerer<'a>,
     source: Source<'a>,
     pub rows: RowReader<'a>,
     ask: &'a Ask<'a>,
-    /// The zero of each signal.
     tares: Vec<Tare>,
     zeros: u64,
     /// Whether the last row was one of the zero.
     follows: bool,
-    /// Whether there was a tap.
     asked: bool,
     /// Of input that was not looked through before.
     thousands: Option<Thousands>,
@@ -119,8 +130,7 @@ pub(super) struct TaredRows<'a> {
 }
 
 impl<'a> TaredRows<'a> {
-    /// Of `input`, whose columns are read. `zero` is that of the file, of each signal, if it has one; else the zero readings among the rows serve
-    /// those after them.
+    /// Reads the columns of `input`. Without the `zero` of each signal, zero readings among the rows serve those after them.
     pub fn new(
         who: Answerer<'a>,
         input: LabStream<'a>,
@@ -135,98 +145,55 @@ impl<'a> TaredRows<'a> {
         Ok(Self { who, source, rows, ask, tares, zeros, follows: false, asked: false, thousands, unclear })
     }
 
-    /// The next row; `None` at the end.
     pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
         let Self { who, source, rows, ask, .. } = self;
         let (who, ask) = (*who, *ask);
-        let Some(line) = source.next(rows)? else { return Ok(None) };
-        // Of a line that is no reading, no field is known to be a signal.
-        let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
-        let mut read = line.row.and_then(|row| rows.parse(row, &cells));
-        let cells = rows.named(cells);
-        if let Some((seen, row)) = self.thousands.as_mut().zip(line.row) {
-            let grouped = seen.see(line.number, &cells, row.separator());
-            if grouped && let Err(why) = seen.check(&rows.names(), ask.columns) {
-                read = None;
-                let told = || format!("line {}: {why}: such lines are bad_input", line.number);
-                self.unclear.warn(ask, told);
-            }
-        }
-        let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
-        let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
-        let follows = std::mem::replace(&mut self.follows, rests);
-        let mut row = TaredRow {
-            line,
-            cells,
-            drive,
-            recorded,
-            rests,
-            untimed,
-            zero: f64::NAN,
-            tap: Err(Status::NO_STRAIN),
-        };
-        if rests {
+        // Zeros that were looked for before have looked at these numbers too.
+        let seen = self.thousands.as_mut();
+        let unclear = Some(&mut self.unclear).filter(|_| seen.is_some());
+        let Some(mut row) = recorded(source, rows, (seen, unclear))? else { return Ok(None) };
+        let follows = std::mem::replace(&mut self.follows, row.rests);
+        let line = row.line.number;
+        if row.rests {
             self.zeros += 1;
-            see(who, ask, &mut self.tares, &row, (self.zeros, follows));
+            if let Some(zero) = ask.zero[0].filter(|_| self.zeros == 1) {
+                let zero = plain(zero);
+                (ask.warn)(&format!("the zero readings from line {line} on take the place of --zero {zero}"));
+            }
+            for (k, signal) in row.recorded.iter().enumerate().filter(|(_, x)| x.is_finite()) {
+                let aside = self.tares[k].see(who.locator(k), *signal, follows);
+                if let Some(zero) = aside.filter(|_| k == 0 || who.finds_drives()) {
+                    (ask.warn)(&format!(
+                        "line {line}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it"
+                    ));
+                }
+            }
             return Ok(Some(row));
         }
-        if let Some(why) = who.lacks(drive, &row.recorded) {
+        if let Some(why) = who.lacks(row.drive, &row.recorded) {
             row.tap = Err(why);
             return Ok(Some(row));
         }
         let zeros: Vec<Option<(f64, f64)>> = self.tares.iter().map(|tare| tare.at(row.line.place)).collect();
-        if !std::mem::replace(&mut self.asked, true) {
-            doubts(who, ask, &zeros);
+        let free = matches!(ask.by, By::Strokes(free) if free.zero);
+        if !std::mem::replace(&mut self.asked, true) && !free {
+            let known = if who.is_twofold() { 1 } else { zeros.len() };
+            for text in (0..known).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0))) {
+                (ask.warn)(&if who.finds_drives() { text.replace(", or --zero", "") } else { text });
+            }
         }
         row.zero = zeros[0].map_or(f64::NAN, |z| z.0);
-        let values = zeros.iter().map(|zero| zero.unwrap_or((0.0, 0.0)));
-        let (values, shares): (Vec<f64>, Vec<f64>) = values.unzip();
+        let known = zeros.iter().map(|zero| zero.unwrap_or((0.0, 0.0)));
+        let (values, shares): (Vec<f64>, Vec<f64>) = known.unzip();
         row.tap = Ok(Reading {
-            line: row.line.number,
-            drive: if who.first().drive_recorded { drive } else { UNRECORDED },
+            line,
+            drive: if who.first().drive_recorded { row.drive } else { UNRECORDED },
             signals: (0..values.len()).map(|k| rows.above(k, row.recorded[k], values[k])).collect(),
             shares,
             zeros: self.zeros,
             shift: 0.0,
         });
         Ok(Some(row))
-    }
-}
-
-/// Takes a zero reading of a stream, the `count`-th, which `follows` another one or not.
-fn see(
-    who: Answerer<'_>,
-    ask: &Ask<'_>,
-    tares: &mut [Tare],
-    row: &TaredRow<'_>,
-    (count, follows): (u64, bool),
-) {
-    let line = row.line.number;
-    if let Some(zero) = ask.zero[0].filter(|_| count == 1) {
-        let zero = plain(zero);
-        (ask.warn)(&format!("the zero readings from line {line} on take the place of --zero {zero}"));
-    }
-    for (k, signal) in row.recorded.iter().enumerate().filter(|(_, x)| x.is_finite()) {
-        let aside = tares[k].see(who.locator(k), *signal, follows);
-        if let Some(zero) = aside.filter(|_| k == 0 || who.finds_drives()) {
-            (ask.warn)(&format!(
-                "line {line}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it"
-            ));
-        }
-    }
-}
-
-/// Warns of what should be known of the `zeros` of the first tap.
-fn doubts(who: Answerer<'_>, ask: &Ask<'_>, zeros: &[Option<(f64, f64)>]) {
-    if matches!(ask.by, By::Strokes(free) if free.zero) {
-        return;
-    }
-    let known = if who.is_twofold() { 1 } else { zeros.len() };
-    for text in (0..known).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0))) {
-        match who.finds_drives() {
-            true => (ask.warn)(&text.replace(", or --zero", "")),
-            false => (ask.warn)(&text),
-        }
     }
 }
 

@@ -10,8 +10,7 @@ use crate::reduce::median;
 const MOVED: f64 = 0.4;
 /// And near the line through the one before and the one after, but for this share of the larger contact beside it.
 const JAGGED: f64 = 0.1;
-/// A contact goes up and down once: it is over below the first share of its height, and another one begins above the second, where it lasts for the
-/// third of the longest.
+/// Humps of a contact: one ends below the first share of the height, another begins above the second and lasts for the third of the longest.
 const ONCE: [f64; 3] = [0.4, 0.6, 0.25];
 /// A contact is to one side of the rests: no more than this share of it to the other...
 const OTHER: f64 = 0.5;
@@ -23,12 +22,12 @@ const STAYS: f64 = 0.75;
 const BAND: (f64, f64) = (0.02, 4.0);
 /// The wide one, in narrow ones.
 const WIDER: f64 = 2.5;
-/// So large a share of the rests may be too short to say.
+/// Share of the rests that may be too short to judge.
 const SHORT: f64 = 0.25;
 /// Contacts whose levels differ by less than this share, and last as long as rests but for this factor, may as well be the rests.
 const EQUAL: f64 = 0.05;
 const AS_LONG: f64 = 1.5;
-/// Fewer contacts are no pattern.
+/// Contacts that make a pattern, at least.
 const PATTERN: usize = 3;
 
 /// A contact between two rests: largest deviations to either side, and the samples beyond half of the larger.
@@ -119,7 +118,6 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
     Ok(())
 }
 
-/// Level of a rest.
 fn level(rest: &Rest, [first, last]: [usize; 2]) -> f64 {
     median(&mut rest.signal[first..=last].to_vec())
 }

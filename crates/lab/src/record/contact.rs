@@ -26,7 +26,7 @@ const SHARP: f64 = 0.1;
 /// What is at its top: within so many standard deviations of noise ([`NEAR`]), or this share of it.
 const NEXT: f64 = 0.01;
 
-/// The sample `k` of a peak. It may be one sample; but what springs out of its neighbours is none.
+/// The sample `k` of a peak: one sample is enough, unless it is an isolated spike.
 fn sample(record: &Record, rest: &Rest, k: usize) -> f64 {
     let (smooth, raw) = (rest.signal[k], record.signal[k]);
     let most = AWAY * rest.noise + SHARP * (smooth - rest.level[k]).abs();
@@ -57,7 +57,6 @@ pub fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [
     }
 }
 
-/// What is read of a contact.
 pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> Vec<Reading> {
     let [first, last] = contact;
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
@@ -74,26 +73,30 @@ pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take)
         }
         Some((_, drives)) => {
             let most = drives.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            let stays = steady(drives, contact, SAME * most);
-            let of = |stay: [usize; 2]| plateau(record, rest, contact, stay, 0.0);
+            let length = last - first + 1;
+            let window = STILL.max(length / PARTS);
+            let (spreads, moves) =
+                (spreads(drives, window, contact), (SAME * most).max(AWAY * apart(drives)));
+            // Stretches in which the drive stands still.
+            let stays = blocks_of(length, window, |k| spreads[k] <= moves);
+            let of = |[p, q]: [usize; 2]| plateau(record, rest, contact, [first + p, first + q], 0.0);
             let found = stays.into_iter().filter_map(of);
             let pushed = found.filter(|r| r.drive.is_none_or(|d| d.abs() > SAME * most));
-            joined(record, rest, pushed.collect(), SAME * most)
+            let mut plateaus: Vec<Reading> = pushed.collect();
+            // Of those of one drive that follow each other the last has settled most.
+            plateaus.dedup_by(|later, before| {
+                let drives = before.drive.zip(later.drive);
+                let same = drives.is_some_and(|(p, q)| (p - q).abs() <= SAME * most);
+                *before = if same { *later } else { *before };
+                same
+            });
+            plateaus
         }
     };
     match (plateaus.is_empty(), take) {
         (true, Take::Auto) => vec![peak(record, rest, contact, top)],
         _ => plateaus,
     }
-}
-
-/// Stretches of a contact in which the drive stands still.
-fn steady(drives: &[f64], [first, last]: [usize; 2], same: f64) -> Vec<[usize; 2]> {
-    let length = last - first + 1;
-    let window = STILL.max(length / PARTS);
-    let (spreads, moves) = (spreads(drives, window, [first, last]), same.max(AWAY * apart(drives)));
-    let still = blocks_of(length, window, |k| spreads[k] <= moves);
-    still.into_iter().map(|[p, q]| [first + p, first + q]).collect()
 }
 
 /// The plateau in the `stretch` of a contact, at least so `high`: the level near which the signal is longest, and the longest time that it is near it without break.
@@ -170,21 +173,4 @@ fn peak(record: &Record, rest: &Rest, contact: [usize; 2], top: usize) -> Readin
         }
         false => told,
     }
-}
-
-/// Plateaus of one drive that follow each other, as one.
-fn joined(record: &Record, rest: &Rest, found: Vec<Reading>, same: f64) -> Vec<Reading> {
-    let mut all: Vec<Reading> = Vec::new();
-    for reading in found {
-        match (all.last().copied(), reading.drive) {
-            (Some(before), Some(drive)) if before.drive.is_some_and(|d| (d - drive).abs() <= same) => {
-                // The later one has settled more.
-                let of = [reading.mean[0], reading.mean[1]];
-                let last = all.len() - 1;
-                all[last] = mean(record, rest, Kind::Plateau, reading.contact, of);
-            }
-            _ => all.push(reading),
-        }
-    }
-    all
 }

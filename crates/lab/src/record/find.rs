@@ -7,26 +7,21 @@ use crate::error::InputError;
 
 /// Contacts that are nearer to each other, in samples, are one.
 const APART: usize = 3;
-/// So much smaller contacts without a rest between are none: a whisker swings when it comes free, and rubber creeps back.
+/// A contact below this share of its neighbour, with no rest between, is ringing or creep of the rubber.
 const SWINGS: f64 = 0.35;
 /// Smoothed samples of a contact at least: of a disturbance of two samples there are four.
 const LEAST: usize = 5;
 
-/// What of a contact is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Take {
     /// A plateau where there is one, else the peak.
     Auto,
-    /// Plateaus alone.
     Plateau,
-    /// Peaks alone.
     Peak,
 }
 
-/// What a reading is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// No contact.
     Rest,
     /// A contact that stands still.
     Plateau,
@@ -35,7 +30,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// In tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Rest => "rest",
@@ -45,16 +39,13 @@ impl Kind {
     }
 }
 
-/// A reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// What it is of.
     pub kind: Kind,
     /// First and last sample of the contact, or of the rest.
     pub contact: [usize; 2],
     /// First and last sample of which it is the mean.
     pub mean: [usize; 2],
-    /// The signal.
     pub signal: f64,
     /// The level of the rest there.
     pub rest: f64,
@@ -65,9 +56,6 @@ pub struct Reading {
 }
 
 /// Rests and contacts of `record` in the order of time.
-///
-/// # Errors
-/// A record without rest, or without contact; one of which it is not certain where it rests.
 pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputError> {
     if let Some((kind, drives)) = &record.drive
         && drives.iter().all(|d| *d == 0.0)
@@ -101,8 +89,22 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     let n = record.signal.len();
     let largest = |[first, last]: [usize; 2]| (first..=last).map(off).fold(0.0, f64::max);
     let mut found: Vec<[usize; 2]> = Vec::new();
-    for contact in contacts(n, |k| off(k) > rest.away) {
-        let [first, last] = grown(contact, |k| off(k) > 2.0 * rest.scatter, n);
+    let mut beyond: Vec<[usize; 2]> = Vec::new();
+    for k in (0..n).filter(|k| off(*k) > rest.away) {
+        match beyond.last_mut() {
+            Some(last) if k - last[1] <= APART => last[1] = k,
+            _ => beyond.push([k, k]),
+        }
+    }
+    beyond.retain(|c| c[1] - c[0] + 1 >= LEAST);
+    for [mut first, mut last] in beyond {
+        // With the samples around it that are off the rest.
+        while first > 0 && off(first - 1) > 2.0 * rest.scatter {
+            first -= 1;
+        }
+        while last + 1 < n && off(last + 1) > 2.0 * rest.scatter {
+            last += 1;
+        }
         let before = found.last_mut().filter(|before| {
             let rested = || rest.blocks.iter().any(|b| (2 * before[1]..2 * first).contains(&(b[0] + b[1])));
             let (one, other) = (largest(**before), largest([first, last]));
@@ -124,28 +126,4 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     readings.sort_by_key(|r| r.mean[0]);
     certain::check(record, &rest, &readings)?;
     Ok((readings, rest))
-}
-
-/// First and last sample of each contact.
-fn contacts(n: usize, away: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
-    let mut all: Vec<[usize; 2]> = Vec::new();
-    for k in (0..n).filter(|k| away(*k)) {
-        match all.last_mut() {
-            Some(last) if k - last[1] <= APART => last[1] = k,
-            _ => all.push([k, k]),
-        }
-    }
-    all.retain(|c| c[1] - c[0] + 1 >= LEAST);
-    all
-}
-
-/// A contact with the samples around it that are off the rest.
-fn grown([mut first, mut last]: [usize; 2], off: impl Fn(usize) -> bool, n: usize) -> [usize; 2] {
-    while first > 0 && off(first - 1) {
-        first -= 1;
-    }
-    while last + 1 < n && off(last + 1) {
-        last += 1;
-    }
-    [first, last]
 }

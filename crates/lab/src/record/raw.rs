@@ -12,25 +12,19 @@ use crate::measure::thousands::Thousands;
 use crate::scene::Drive;
 use crate::sink::lab::LabTable;
 
-/// Samples at least.
 const LEAST: usize = 20;
 
-/// A raw record.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// The file.
     pub file: String,
     /// Seconds, rising.
     pub time: Vec<f64>,
-    /// The signal.
     pub signal: Vec<f64>,
-    /// Its unit.
     pub unit: Unit,
     /// Degrees or mm, as recorded.
     pub drive: Option<(Drive, Vec<f64>)>,
     /// Names and fields of distance, tilt and run, where there are such columns.
     pub labels: Vec<(String, Vec<String>)>,
-    /// Names of columns that are not used.
     pub ignored: Vec<String>,
     /// Lines without a signal, which are left out.
     pub empty: usize,
@@ -38,9 +32,6 @@ pub struct Record {
 
 impl Record {
     /// From a file or a table in memory: a header, then a sample in each row.
-    ///
-    /// # Errors
-    /// A column that is missing; a field that is no number; times that do not rise; too few samples.
     pub fn parse(file: &str, table: LabTable<'_>, said: &Names) -> Result<Self, InputError> {
         let text = if let LabTable::Text(bytes) = table { String::from_utf8_lossy(bytes) } else { "".into() };
         let table = if let LabTable::Frame(f) = table { LabTable::Frame(f) } else { LabTable::Text(&*text) };
@@ -68,7 +59,11 @@ impl Record {
         let object = names.iter().position(|name| name == OBJECT);
         let labelled: Vec<usize> =
             [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
-        record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
+        // By the names that a data file has for them.
+        let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
+        let own = |k: usize| known.into_iter().find(|(place, _)| *place == Some(k)).map(|(_, name)| name);
+        let label = |k: &usize| (own(*k).unwrap_or(&names[*k]).to_owned(), Vec::new());
+        record.labels = labelled.iter().map(label).collect();
         let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
         while let Some((line, row)) = sheet.next(said).map_err(here)? {
             let all = row.cells(mark);
@@ -118,11 +113,4 @@ impl Record {
         let of = |values: &Vec<String>| values[from..=to].iter().all(|v| *v == values[from]).then_some(from);
         self.labels.iter().map(|(_, values)| of(values).map_or("", |k| values[k].as_str())).collect()
     }
-}
-
-/// The name that a data file has for the column `k`.
-fn own(columns: &Columns, k: usize, names: &[String]) -> String {
-    let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
-    let name = known.into_iter().find(|(place, _)| *place == Some(k));
-    name.map_or_else(|| names[k].clone(), |(_, name)| name.to_owned())
 }

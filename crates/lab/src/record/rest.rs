@@ -4,6 +4,7 @@ use crate::reduce::median;
 
 use super::Record;
 use super::chain::returns;
+use crate::estimator::model::between as held;
 
 /// Standard deviations of noise, and share of the largest signal, beyond which a sample is in contact.
 pub const AWAY: f64 = 6.0;
@@ -20,27 +21,22 @@ pub const WINDOWS: [usize; 6] = [100, 200, 400, 800, 1600, 3200];
 const SHORT: usize = 3;
 /// Standard deviations of smoothed noise by which a window spreads that is still.
 const SPREADS: f64 = 6.5;
-/// This share of the windows of a record is still in any case, and so is what spreads by so many times as much, up to a share of the whole signal: hum of the mains and
-/// drift are in all of them.
+/// This share of all windows is still, and what spreads by [`ALIKE`] times as much, up to [`HUM`] of the whole signal (hum, drift).
 const SURELY: f64 = 0.1;
 const ALIKE: f64 = 2.0;
 const HUM: f64 = 0.06;
 /// Standard deviations of smoothed noise within which the ends of a rest are.
 const AT: f64 = 2.0;
-/// Drives up to this share of the largest, from the least, are none; the least is that of a rest up to the other share: not every encoder has its zero
-/// where contact begins.
+/// Rest: the least drive, if below [`OFF`] of the largest, and up to this share of the largest above it (encoders have offsets).
 const NONE: f64 = 0.02;
 const OFF: f64 = 0.1;
 
-/// What a record is without contact.
 pub struct Rest {
     /// Standard deviation of a sample.
     pub noise: f64,
     /// The same of a smoothed one.
     pub scatter: f64,
-    /// The signal, smoothed.
     pub signal: Vec<f64>,
-    /// The level at each sample.
     pub level: Vec<f64>,
     /// How far from it a sample may be without contact.
     pub away: f64,
@@ -62,8 +58,7 @@ pub fn apart(values: &[f64]) -> f64 {
     if all.is_empty() { 0.0 } else { quantile(&mut all, 0.25) / (QUARTER * std::f64::consts::SQRT_2) }
 }
 
-/// Standard deviation of the noise of a converter: that of its step, the least difference of two values. (Of neighbours, where plateaus have no noise,
-/// that is an edge.)
+/// Standard deviation of a converter's rounding: its step is the least difference of any two values, not of neighbours.
 fn step(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -71,8 +66,7 @@ fn step(values: &[f64]) -> f64 {
     if least.is_finite() { least / 12_f64.sqrt() } else { 0.0 }
 }
 
-/// Each sample's median with its two neighbours, which no single sample that springs out of them moves; and of these the mean of each and its neighbours with weights 1, 2, 1,
-/// in which hum at half the rate of the samples is not.
+/// Median of three, which removes single spikes, then weights 1, 2, 1, which remove hum at half the sampling rate.
 fn smoothed(y: &[f64]) -> Vec<f64> {
     let three = |y: &[f64], f: fn(f64, f64, f64) -> f64| -> Vec<f64> {
         (0..y.len()).map(|k| f(y[k.saturating_sub(1)], y[k], y[(k + 1).min(y.len() - 1)])).collect()
@@ -117,11 +111,11 @@ fn driven(record: &Record) -> Option<Vec<bool>> {
     Some(sizes().map(|d| d > limit).collect())
 }
 
-/// The rest of `record`.
 pub fn rest(record: &Record) -> Rest {
     let y = smoothed(&record.signal);
     let scatter = (SMOOTH * apart(&y)).max(SMOOTHED * step(&record.signal));
-    let span = range(&y);
+    let ends = [f64::max, f64::min].map(|of: fn(f64, f64) -> f64| y.iter().copied().reduce(of));
+    let span = ends[0].zip(ends[1]).map_or(f64::NAN, |(most, least)| most - least);
     let driven = driven(record);
     let by = |window: usize| {
         let spreads = spreads(&y, window, [0, y.len() - 1]);
@@ -154,12 +148,6 @@ pub fn rest(record: &Record) -> Rest {
     let span = y.iter().zip(&level).map(|(y, level)| (y - level).abs()).fold(0.0, f64::max);
     let away = (AWAY * scatter).max(SHARE * span);
     Rest { noise, scatter, signal: y, level, away, blocks }
-}
-
-/// The largest of `values` less the smallest.
-fn range(values: &[f64]) -> f64 {
-    let of = |start: f64, f: fn(f64, f64) -> f64| values.iter().copied().fold(start, f);
-    of(f64::NEG_INFINITY, f64::max) - of(f64::INFINITY, f64::min)
 }
 
 /// The value below which `share` of `values` lie.
@@ -205,7 +193,7 @@ fn trimmed(y: &[f64], [first, last]: [usize; 2], scatter: f64) -> [usize; 2] {
 /// The level at each sample: the medians of the rests, joined by straight lines.
 fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
     // A long rest has a median at each of its quarters, so that a level that creeps is followed.
-    let knots: Vec<(f64, f64)> = blocks
+    let (places, levels): (Vec<f64>, Vec<f64>) = blocks
         .iter()
         .flat_map(|&[first, last]| {
             let parts = if last - first >= 4 * STILL { 4 } else { 1 };
@@ -223,16 +211,7 @@ fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
             }
             all
         })
-        .collect();
-    let at = |k: usize| {
-        let x = k as f64;
-        let after = knots.partition_point(|knot| knot.0 < x);
-        match (after.checked_sub(1).map(|i| knots[i]), knots.get(after)) {
-            (Some(p), Some(q)) => p.1 + (q.1 - p.1) * (x - p.0) / (q.0 - p.0),
-            (Some(p), None) => p.1,
-            (None, Some(q)) => q.1,
-            (None, None) => f64::NAN,
-        }
-    };
+        .unzip();
+    let at = |k: usize| if places.is_empty() { f64::NAN } else { held(&places, &levels, k as f64) };
     (0..y.len()).map(at).collect()
 }

@@ -11,12 +11,11 @@ use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
-use crate::scene::{DirectionColumns, Drive, Layout, Signal, Tuple};
+use crate::scene::{DirectionColumns, Drive, Layout, Setup, Signal, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use row::State;
+use row::Recorder;
 
-/// What the `source` column holds.
 pub const SOURCE: &str = "synthetic";
 
 /// Columns of a table beside what a rig records.
@@ -42,7 +41,6 @@ pub fn recorded(rig: &Rig, asked: Option<&str>, key: &str) -> Result<Unit, Input
 
 /// Rows that are written together, about.
 const PIECE: usize = 1 << 13;
-/// Taps solved at a time.
 const BATCH: usize = 1 << 14;
 
 /// What a rig adds to the model; all but noise is off by default.
@@ -52,7 +50,6 @@ pub struct Settings {
     pub repeats: u64,
     /// Standard deviation of one reading, in strain.
     pub noise: f64,
-    /// Seed of everything random.
     pub seed: u64,
     /// A zero reading before every so many taps.
     pub zero_every: Option<u64>,
@@ -70,7 +67,6 @@ pub struct Settings {
     pub drive_offset: f64,
     /// Added to every labelled distance before the whisker is tapped, mm.
     pub a_offset: f64,
-    /// What is recorded.
     pub unit: Unit,
 }
 
@@ -131,11 +127,11 @@ impl Settings {
         Err(InputError::new(message).key("--repeats").value(self.repeats).allowed(allowed))
     }
 
-    /// Refuses values that mean nothing.
     pub fn check(&self) -> Result<(), InputError> {
         let Self { noise, drift, outliers, hysteresis, factor, drive_offset, a_offset, .. } = *self;
         let (negative, share) = ("this must be a number that is not negative", "this is a share");
         let (finite, saturate) = ("this must be a finite number", self.saturate.unwrap_or(1.0));
+        let (deaf, limit) = ("a sensor without response measures nothing", "this is not a strain limit");
         let sound = |x: f64| x >= 0.0 && x.is_finite();
         let large = noise >= 0.5 && self.unit.signal() == Some(Signal::Strain);
         let strains = "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)";
@@ -150,20 +146,8 @@ impl Settings {
             (factor.is_finite(), "--factor", factor, finite, None),
             (drive_offset.is_finite(), "--drive-offset", drive_offset, finite, None),
             (a_offset.is_finite(), "--a-offset", a_offset, finite, None),
-            (
-                factor != 0.0,
-                "--factor",
-                factor,
-                "a sensor without response measures nothing",
-                Some("a number other than 0"),
-            ),
-            (
-                saturate > 0.0 && saturate.is_finite(),
-                "--saturate",
-                saturate,
-                "this is not a strain limit",
-                Some("> 0"),
-            ),
+            (factor != 0.0, "--factor", factor, deaf, Some("a number other than 0")),
+            (saturate > 0.0 && saturate.is_finite(), "--saturate", saturate, limit, Some("> 0")),
         ];
         let Some((_, key, x, message, allowed)) = checks.into_iter().find(|check| !check.0) else {
             return Ok(());
@@ -173,12 +157,9 @@ impl Settings {
     }
 }
 
-/// How many rows were written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Taps.
     pub taps: u64,
-    /// Zero readings.
     pub zeros: u64,
     /// Taps that the model has no answer to: their signal is empty.
     pub unsolved: u64,
@@ -193,31 +174,19 @@ impl Counts {
     }
 }
 
-/// Which taps are simulated.
-#[derive(Debug, Clone, Copy)]
-pub struct SimulatedTaps<'a> {
-    /// Distances, and strokes: directions of the pole and drives.
-    pub layout: &'a Layout,
-    /// Columns of the pole's direction that are written.
-    pub directions: DirectionColumns,
-}
-
-/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes rows of
-/// the table.
+/// Simulates taps of `rig`: for every distance of `layout`, for every repeat, all its strokes in turn, with the columns of the pole's direction that are
+/// `shown`. `write` takes rows of the table.
 pub fn simulate(
     rig: &Rig,
-    asked: SimulatedTaps<'_>,
+    (layout, shown): (&Layout, DirectionColumns),
     settings: &Settings,
     method: Method,
     write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
-    let mut table = empty(rig, asked.directions, settings.unit);
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
-    let mut counts = Counts::default();
-    let layout = asked.layout;
     let strokes: Vec<Tuple> = (0..layout.n_drives).map(|j| layout.stroke(&layout.design(0), j)).collect();
-    let mut state = State::new(rig, settings, asked.directions);
+    let mut recorder = Recorder::new((rig, settings), shown, empty(rig, shown, settings.unit), write);
     let per = (BATCH as u64 / layout.n_drives.max(1)).max(1);
     let mut from = 0;
     while from < layout.n_distances {
@@ -235,34 +204,28 @@ pub fn simulate(
             for repeat in 1..=settings.repeats {
                 for (stroke, tap) in strokes.iter().zip(here) {
                     let stroke = Tuple { a: *a, ..*stroke };
-                    state.tap(&mut table, &mut counts, (&stroke, other), repeat, tap)?;
+                    recorder.tap((&stroke, other), repeat, tap)?;
                 }
-                if table.len() > PIECE {
-                    write(&table)?;
-                    table = table.like();
-                }
+                recorder.write(PIECE)?;
             }
         }
         from = to;
     }
     if settings.zero_every.is_some() {
         let last = Tuple { a: layout.distance(layout.n_distances - 1), ..strokes[strokes.len() - 1] };
-        state.zero(&mut table, &mut counts, &last)?;
+        recorder.zero(&last)?;
     }
-    write(&table)?;
-    Ok(counts)
+    recorder.write(0)?;
+    Ok(recorder.counts)
 }
 
-/// The table without rows.
 pub fn empty(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Frame {
-    let channels = rig.setup.channels.as_ref();
-    let said = [rig.setup.drive.column(), unit.column(), unit.second()];
-    let names = heading("measurements").names_as(&said).into_iter().flat_map(|name| match name {
-        "tilt_deg" if !shown.tilt => Vec::new(),
-        "lean_deg" if !shown.lean => Vec::new(),
-        name if name == unit.second() && !rig.setup.gauge.second => Vec::new(),
-        name if name == unit.column() => channels.map_or(vec![name], |channels| channels.measured()),
-        name => vec![name],
+    let (table, setup) = (heading("measurements"), Setup { directions: shown, ..rig.setup.clone() });
+    let names = table.names_as(&[setup.drive.column(), unit.column(), unit.second()]);
+    let there = names.into_iter().zip(&table.columns).filter(|(name, fact)| fact.only.holds(name, &setup));
+    let names = there.flat_map(|(name, _)| match &setup.channels {
+        Some(channels) if name == unit.column() => channels.measured(),
+        _ => vec![name],
     });
-    heading("measurements").of(&names.collect::<Vec<_>>())
+    table.of(&names.collect::<Vec<_>>())
 }

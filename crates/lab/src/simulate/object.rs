@@ -4,10 +4,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A place on a smooth edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Where.
     pub at: [f64; 2],
     /// Direction of the edge, rad.
     pub direction: f64,
@@ -15,19 +13,15 @@ pub struct Place {
     pub bend: f64,
 }
 
-/// An object.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Object {
     /// All within a radius; the parameter is the angle about the centre.
     Circle {
-        /// Its middle.
         centre: [f64; 2],
-        /// > 0.
         radius: f64,
     },
     /// Straight faces between corners, convex.
     Corners(Vec<[f64; 2]>),
-    /// A smooth curve.
     Curve(Curve),
 }
 
@@ -42,8 +36,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Through `points`, and back to the first if it is `closed`; an open one ends without bend. `None` of fewer than four, of two that are
-    /// the same place, and of what is no number.
+    /// Through `points`; natural at the ends unless `closed`. `None` of fewer than four, of repeated neighbours, of NaN.
     pub fn new(mut points: Vec<[f64; 2]>, closed: bool) -> Option<Self> {
         if closed && points.len() > 1 && points[0] == points[points.len() - 1] {
             points.pop();
@@ -51,16 +44,18 @@ impl Curve {
         if points.len() < 4 || !points.iter().flatten().all(|x| x.is_finite()) {
             return None;
         }
-        if closed && area(&points) < 0.0 {
+        let next = points.iter().cycle().skip(1);
+        let twice_area: f64 = points.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum();
+        // Closed curves are followed counterclockwise.
+        if closed && twice_area < 0.0 {
             points.reverse();
         }
         if closed {
             points.push(points[0]);
         }
-        let chord = |w: &[[f64; 2]]| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]);
         let mut knots = vec![0.0];
         for w in points.windows(2) {
-            let length = chord(w);
+            let length = (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]);
             if length <= 0.0 {
                 return None;
             }
@@ -71,7 +66,6 @@ impl Curve {
         Some(Self { points, closed, knots, bends: [x, y] })
     }
 
-    /// Length of its parameter.
     pub fn length(&self) -> f64 {
         self.knots[self.knots.len() - 1]
     }
@@ -91,12 +85,6 @@ impl Curve {
         let [[x, dx, ddx], [y, dy, ddy]] = [of(0), of(1)];
         Place { at: [x, y], direction: dy.atan2(dx), bend: (dx * ddy - dy * ddx) / (dx * dx + dy * dy) }
     }
-}
-
-/// Twice the area within, > 0 where it is followed counterclockwise.
-fn area(points: &[[f64; 2]]) -> f64 {
-    let next = points.iter().cycle().skip(1);
-    points.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum()
 }
 
 /// Second derivatives of a cubic spline at its knots: natural, or periodic.
@@ -166,7 +154,6 @@ impl Object {
         }
     }
 
-    /// Length of the parameter.
     pub fn length(&self) -> f64 {
         match self {
             Self::Circle { .. } => std::f64::consts::TAU,
@@ -175,12 +162,10 @@ impl Object {
         }
     }
 
-    /// Whether the edge comes back to its beginning.
     pub fn is_closed(&self) -> bool {
         !matches!(self, Self::Curve(c) if !c.closed)
     }
 
-    /// Centre of what it covers.
     pub fn centre(&self) -> [f64; 2] {
         let mean = |p: &[[f64; 2]]| [0, 1].map(|k| p.iter().map(|p| p[k]).sum::<f64>() / p.len() as f64);
         match self {
@@ -212,43 +197,5 @@ impl Object {
     /// Places along the edge in `steps` even steps, from its beginning to its end.
     pub fn along(&self, steps: usize) -> Vec<[f64; 2]> {
         (0..=steps).map(|k| self.at(self.length() * k as f64 / steps as f64).at).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_curve_through_points_of_a_circle_is_nearly_one() {
-        let points = |n: usize, turns: f64| {
-            (0..n).map(|k| turns * k as f64 / n as f64).map(|t| [7.0 * t.cos(), 7.0 * t.sin()]).collect()
-        };
-        let tau = std::f64::consts::TAU;
-        let closed = Curve::new(points(24, tau), true).unwrap();
-        for k in 0..100 {
-            let t = closed.length() * f64::from(k) / 100.0;
-            let place = closed.at(t);
-            let [x, y] = place.at;
-            assert!((x.hypot(y) - 7.0).abs() < 1e-3 && (place.bend * 7.0 - 1.0).abs() < 0.03, "{place:?}");
-            let tangent = (y.atan2(x) + tau / 4.0 - place.direction).rem_euclid(tau);
-            assert!(tangent.min(tau - tangent) < 2e-3);
-        }
-        // Clockwise points are turned round; an open curve ends without bend.
-        assert!(Curve::new(points(24, -tau), true).unwrap().at(1.0).bend > 0.0);
-        let open = Curve::new(points(12, 2.0), false).unwrap();
-        assert!(open.at(0.0).bend.abs() < 1e-12 && open.at(open.length()).bend.abs() < 1e-12);
-        assert!(Curve::new(vec![[0.0; 2]; 5], true).is_none() && Curve::new(points(3, 2.0), false).is_none());
-    }
-
-    #[test]
-    fn distances_are_from_the_edge() {
-        let square = Object::boxed([0.0, 0.0], [4.0, 2.0], 0.0);
-        for (p, d) in [([0.0, 3.0], 2.0), ([3.0, 2.0], 2f64.sqrt()), ([0.0, 0.0], 1.0), ([-5.0, 0.0], 3.0)] {
-            assert!((square.distance(p) - d).abs() < 1e-9, "{p:?} {}", square.distance(p));
-            assert!((square.mirrored().distance([p[0], -p[1]]) - d).abs() < 1e-9);
-        }
-        let circle = Object::Circle { centre: [1.0, 2.0], radius: 3.0 };
-        assert_eq!(circle.distance([1.0, 7.0]), 2.0);
     }
 }

@@ -10,50 +10,67 @@ use crate::scene::{DirectionColumns, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::values::Field;
 
-/// Random numbers of one row.
 pub(super) struct Dice {
     seed: u64,
     row: u32,
 }
 
 impl Dice {
-    /// Uniform in (0, 1).
     fn uniform(&self, dimension: u32) -> f64 {
         (f64::from(Sampler::Random.coordinate(self.seed, dimension, self.row)) + 0.5) / 4_294_967_296.0
     }
 
-    /// Two standard normal numbers, independent of each other (Box and Muller 1958).
-    pub fn normal(&self) -> [f64; 2] {
-        let (size, turn) = ((-2.0 * self.uniform(0).ln()).sqrt(), std::f64::consts::TAU * self.uniform(1));
+    /// Two standard normal numbers, independent of each other, from two dimensions (Box and Muller 1958).
+    pub fn normal(&self, dimension: u32) -> [f64; 2] {
+        let size = (-2.0 * self.uniform(dimension).ln()).sqrt();
+        let turn = std::f64::consts::TAU * self.uniform(dimension + 1);
         [size * turn.cos(), size * turn.sin()]
-    }
-
-    /// The same for the channel `k`.
-    fn normal_at(&self, k: u32) -> f64 {
-        // The first five dimensions are those of one signal and of its faults.
-        let at = 5 + 2 * k;
-        (-2.0 * self.uniform(at).ln()).sqrt() * (std::f64::consts::TAU * self.uniform(at + 1)).cos()
     }
 }
 
-/// What one row hands to the next.
-pub(super) struct State<'a> {
+/// Records rows of a table, each after the one before.
+pub(super) struct Recorder<'a> {
     settings: &'a Settings,
     rig: &'a Rig,
+    /// Columns of the pole's direction that are written.
     shown: DirectionColumns,
+    pub table: Frame,
+    pub counts: Counts,
+    write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
     pub row: u32,
-    pub since_zero: u64,
+    since_zero: u64,
     /// Strains of the last tap.
     last: [f64; 2],
 }
 
-impl<'a> State<'a> {
-    /// Before the first row.
-    pub fn new(rig: &'a Rig, settings: &'a Settings, shown: DirectionColumns) -> Self {
-        Self { settings, rig, shown, row: 0, since_zero: u64::MAX, last: [0.0; 2] }
+impl<'a> Recorder<'a> {
+    /// Before the first row of `table`, whose pieces `write` takes.
+    pub fn new(
+        (rig, settings): (&'a Rig, &'a Settings),
+        shown: DirectionColumns,
+        table: Frame,
+        write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
+    ) -> Self {
+        let counts = Counts::default();
+        Self { settings, rig, shown, table, counts, write, row: 0, since_zero: u64::MAX, last: [0.0; 2] }
     }
 
-    /// Random numbers of the row that is next.
+    /// Writes the rows so far, if they are more than `rows`.
+    pub fn write(&mut self, rows: usize) -> Result<(), Error> {
+        if self.table.len() > rows {
+            (self.write)(&self.table)?;
+            self.table = self.table.like();
+        }
+        Ok(())
+    }
+
+    /// Whether a zero reading stands before the next tap.
+    pub fn rests(&mut self) -> bool {
+        let rests = self.settings.zero_every.is_some_and(|n| self.since_zero >= n);
+        self.since_zero = if rests { 1 } else { self.since_zero.saturating_add(1) };
+        rests
+    }
+
     pub fn dice(&self) -> Dice {
         Dice { seed: self.settings.seed, row: self.row }
     }
@@ -61,7 +78,7 @@ impl<'a> State<'a> {
     /// The recorded values of the strains of both gauges (zero, noise, end stop, factor, unit), and whether a sensor that is there stopped.
     pub fn record(&mut self, strains: [f64; 2]) -> ([f64; 2], bool) {
         let (s, second) = (self.settings, self.rig.setup.gauge.second);
-        let noise = if s.noise > 0.0 { self.dice().normal().map(|z| s.noise * z) } else { [0.0; 2] };
+        let noise = if s.noise > 0.0 { self.dice().normal(0).map(|z| s.noise * z) } else { [0.0; 2] };
         let stop = s.saturate.unwrap_or(f64::INFINITY);
         let drift = s.drift * f64::from(self.row);
         self.row = self.row.wrapping_add(1);
@@ -90,32 +107,24 @@ impl<'a> State<'a> {
             channels.read(self.rig.setup.felt(tap.wrench), tap.strain).map(|x| spike * x)
         });
         let dice = self.dice();
-        let noise = channels.noise(&std::array::from_fn(|k| dice.normal_at(k as u32)));
+        // The first five dimensions are those of one signal and of its faults.
+        let noise = channels.noise(&std::array::from_fn(|k| dice.normal(5 + 2 * k as u32)[0]));
         self.row = self.row.wrapping_add(1);
         let value = |k: usize| self.settings.factor * (read[k] + noise[k]);
         ((0..channels.len()).map(value).collect(), false)
     }
 
-    pub fn zero(&mut self, table: &mut Frame, counts: &mut Counts, at: &Tuple) -> Result<(), Error> {
+    pub fn zero(&mut self, at: &Tuple) -> Result<(), Error> {
         let (values, _) = self.values([0.0; 2], None);
-        counts.zeros += 1;
-        self.since_zero = 0;
+        self.counts.zeros += 1;
         let row = self.row(at, 0.0, &values).into_iter();
-        table.row(row.chain([f64::NAN.into(), SOURCE.into(), "".into(), "ok".into()]))
+        self.table.row(row.chain([f64::NAN.into(), SOURCE.into(), "".into(), "ok".into()]))
     }
 
-    pub fn tap(
-        &mut self,
-        table: &mut Frame,
-        counts: &mut Counts,
-        (at, other): (&Tuple, f64),
-        repeat: u64,
-        tap: &Outcome,
-    ) -> Result<(), Error> {
-        if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
-            self.zero(table, counts, at)?;
+    pub fn tap(&mut self, (at, other): (&Tuple, f64), repeat: u64, tap: &Outcome) -> Result<(), Error> {
+        if self.rests() {
+            self.zero(at)?;
         }
-        self.since_zero = self.since_zero.saturating_add(1);
         let memory = self.last.map(|strain| self.settings.hysteresis * strain);
         let dice = self.dice();
         let wrong = self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers;
@@ -127,7 +136,7 @@ impl<'a> State<'a> {
         if values.iter().all(|x| x.is_finite()) {
             self.last = strains.map(|strain| if strain.is_nan() { 0.0 } else { strain });
         } else {
-            counts.unsolved += 1;
+            self.counts.unsolved += 1;
         }
         let label = Tuple { a: if mislabelled { other } else { at.a }, ..*at };
         let fault = match (stopped, mislabelled, wrong) {
@@ -136,9 +145,9 @@ impl<'a> State<'a> {
             (.., true) => "spike",
             _ => "",
         };
-        counts.faults += u64::from(!fault.is_empty());
-        counts.taps += 1;
+        self.counts.faults += u64::from(!fault.is_empty());
+        self.counts.taps += 1;
         let row = self.row(&label, at.drive, &values).into_iter();
-        table.row(row.chain([repeat.into(), SOURCE.into(), fault.into(), tap.status.into()]))
+        self.table.row(row.chain([repeat.into(), SOURCE.into(), fault.into(), tap.status.into()]))
     }
 }

@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::object::Object;
-use crate::contour::truth::Pose;
+use crate::contour::point::Pose;
 use crate::measure::Rig;
 use crate::measure::skin::Skin;
 use crate::physics::rod::{RodProblem, RodTap};
@@ -23,30 +23,17 @@ const STRIDE: f64 = 0.02;
 /// Widest angle between the whisker's side and the edge at first touch, rad.
 const GRAZING: f64 = 1e-3;
 
-/// A stroke that begins.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
-    /// The whisker when it touches.
-    pub pose: Pose,
-    /// Place on the edge, of the object as the whisker sees it.
-    t: f64,
-}
-
-/// A contact on the way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Gauge strain, tension positive.
     pub strain: f64,
-    /// Where the whisker touches, mm.
     pub at: [f64; 2],
     /// Arc length of the contact, mm.
     pub arc: f64,
 }
 
-/// Why a pose makes no stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Missed {
-    /// Nothing is within reach.
     #[error("the whisker does not reach the object")]
     OutOfReach,
     /// The first place that is reached is met by the tip, or is the end of an open curve.
@@ -93,11 +80,8 @@ impl<'a> Stroker<'a> {
         slope.atan()
     }
 
-    /// Where the whisker at `start` first touches when it turns on.
-    ///
-    /// # Errors
-    /// Why it does not, or not so that it could stroke.
-    pub fn touch(&self, start: Pose) -> Result<Touch, Missed> {
+    /// The whisker from `start` when it first touches, and the place on the edge of the object as it sees it.
+    fn touch(&self, start: Pose) -> Result<(Pose, f64), Missed> {
         let base = self.seen([start.base[0], start.base[1]]);
         let heading = self.sense * start.heading;
         let length = self.object.length();
@@ -121,12 +105,7 @@ impl<'a> Stroker<'a> {
         };
         let t = if corners { t.round() } else { t };
         let pose = Pose { heading: self.sense * touch, sense: self.sense, ..start };
-        if along { Ok(Touch { pose, t }) } else { Err(Missed::ByTip) }
-    }
-
-    /// Where the whisker first touches, mm.
-    pub fn place(&self, touch: &Touch) -> [f64; 2] {
-        self.seen(self.object.at(touch.t).at)
+        if along { Ok((pose, t)) } else { Err(Missed::ByTip) }
     }
 
     /// Whether a straight side of direction `side` may rest on the corner at `t`.
@@ -156,12 +135,12 @@ impl<'a> Stroker<'a> {
         Some((tap, heading - tap.base_angle + self.taper()))
     }
 
-    /// Contacts when the whisker has turned on by `angles` (rad, ascending) since it touched. They end where the whisker slips off, lies along
-    /// a face, or has no equilibrium.
-    pub fn stroke(&self, touch: &Touch, angles: &[f64]) -> Vec<Contact> {
-        let base = self.seen([touch.pose.base[0], touch.pose.base[1]]);
-        let from = self.sense * touch.pose.heading;
-        let mut t = touch.t;
+    /// The whisker from `start` and the place (mm) when it first touches, and contacts at `angles` (rad, ascending) since then, until it slips off, lies
+    /// along a face, or has no equilibrium.
+    pub fn stroke(&self, start: Pose, angles: &[f64]) -> Result<(Pose, [f64; 2], Vec<Contact>), Missed> {
+        let (pose, mut t) = self.touch(start)?;
+        let (base, from) = (self.seen([pose.base[0], pose.base[1]]), self.sense * pose.heading);
+        let first = self.seen(self.object.at(t).at);
         let mut all = Vec::with_capacity(angles.len());
         for angle in angles {
             let Some((place, tap)) = self.contact(base, from + angle, t) else { break };
@@ -172,7 +151,7 @@ impl<'a> Stroker<'a> {
             let at = self.seen(self.object.at(t).at);
             all.push(Contact { strain: tap.strain, at, arc: tap.contact_arc });
         }
-        all
+        Ok((pose, first, all))
     }
 
     /// Place on the edge, near `t`, where whisker and edge have one direction.
@@ -214,7 +193,6 @@ fn wrapped(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
 }
 
-/// The place of the least of `f` between `a` and `b` (golden section).
 fn least(f: &dyn Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
     let share = 0.5 * (5f64.sqrt() - 1.0);
     let (mut c, mut d) = (b - share * (b - a), a + share * (b - a));

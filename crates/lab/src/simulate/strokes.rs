@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::object::Object;
-use super::stroke::{Contact, Missed, Stroker};
-use super::{Counts, PIECE, SOURCE, Settings, State};
-use crate::contour::truth::Pose;
+use super::stroke::{Missed, Stroker};
+use super::{Counts, PIECE, Recorder, SOURCE, Settings};
+use crate::contour::point::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
 use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry, Signal};
@@ -15,19 +15,15 @@ use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::Field;
 
-/// The file.
 pub const FILE: &str = "strokes.csv";
 
-/// What is stroked, and from where.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strokes {
-    /// The object.
     pub object: Object,
     /// Where the motor's axis stands, and the heading from which the whisker turns until it touches.
     pub starts: Vec<Pose>,
     /// Standard deviation of the angle at which a touch is noticed, degrees.
     pub touch_noise: f64,
-    /// The files that describe it.
     pub files: Vec<PathBuf>,
 }
 
@@ -41,10 +37,6 @@ impl Strokes {
     }
 }
 
-/// Refuses what strokes cannot be made of.
-///
-/// # Errors
-/// A model that is not the exact frictionless rod driven by an angle; settings that belong to taps.
 pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     let (setup, model, defaults) = (&rig.setup, &rig.setup.model, Settings::default());
     let of_taps = |key: &'static str, other: bool| {
@@ -92,8 +84,7 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     }
 }
 
-/// Simulates a stroke from each start at these drives (degrees after first touch). `write` takes the bytes of the table, `miss` is told
-/// the numbers of starts that make no stroke, and why.
+/// Simulates a stroke from each start at these drives (degrees after first touch); `miss` gets the number of a start that makes none, and why.
 pub fn simulate(
     rig: &Rig,
     strokes: &Strokes,
@@ -105,15 +96,10 @@ pub fn simulate(
     let mut degrees: Vec<f64> = drives.iter().filter(|d| *d > 0.0).collect();
     degrees.sort_by(f64::total_cmp);
     let angles: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
-    let solve = |start: &Pose| -> Result<(Pose, [f64; 2], Vec<Contact>), Missed> {
-        let stroker = Stroker::new(rig, &strokes.object, start.sense);
-        let touch = stroker.touch(*start)?;
-        Ok((touch.pose, stroker.place(&touch), stroker.stroke(&touch, &angles)))
-    };
+    let solve = |start: &Pose| Stroker::new(rig, &strokes.object, start.sense).stroke(*start, &angles);
     let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();
-    let mut table = heading("strokes").frame(&[settings.unit.column()]);
-    let mut counts = Counts::default();
-    let mut state = State::new(rig, settings, DirectionColumns::default());
+    let table = heading("strokes").frame(&[settings.unit.column()]);
+    let mut recorder = Recorder::new((rig, settings), DirectionColumns::default(), table, write);
     for (k, solved) in solved.into_iter().enumerate() {
         let (pose, first, contacts) = match solved {
             Ok(found) => found,
@@ -123,8 +109,8 @@ pub fn simulate(
             }
         };
         // What is seen late, degrees: the heading is then too far on, and the drive too small.
-        let late = strokes.touch_noise * state.dice().normal()[0];
-        state.row = state.row.wrapping_add(1);
+        let late = strokes.touch_noise * recorder.dice().normal(0)[0];
+        recorder.row = recorder.row.wrapping_add(1);
         let heading = pose.heading.to_degrees() + pose.sense * late;
         let before = [(k + 1) as f64, pose.base[0], pose.base[1], heading, pose.sense];
         let row = |table: &mut Frame, rest: [f64; 4], status: &'static str| {
@@ -132,38 +118,31 @@ pub fn simulate(
             table.row(numbers.chain([SOURCE.into(), status.into()]))
         };
         for (i, degree) in degrees.iter().enumerate() {
-            if settings.zero_every.is_some_and(|n| state.since_zero >= n) {
-                let ([value, _], _) = state.record([0.0; 2]);
-                counts.zeros += 1;
-                state.since_zero = 0;
-                row(&mut table, [0.0, value, f64::NAN, f64::NAN], "ok")?;
+            if recorder.rests() {
+                let ([value, _], _) = recorder.record([0.0; 2]);
+                recorder.counts.zeros += 1;
+                row(&mut recorder.table, [0.0, value, f64::NAN, f64::NAN], "ok")?;
             }
-            state.since_zero = state.since_zero.saturating_add(1);
             if *degree <= late {
                 continue;
             }
-            counts.taps += 1;
-            match contacts.get(i) {
-                Some(contact) => {
-                    let ([value, _], _) = state.record([contact.strain, 0.0]);
-                    row(&mut table, [degree - late, value, contact.at[0], contact.at[1]], "ok")?;
-                }
-                None => {
-                    counts.unsolved += 1;
-                    row(&mut table, [degree - late, f64::NAN, f64::NAN, f64::NAN], "slipped_off")?;
-                }
-            }
+            recorder.counts.taps += 1;
+            let contact = contacts.get(i);
+            let [value, x, y] = contact.map_or([f64::NAN; 3], |contact| {
+                let ([value, _], _) = recorder.record([contact.strain, 0.0]);
+                [value, contact.at[0], contact.at[1]]
+            });
+            recorder.counts.unsolved += u64::from(contact.is_none());
+            let status = if contact.is_some() { "ok" } else { "slipped_off" };
+            row(&mut recorder.table, [degree - late, value, x, y], status)?;
         }
-        if table.len() > PIECE {
-            write(&table)?;
-            table = table.like();
-        }
+        recorder.write(PIECE)?;
     }
-    if counts.taps == 0 {
+    if recorder.counts.taps == 0 {
         let error =
             InputError::new("no start leads to a stroke: the whisker misses the object").key("--object");
         return Err(error.allowed("starts from which the whisker's side touches it").into());
     }
-    write(&table)?;
-    Ok(counts)
+    recorder.write(0)?;
+    Ok(recorder.counts)
 }

@@ -8,10 +8,8 @@ use super::Sample;
 /// Small changes of offset (mm), direction (rad), curvature (1/mm).
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
 
-/// Relative gain of χ² below which a fit ends.
 const SETTLED: f64 = 1e-10;
 
-/// A line, or a circle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arc {
     /// A place near it, mm, and the direction there, rad, from which offset and turn are counted.
@@ -19,7 +17,6 @@ pub struct Arc {
     direction: f64,
     /// Offset to the left (mm), turn (rad) and, of a circle, curvature (1/mm), > 0 where the centre lies to the left.
     values: Vec<f64>,
-    /// Of the values.
     covariance: DMatrix<f64>,
 }
 
@@ -148,8 +145,7 @@ impl Arc {
         Some(([c[0], c[1]], c[2]))
     }
 
-    /// This one, drawn to the `samples` of `weights` > 0: least squares of distances over their standard deviations, that of each
-    /// across the arc where it lies.
+    /// Least squares of the distances of the `samples` with `weights` > 0, each over its standard deviation across the arc.
     pub fn fit(&self, samples: &[Sample], weights: &[f64]) -> Option<Self> {
         let used = || samples.iter().zip(weights).filter(|(_, w)| **w > 0.0);
         if used().count() < self.values.len() {
@@ -169,44 +165,7 @@ impl Arc {
         Some(Self { values: found.at, covariance: found.covariance, ..self.clone() })
     }
 
-    /// The same with its covariance times `factor`.
     pub fn scaled(self, factor: f64) -> Self {
         Self { covariance: self.covariance * factor, ..self }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::contour::curve::Covariance;
-
-    fn sample(at: [f64; 2], sigma: f64) -> Sample {
-        Sample { at, covariance: Covariance([sigma * sigma, 0.0, sigma * sigma]), share: 1.0, group: 0 }
-    }
-
-    #[test]
-    fn a_circle_and_its_uncertainty_are_found() {
-        let ring = |n: usize, noise: f64| -> Vec<Sample> {
-            let at = |k: usize| {
-                let t = 6.0 * k as f64 / n as f64;
-                // Deviations that are of no system, and of that size.
-                let off = 4.0 + noise * 2f64.sqrt() * (37.0 * (k as f64 + 0.3).powi(2)).sin();
-                [1.0 + off * t.cos(), 2.0 + off * t.sin()]
-            };
-            (0..n).map(|k| sample(at(k), noise.max(1e-3))).collect()
-        };
-        let start =
-            |s: &[Sample]| Arc::through(&[s[0].at, s[s.len() / 3].at, s[2 * s.len() / 3].at]).unwrap();
-        let exact = ring(20, 0.0);
-        let arc = start(&exact).fit(&exact, &[1.0; 20]).unwrap();
-        let (centre, radius) = arc.circle().unwrap();
-        assert!((radius - 4.0).abs() < 1e-9 && (centre[0] - 1.0).hypot(centre[1] - 2.0) < 1e-9);
-        let noisy = ring(400, 0.1);
-        let arc = start(&noisy).fit(&noisy, &[1.0; 400]).unwrap();
-        let (radius, sigma) = (arc.circle().unwrap().1, arc.circle_deviations().unwrap().1);
-        assert!((sigma / (0.1 / 20.0) - 1.0).abs() < 0.1, "{sigma}");
-        assert!((radius - 4.0).abs() < 4.0 * sigma, "{radius} {sigma}");
-        let (place, _) = arc.at(1.0);
-        assert!(arc.deviation(place) > 0.8 * sigma && arc.deviation(place) < 3.0 * sigma);
     }
 }

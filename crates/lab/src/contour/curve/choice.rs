@@ -31,16 +31,12 @@ const ANYWHERE: f64 = 0.02;
 const STIFFNESS: [f64; 17] =
     [-4.0, -3.5, -3.0, -2.5, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0];
 
-/// Why there is no curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Nothing {
-    /// Fewer than three.
     #[error("a curve takes three points or more")]
     TooFew,
-    /// Within their uncertainty.
     #[error("the points are one place within their uncertainty")]
     OnePlace,
-    /// The kind that was asked for cannot be drawn.
     #[error("such a curve is not determined by these points")]
     Undetermined,
 }
@@ -48,26 +44,20 @@ pub enum Nothing {
 /// What a kind is worth, as run.json has it.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Judged {
-    /// The kind.
     pub kind: Kind,
     /// Mean loss of a point that was left out: −ln of the density that was foretold where it lies, 1/mm².
     pub loss: f64,
     /// Root mean square distance of points that were left out; outliers of the kind not counted.
     pub left_out_rms_mm: f64,
-    /// Outliers.
     pub outliers: usize,
-    /// Loss more than the best kind's.
     pub loss_more_than_best: f64,
-    /// Standard error of that.
     pub loss_more_se: f64,
 }
 
 /// A curve, how it was found, and what it says of each point.
 #[derive(Debug, Clone)]
 pub struct Chosen {
-    /// Its kind.
     pub kind: Kind,
-    /// The curve.
     pub curve: Curve,
     /// How many times larger than said the points' standard deviations are, at least 1.
     pub scale: f64,
@@ -77,7 +67,6 @@ pub struct Chosen {
     pub judged: Vec<Judged>,
 }
 
-/// One kind, drawn.
 struct Drawn {
     kind: Kind,
     curve: Curve,
@@ -86,6 +75,12 @@ struct Drawn {
     /// Loss of each group, and square distances of what counts.
     losses: Vec<f64>,
     squares: [f64; 2],
+}
+
+impl Drawn {
+    fn loss(&self) -> f64 {
+        self.losses.iter().sum()
+    }
 }
 
 /// Groups of samples, at most [`GROUPS`].
@@ -151,8 +146,7 @@ fn start(samples: &[Sample], kind: Kind) -> Option<Arc> {
     best.map(|(_, arc)| arc)
 }
 
-/// Loss of a point that a curve has not seen. A curve does not say where along it a point lies: anywhere on its `length`, or on what the point is not
-/// known better than.
+/// Loss of a point that a curve has not seen. Along the curve it may lie anywhere on `length`, or within its own uncertainty.
 fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> (f64, f64) {
     let (d, [x, y]) = curve.off(s.at);
     let density = if let Curve::Point(spot) = curve {
@@ -165,7 +159,7 @@ fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> 
     (-((1.0 - ANYWHERE) * density + ANYWHERE / (extent * extent)).ln(), d)
 }
 
-/// Draws a curve of weights, beside one.
+/// Fits a curve to weighted samples, from another one.
 type Draw<'a> = dyn Fn(&Curve, &[f64]) -> Option<Curve> + 'a;
 
 /// What curves are drawn to, and judged by.
@@ -182,40 +176,35 @@ impl Judge<'_> {
         self.samples.iter().zip(outliers).map(|(s, o)| if *o { 0.0 } else { s.share }).collect()
     }
 
-    /// A curve that settles with its outliers; `draw` makes it of weights.
-    fn settle(&self, mut curve: Curve, free: f64, draw: &Draw<'_>) -> Option<(Curve, f64, Vec<bool>)> {
+    /// The curve of a kind that `draw` makes of weights, from `first` on, until its outliers settle; judged by the curves that `without` makes of weights
+    /// without each of the groups. `free`: its parameters.
+    fn drawn(
+        &self,
+        (kind, first, free): (Kind, Curve, f64),
+        draw: &Draw<'_>,
+        without: &dyn Fn(&Curve, &[f64]) -> Option<Vec<Curve>>,
+    ) -> Option<Drawn> {
         let samples = self.samples;
-        let mut outliers: Vec<bool> = vec![false; samples.len()];
         let judge = |curve: &Curve| -> (f64, Vec<bool>) {
             let scale = spread(curve, samples, free).max(1.0);
             (scale, samples.iter().map(|s| off(curve, s).1.abs() > OFF * scale).collect())
         };
-        for pass in 0..PASSES {
+        let (mut curve, mut outliers) = (first, Vec::new());
+        for _ in 0..PASSES {
             let (_, next) = judge(&curve);
-            if pass > 0 && next == outliers {
+            if next == outliers {
                 break;
             }
             outliers = next;
             curve = draw(&curve, &self.weights(&outliers))?;
         }
         let (scale, outliers) = judge(&curve);
-        Some((curve, scale, outliers))
-    }
-
-    /// Losses by group, and the sum of squares with what it is over.
-    fn judged(
-        &self,
-        (curve, scale, outliers): (&Curve, f64, &[bool]),
-        unseen: &dyn Fn(usize) -> Option<Curve>,
-    ) -> Option<(Vec<f64>, [f64; 2])> {
-        let samples = self.samples;
-        let size = (self.extent, length(curve, samples, outliers));
+        let size = (self.extent, length(&curve, samples, &outliers));
         let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
-        for (g, group) in self.groups.iter().enumerate() {
-            let curve = unseen(g)?;
+        for (group, unseen) in self.groups.iter().zip(without(&curve, &self.weights(&outliers))?) {
             let mut sum = 0.0;
             for &i in group {
-                let (loss, d) = loss(&curve, scale, &samples[i], size);
+                let (loss, d) = loss(&unseen, scale, &samples[i], size);
                 sum += samples[i].share * loss;
                 if !outliers[i] {
                     squares[0] += samples[i].share * d * d;
@@ -224,70 +213,55 @@ impl Judge<'_> {
             }
             losses.push(sum);
         }
-        losses.iter().all(|l| l.is_finite()).then_some((losses, squares))
+        let sound = losses.iter().all(|l| l.is_finite());
+        sound.then_some(Drawn { kind, curve, scale, outliers, losses, squares })
     }
 
-    /// What `draw` makes of the samples from `first` on, judged by what each group would be told without it.
-    fn left_out(&self, (kind, first, free): (Kind, Curve, f64), draw: &Draw<'_>) -> Option<Drawn> {
-        let (curve, scale, outliers) = self.settle(first, free, draw)?;
-        let all = self.weights(&outliers);
-        let unseen = |g: usize| {
-            let mut left = all.clone();
-            self.groups[g].iter().for_each(|&i| left[i] = 0.0);
-            draw(&curve, &left)
-        };
-        let (losses, squares) = self.judged((&curve, scale, &outliers), &unseen)?;
-        Some(Drawn { kind, curve, scale, outliers, losses, squares })
-    }
-
-    /// One place.
-    fn point(&self) -> Option<Drawn> {
-        let draw = |_: &Curve, weights: &[f64]| Spot::fit(self.samples, weights).map(Curve::Point);
-        let first = Curve::Point(Spot::middle(self.samples));
-        self.left_out((Kind::Point, first, 1.0), &draw)
-    }
-
-    /// A line or a circle.
-    fn arc(&self, kind: Kind) -> Option<Drawn> {
-        let free = if kind == Kind::Line { 2.0 } else { 3.0 };
+    /// A point, a line or a circle, drawn anew without each group.
+    fn simple(&self, kind: Kind) -> Option<Drawn> {
         let draw = |curve: &Curve, weights: &[f64]| match curve {
+            Curve::Point(_) => Spot::fit(self.samples, weights).map(Curve::Point),
             Curve::Arc(arc) => arc.fit(self.samples, weights).map(Curve::Arc),
-            _ => None,
+            Curve::Smooth(_) => None,
         };
-        let first = Curve::Arc(start(self.samples, kind)?);
-        self.left_out((kind, first, free), &draw)
+        let without = |curve: &Curve, all: &[f64]| {
+            let one = |group: &Vec<usize>| {
+                let mut left = all.to_vec();
+                group.iter().for_each(|&i| left[i] = 0.0);
+                draw(curve, &left)
+            };
+            self.groups.iter().map(one).collect()
+        };
+        let (first, free) = match kind {
+            Kind::Point => (Curve::Point(Spot::middle(self.samples)), 1.0),
+            Kind::Line => (Curve::Arc(start(self.samples, kind)?), 2.0),
+            _ => (Curve::Arc(start(self.samples, kind)?), 3.0),
+        };
+        self.drawn((kind, first, free), &draw, &without)
     }
 
     /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
     fn smooth(&self, base: &Arc) -> Option<Drawn> {
         let (samples, groups) = (self.samples, self.groups);
         let flat = Smooth::beside(base, samples, groups.len())?;
-        let mut best: Option<(f64, Drawn)> = None;
-        for power in STIFFNESS {
-            let stiffness = 10f64.powf(power);
+        let all = self.weights(&vec![false; samples.len()]);
+        let of = |power: &f64| {
+            let stiffness = 10f64.powf(*power);
             let draw = |curve: &Curve, weights: &[f64]| match curve {
                 Curve::Smooth(s) => s.fit(samples, weights, stiffness).map(Curve::Smooth),
                 _ => None,
             };
-            let Some(first) = flat.fit(samples, &self.weights(&vec![false; samples.len()]), stiffness) else {
-                continue;
+            let without = |curve: &Curve, weights: &[f64]| {
+                let Curve::Smooth(drawn) = curve else { return None };
+                let all = drawn.without(samples, weights, stiffness, groups)?;
+                Some(all.into_iter().map(Curve::Smooth).collect())
             };
-            let Some((curve, scale, outliers)) = self.settle(Curve::Smooth(first), 0.0, &draw) else {
-                continue;
-            };
-            let Curve::Smooth(drawn) = &curve else { continue };
-            let all = self.weights(&outliers);
-            let Some(unseen) = drawn.without(samples, &all, stiffness, groups) else { continue };
-            let unseen = |g: usize| Some(Curve::Smooth(unseen[g].clone()));
-            let Some((losses, squares)) = self.judged((&curve, scale, &outliers), &unseen) else {
-                continue;
-            };
-            let sum: f64 = losses.iter().sum();
-            if best.as_ref().is_none_or(|(least, _)| sum < *least) {
-                best = Some((sum, Drawn { kind: Kind::Smooth, curve, scale, outliers, losses, squares }));
-            }
-        }
-        best.map(|(_, drawn)| drawn)
+            let first = Curve::Smooth(flat.fit(samples, &all, stiffness)?);
+            self.drawn((Kind::Smooth, first, 0.0), &draw, &without)
+        };
+        // Of equals the least stiff.
+        let all = STIFFNESS.iter().filter_map(of);
+        all.min_by(|a, b| a.loss().total_cmp(&b.loss()))
     }
 }
 
@@ -310,23 +284,18 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
     let groups = groups(samples);
     let judge = Judge { samples, groups: &groups, extent: 2.0 * extent.max(spread) };
     let mut all: Vec<Drawn> = Vec::new();
-    if groups.len() >= 2 {
-        all.extend(judge.point());
+    for (kind, least) in [(Kind::Point, 2), (Kind::Line, 3), (Kind::Circle, 4)] {
+        if groups.len() >= least && (kind == Kind::Point || !one_place) {
+            all.extend(judge.simple(kind));
+        }
     }
-    if groups.len() >= 3 && !one_place {
-        all.extend(judge.arc(Kind::Line));
-    }
-    if groups.len() >= 4 && !one_place {
-        all.extend(judge.arc(Kind::Circle));
-    }
-    let sum = |d: &Drawn| d.losses.iter().sum::<f64>();
     let arcs = all.iter().filter(|d| matches!(d.curve, Curve::Arc(_)));
-    let base = arcs.min_by(|a, b| sum(a).total_cmp(&sum(b)));
+    let base = arcs.min_by(|a, b| a.loss().total_cmp(&b.loss()));
     if let (Some(Curve::Arc(base)), true) = (base.map(|d| d.curve.clone()), groups.len() >= 6) {
         all.extend(judge.smooth(&base));
     }
     let nothing = if one_place { Nothing::OnePlace } else { Nothing::Undetermined };
-    let least = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).ok_or(nothing)?;
+    let least = all.iter().min_by(|a, b| a.loss().total_cmp(&b.loss())).ok_or(nothing)?;
     let shares: f64 = samples.iter().map(|s| s.share).sum();
     let judged = |d: &Drawn| {
         let n = groups.len() as f64;
@@ -335,7 +304,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         let variance = differences.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         Judged {
             kind: d.kind,
-            loss: sum(d) / shares,
+            loss: d.loss() / shares,
             left_out_rms_mm: (d.squares[0] / d.squares[1]).sqrt(),
             outliers: d.outliers.iter().filter(|o| **o).count(),
             loss_more_than_best: n * mean / shares,

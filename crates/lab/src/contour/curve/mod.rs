@@ -23,7 +23,7 @@ pub struct Sample {
     pub at: [f64; 2],
     /// mm².
     pub covariance: Covariance,
-    /// What it counts.
+    /// Weight.
     pub share: f64,
     /// Left out together: number of its stroke, or of itself.
     pub group: usize,
@@ -33,13 +33,9 @@ pub struct Sample {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// One place.
     Point,
-    /// Straight.
     Line,
-    /// Of one curvature.
     Circle,
-    /// Any that is smooth.
     Smooth,
 }
 
@@ -52,20 +48,15 @@ impl Kind {
         ("smooth", Self::Smooth, "a smooth curve"),
     ];
 
-    /// Its word.
     pub fn word(self) -> &'static str {
         Self::WORDS[self as usize].0
     }
 }
 
-/// A curve of any kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Curve {
-    /// One place.
     Point(Spot),
-    /// A line or a circle.
     Arc(Arc),
-    /// A smooth one.
     Smooth(Smooth),
 }
 
@@ -96,16 +87,15 @@ impl Curve {
         }
     }
 
-    /// `n` places from the first to the last of `samples`: where, direction (rad), standard deviation across (mm). Of what is closed the last is
-    /// the first again. Of a point itself, the longer half axis of its ellipse and that axis.
+    /// `n` places along `samples`: where, direction (rad), standard deviation across (mm). A point gives the longer axis of its ellipse.
     pub fn traced(&self, samples: &[Sample], n: usize) -> Vec<([f64; 2], f64, f64)> {
-        let (([from, to], _), at): (_, &dyn Fn(f64) -> ([f64; 2], f64)) = match self {
+        let ([from, to], at): (_, &dyn Fn(f64) -> ([f64; 2], f64)) = match self {
             Self::Point(spot) => {
                 let ([major, _], axis) = spot.covariance.ellipse();
                 return vec![(spot.at, axis.to_radians(), major)];
             }
-            Self::Arc(arc) => (ends(arc, samples.iter().map(|s| s.at)), &|s| arc.at(s)),
-            Self::Smooth(smooth) => ((smooth.ends(), smooth.is_closed()), &|s| smooth.at(s)),
+            Self::Arc(arc) => (ends(arc, samples.iter().map(|s| s.at)).0, &|s| arc.at(s)),
+            Self::Smooth(smooth) => (smooth.basis.ends, &|s| smooth.at(s)),
         };
         let place = |k: usize| {
             let (p, direction) = at(from + (to - from) * k as f64 / (n - 1) as f64);

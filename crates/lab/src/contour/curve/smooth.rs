@@ -14,11 +14,10 @@ const GAP: f64 = 0.25;
 /// Passes over the lean of the curve against its base, which enters the variance of a point across it.
 const PASSES: usize = 3;
 
-/// A smooth curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smooth {
     base: Arc,
-    basis: Basis,
+    pub(super) basis: Basis,
     /// Of the offset to the left of the base, mm.
     values: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -26,9 +25,9 @@ pub struct Smooth {
 
 /// Cubic B-splines on even knots.
 #[derive(Debug, Clone, PartialEq)]
-struct Basis {
+pub(super) struct Basis {
     /// Ends along the base, mm.
-    ends: [f64; 2],
+    pub ends: [f64; 2],
     intervals: usize,
     closed: bool,
 }
@@ -86,12 +85,8 @@ pub fn ends(base: &Arc, points: impl Iterator<Item = [f64; 2]>) -> ([f64; 2], bo
     if gap < GAP * turn { ([from, from + turn], true) } else { ([from, to], false) }
 }
 
-/// Sums over points for one fit, to which a point can be added and taken away.
-#[derive(Clone)]
-struct Sums {
-    n: DMatrix<f64>,
-    b: DVector<f64>,
-}
+/// Normal equations of one fit, to which points can be added and taken away.
+type Sums = (DMatrix<f64>, DVector<f64>);
 
 impl Smooth {
     /// Beside `base`, as flat as it, on a basis for these samples; `None` where they cover nothing.
@@ -106,16 +101,6 @@ impl Smooth {
             values: DVector::zeros(n),
             covariance: DMatrix::zeros(n, n),
         })
-    }
-
-    /// Whether it comes back to its beginning.
-    pub fn is_closed(&self) -> bool {
-        self.basis.closed
-    }
-
-    /// Its ends along the base, mm.
-    pub fn ends(&self) -> [f64; 2] {
-        self.basis.ends
     }
 
     /// Along the base, into the range of the curve.
@@ -175,7 +160,7 @@ impl Smooth {
     /// Weighted sums of some samples; weights as they lie across the curve so far.
     fn sums<'a>(&self, samples: impl Iterator<Item = (&'a Sample, f64)>) -> Sums {
         let n = self.basis.len();
-        let mut sums = Sums { n: DMatrix::zeros(n, n), b: DVector::zeros(n) };
+        let (mut matrix, mut vector): Sums = (DMatrix::zeros(n, n), DVector::zeros(n));
         for (s, weight) in samples.filter(|(_, w)| *w > 0.0) {
             let along = self.along(s.at);
             let (places, values, _) = self.basis.at(along);
@@ -184,22 +169,22 @@ impl Smooth {
             let w = weight / (s.covariance.of(across) * (1.0 + slope * slope));
             let off = self.base.off(s.at);
             for (i, x) in places.iter().zip(&values) {
-                sums.b[*i] += w * x * off;
+                vector[*i] += w * x * off;
                 for (j, y) in places.iter().zip(&values) {
-                    sums.n[(*i, *j)] += w * x * y;
+                    matrix[(*i, *j)] += w * x * y;
                 }
             }
         }
-        sums
+        (matrix, vector)
     }
 
-    fn solve(&self, sums: &Sums, stiffness: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn solve(&self, (matrix, vector): &Sums, stiffness: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
         // A trace of stiffness against the base itself: a coefficient without points is that of its neighbours.
         let n = self.basis.len();
-        let scale = (0..n).map(|i| sums.n[(i, i)]).sum::<f64>() / n as f64;
+        let scale = (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n as f64;
         let m =
-            &sums.n + self.basis.roughness() * (stiffness * scale) + DMatrix::identity(n, n) * (1e-9 * scale);
-        least::solve(&m, &sums.b)
+            matrix + self.basis.roughness() * (stiffness * scale) + DMatrix::identity(n, n) * (1e-9 * scale);
+        least::solve(&m, vector)
     }
 
     /// This one, drawn to the samples with this stiffness.
@@ -213,8 +198,7 @@ impl Smooth {
         Some(curve)
     }
 
-    /// What is found for each group of samples where that group is left out: the curves, in the order of `groups`. Their lean is that of this
-    /// curve, which was drawn to all of them.
+    /// The curve without each of `groups`, in their order; weights lean as this curve does, which saw all of them.
     pub fn without(
         &self,
         samples: &[Sample],
@@ -225,14 +209,13 @@ impl Smooth {
         let all = self.sums(samples.iter().zip(weights.iter().copied()));
         let one = |group: &Vec<usize>| {
             let out = self.sums(group.iter().map(|&i| (&samples[i], weights[i])));
-            let left = Sums { n: &all.n - out.n, b: &all.b - out.b };
+            let left = (&all.0 - out.0, &all.1 - out.1);
             let (values, covariance) = self.solve(&left, stiffness)?;
             Some(Self { values, covariance, ..self.clone() })
         };
         groups.iter().map(one).collect()
     }
 
-    /// The same with its covariance times `factor`.
     pub fn scaled(self, factor: f64) -> Self {
         Self { covariance: self.covariance * factor, base: self.base.scaled(factor), ..self }
     }

@@ -3,7 +3,6 @@
 use super::Sample;
 use vibrissa_core::reduce::median;
 
-/// A place and its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
     /// mm.
@@ -68,7 +67,6 @@ impl Spot {
             / std::f64::consts::TAU
     }
 
-    /// The same with its covariance times `factor`.
     pub fn scaled(self, factor: f64) -> Self {
         Self { covariance: Covariance(self.covariance.0.map(|x| x * factor)), ..self }
     }
@@ -86,7 +84,6 @@ impl Covariance {
         Self([xx + variance * x * x, xy + variance * x * y, yy + variance * y * y])
     }
 
-    /// Variance along `by`.
     pub fn of(self, [x, y]: [f64; 2]) -> f64 {
         let [xx, xy, yy] = self.0;
         xx * x * x + 2.0 * xy * x * y + yy * y * y
@@ -98,20 +95,5 @@ impl Covariance {
         let (mean, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
         let axis = 0.5 * (2.0 * xy).atan2(xx - yy);
         ([(mean + half).sqrt(), (mean - half).max(0.0).sqrt()], axis.to_degrees())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_ellipse_is_that_of_its_axes() {
-        let (sin, cos) = 0.4f64.sin_cos();
-        let c = Covariance::default().along([cos, sin], 9.0).along([-sin, cos], 4.0);
-        let ([major, minor], axis) = c.ellipse();
-        assert!((major - 3.0).abs() < 1e-12 && (minor - 2.0).abs() < 1e-12);
-        assert!((axis - 0.4f64.to_degrees()).abs() < 1e-10);
-        assert!((c.of([cos, sin]) - 9.0).abs() < 1e-12);
     }
 }
