@@ -13,7 +13,6 @@ use super::stream::Ask;
 use super::tared::Once;
 use super::{Located, Locator};
 use crate::error::{InputError, nearest};
-use crate::estimator::learned::LearnedCurve;
 use crate::sink::lab::LabCell;
 use crate::status::Status;
 
