@@ -39,6 +39,7 @@ mod learned;
 mod liars;
 mod linear;
 mod locate;
+mod measured;
 mod misled;
 mod model_error;
 mod numbers;

@@ -1,8 +1,19 @@
-//! Ranks in their order, and the time that a run has left.
+//! Ranks in their order, the time that a run has left, and numbers that others have published: points, quantiles, sums, minima.
 
 use std::time::{Duration, Instant};
 
+use nalgebra::{DMatrix, DVector};
+use vibrissa::combinations::Combinations;
+use vibrissa::estimator::least::{FREE, by_values, solve, values};
+use vibrissa::excerpt::Excerpt;
+use vibrissa::kernel::gpu::check::{drawn, key};
+use vibrissa::physics::inverse::bracketed;
 use vibrissa::progress::Progress;
+use vibrissa::reduce::{Spread, Sweeps, percentile};
+use vibrissa::report::quantity::told_apart;
+use vibrissa::scene::sampler::{MAX_DIMENSIONS, Sampler};
+use vibrissa::scene::{Axis, Channels, Listed, Signal, Tuple};
+use vibrissa::status::Status;
 use vibrissa::sweep::ordered;
 use vibrissa_cli::progress::{Shown, line};
 
@@ -24,4 +35,164 @@ fn the_time_left_after_a_resume_is_told_by_the_taps_of_this_run() {
     let fast = line((868_901, 33_000_000), 868_901, Duration::from_micros(200));
     assert_eq!(fast, "868 901 of 33 000 000 taps, 4.3e9 taps/s, 0.0074 s left");
     assert_eq!(line((0, 12_640), 0, Duration::from_secs(1)), "0 of 12 640 taps");
+}
+
+/// `scipy.stats.qmc.Sobol(24, scramble=False, bits=32)`, whose point n is our point n ^ (n >> 1); and
+/// the first of the known answers of Random123.
+#[test]
+fn points_are_those_of_scipy_and_random123() {
+    let of = |n: u32| (0..24).map(|j| Sampler::Sobol.coordinate(0, j, n ^ (n >> 1))).collect::<Vec<_>>();
+    let known = [
+        1778384896, 1107296256, 3321888768, 3120562176, 3791650816, 3187671040, 100663296, 2046820352,
+        2717908992, 2986344448, 1979711488, 2919235584, 2046820352, 3657433088, 1375731712, 2113929216,
+        2919235584, 3187671040, 3590324224, 1442840576, 3254779904, 1711276032, 33554432, 2113929216,
+    ];
+    assert_eq!(of(100), known);
+    let known = [
+        2097152, 2694840320, 3999268864, 1507852288, 2707423232, 2824863744, 505413632, 136314880,
+        3927965696, 1914699776, 2141192192, 3802136576, 2510290944, 4242538496, 2099249152, 2912944128,
+        2325741568, 3537895424, 471859200, 157286400, 1537212416, 463470592, 404750336, 2996830208,
+    ];
+    assert_eq!(of(2047), known);
+    let random = [0, 1, 2, 3].map(|j| Sampler::Random.coordinate(0, j, 0));
+    assert_eq!(random, [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]);
+    // A scramble keeps each of the first 2ᵏ points in a stratum of its own.
+    for (seed, j) in [1, 1 << 32].into_iter().flat_map(|seed| (0..MAX_DIMENSIONS).map(move |j| (seed, j))) {
+        let mut strata: Vec<u32> = (0..256).map(|i| Sampler::Sobol.coordinate(seed, j, i) >> 24).collect();
+        strata.sort_unstable();
+        assert!(strata.into_iter().eq(0..256), "seed {seed}, dimension {j}");
+    }
+}
+
+#[test]
+fn ranks_means_and_roots_are_exact() {
+    let of = |n| [50, 99].map(|percent| percentile(n, percent));
+    assert_eq!([1, 2, 51, 100, 101, 700].map(of), [[0, 0], [0, 1], [25, 50], [49, 98], [50, 99], [349, 692]]);
+    let [mut sweeps, mut other] = [Sweeps::default(); 2];
+    sweeps.push(2.0);
+    other.push(5.0);
+    sweeps.merge(&other);
+    assert_eq!((sweeps.taps, sweeps.mean(), sweeps.most()), (2, 3.5, 5.0));
+    let mut spread = Spread::default();
+    (0..10).for_each(|k| spread.push(1.0 + 1e-9 * f64::from(k)));
+    assert!((spread.sd().unwrap() / (1e-9 * (82.5f64 / 9.0).sqrt()) - 1.0).abs() < 1e-6);
+    assert!((bracketed(|x| x * x * x - 2.0, 0.0, 1e6) - 2f64.cbrt()).abs() < 4e-15);
+    let steep = |x: f64| (x - 1e-9).signum() * (x - 1e-9).abs().sqrt();
+    assert!((bracketed(steep, -1.0, 1.0) - 1e-9).abs() < 1e-15);
+}
+
+/// W C Wᵀ = 1 for the covariance C and the matrix W that makes noise white; a matrix that is no covariance has none.
+#[test]
+fn white_noise_has_the_covariance_undone() {
+    let of = |c: &[f64]| Channels::of(&[Signal::Moment, Signal::Force], Some(c.to_vec()));
+    let covariance = [4.0, 1.0, 1.0, 9.0];
+    let channels = of(&covariance).unwrap();
+    let unit = |k: usize| std::array::from_fn(|j| f64::from(u8::from(j == k)));
+    let w = [0, 1].map(|k| channels.white(&unit(k), &unit(k)));
+    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let sum: f64 = (0..4).map(|m| w[m / 2][i] * covariance[m] * w[m % 2][j]).sum();
+        assert!((sum - f64::from(u8::from(i == j))).abs() < 1e-14);
+    }
+    let normal = [0.3, -1.2, 0.0, 0.0, 0.0, 0.0];
+    let back = channels.white(&channels.noise(&normal), &normal);
+    assert!((0..2).all(|k| (back[k] - normal[k]).abs() < 1e-14));
+    assert!(of(&[1.0, 2.0, 2.0, 1.0]).is_none() && of(&[1.0, 1.0, 1.0, 1.0]).is_none());
+}
+
+#[test]
+fn least_squares_end_in_the_valley_and_say_what_is_not_determined() {
+    // Rosenbrock's valley. At x = 0.5 the best y is 0.25, and 0.3 of the bounds that begin there.
+    let valley = |x: &[f64]| Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+    for (start, bounds, best) in [
+        (-1.2, [FREE; 2], [1.0, 1.0]),
+        (-1.2, [[-2.0, 0.5], [-5.0, 5.0]], [0.5, 0.25]),
+        (0.2, [[-2.0, 0.5], [0.3, 5.0]], [0.5, 0.3]),
+    ] {
+        let m = by_values(&valley, &[start, 1.0], &[1e-5; 2], &bounds, 1e-14).unwrap();
+        assert!((0..2).all(|i| (m.at[i] - best[i]).abs() < 1e-9), "{:?} is not {best:?}", m.at);
+    }
+    assert!(by_values(&|x| Some(vec![x[0] - 1.0]), &[0.0; 2], &[1e-5; 2], &[FREE; 2], 1e-14).is_none());
+    // Units do not matter.
+    let n = DMatrix::from_row_slice(2, 2, &[4e12, 1.0, 1.0, 1e-12]);
+    let x = DVector::from_column_slice(&[3e-6, 5e6]);
+    let (found, inverse) = solve(&n, &(&n * &x)).unwrap();
+    assert!((found - &x).component_div(&x).amax() < 1e-12);
+    assert!((&n * inverse - DMatrix::identity(2, 2)).map(|e| e * 1e-12).amax() < 1e-12);
+    assert!(solve(&DMatrix::from_element(2, 2, 1.0), &DVector::zeros(2)).is_none());
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(solve(&DMatrix::from_element(1, 1, bad), &DVector::zeros(1)).is_none());
+        assert!(values(DMatrix::from_row_slice(2, 2, &[1.0, bad, 5.0, 6.0]), true).is_none());
+    }
+    assert!(values(DMatrix::zeros(0, 2), true).is_none());
+    let _ = values(DMatrix::from_row_slice(2, 2, &[1e300, 1e-300, f64::MAX, -f64::MAX]), true);
+}
+
+#[test]
+fn steps_are_the_decimal_numbers_one_expects() {
+    let of = |axis: Result<Axis, _>| axis.unwrap().iter().collect::<Vec<f64>>();
+    let tenths: Vec<f64> = (5..101).map(|i| format!("{}.{}", i / 10, i % 10).parse().unwrap()).collect();
+    assert_eq!(of(Axis::step(0.5, 10.0, 0.1)), tenths);
+    assert_eq!(of(Axis::steps(0.5, 10.0, 96)), tenths);
+    assert_eq!(of(Axis::steps(0.0, 1.0, 4)), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]);
+    assert_eq!(of(Axis::step(1.0, 2.0, 0.4)), [1.0, 1.4, 1.8]);
+    assert_eq!(of(Axis::step(0.0, 1.0, 1.0 / 3.0))[3], 1.0);
+    let log = of(Axis::log_steps(0.1, 10.0, 3));
+    assert!((log[0], log[2]) == (0.1, 10.0) && (log[1] - 1.0).abs() < 1e-15);
+    let extreme = Axis::steps(-1e300, 1e300, 1 << 40).unwrap();
+    assert!(extreme.at(1 << 39).is_finite() && extreme.at((1 << 40) - 1) == 1e300);
+}
+
+#[test]
+fn what_belongs_together_is_counted_once() {
+    let row = |d, tilt, a, drive| Tuple { D: 10.0, d, tilt, a, drive, ..Tuple::default() };
+    let rows = [
+        row(7.0, 0.0, 20.0, 1.0),
+        row(4.0, 0.0, 20.0, 1.0),
+        row(7.0, -0.0, 30.0, 1.0),
+        row(7.0, 5.0, 20.0, 2.0),
+    ];
+    let listed: Listed = rows.into_iter().chain([Tuple { x_ss: -0.0, ..rows[1] }]).collect();
+    let groups = listed.groups();
+    assert_eq!((&groups.designs[..], &groups.strokes[..]), (&[0, 1, 0, 0, 1][..], &[0, 1, 0, 2, 1][..]));
+    assert_eq!((&groups.distances[..], groups.counts), (&[0, 1, 2, 3, 1][..], [2, 3, 4]));
+    let mut all = Combinations::default();
+    let both = Status::STRAIN_LIMIT | Status::AMBIGUOUS;
+    let noted = [(Status::OK, 3), (both, 2), (Status::STRAIN_LIMIT, 1), (both, 1), (Status::NO_ROOT, 0)];
+    noted.into_iter().for_each(|(status, taps)| all.note(status, taps));
+    assert_eq!(all.told(|n| n.to_string()), "3 ok, 1 strain_limit, 3 strain_limit+ambiguous");
+    all.retain(Status::AMBIGUOUS | Status::NO_ROOT);
+    assert_eq!(all.told(|n| n.to_string()), "3 ambiguous");
+}
+
+/// Of those that are compared, whatever stands beside them.
+#[test]
+fn a_tap_is_drawn_whatever_stands_beside_it() {
+    let tap = |i: u32| [1.0 + f64::from(i % 317), 0.1 + f64::from(i / 317)];
+    let taps: Vec<[f64; 2]> = (0..100_000).map(tap).collect();
+    let of = |taps: &[[f64; 2]]| {
+        let places = drawn(taps.len(), |_| true, |i| key(&taps[i]), |i| taps[i][1]);
+        places.into_iter().map(|i| taps[i].map(f64::to_bits)).collect::<Vec<_>>()
+    };
+    let whole = of(&taps);
+    assert!(
+        (60..160).contains(&whole.len())
+            && [0, 99_999].iter().all(|i| whole.contains(&taps[*i].map(f64::to_bits)))
+    );
+    for parts in [2, 3, 7] {
+        let cut: Vec<_> = taps.chunks(taps.len().div_ceil(parts)).flat_map(of).collect();
+        assert!(whole.iter().all(|tap| cut.contains(tap)), "in {parts} parts");
+    }
+    assert_eq!((of(&taps[..20]).len(), of(&[]).len()), (20, 0));
+}
+
+#[test]
+fn a_mistake_is_marked_and_values_are_told_apart() {
+    let text = "[whisker]\r\nD = 10\r\nd\t= -4\r\nL_a = 50\r\n";
+    let at = text.find("-4").unwrap();
+    let Excerpt { text, span, above } = Excerpt::new(text, at..at + 2);
+    assert_eq!((text.as_str(), &text[span], above), ("D = 10\nd = -4\nL_a = 50", "-4", 1));
+    let long = format!("a = 1\n{}bad{}", "x".repeat(200_000), "y".repeat(200_000));
+    let far = Excerpt::new(&long, 200_006..200_009);
+    assert!(far.text.len() < 300 && &far.text[far.span] == "bad");
+    assert_eq!(told_apart("D_mm", &[10.0, 10.000_000_000_1]), ["D = 10 mm", "D = 10.0000000001 mm"]);
 }

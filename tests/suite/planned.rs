@@ -4,7 +4,11 @@
 use std::time::Instant;
 
 use crate::common::program::{Desk, SPEC, large};
+use crate::common::specs::parse;
 use crate::common::world::{GUARD, shell};
+use vibrissa::backend::PAYS;
+use vibrissa::plan::pays::of_study;
+use vibrissa::scene::{Precision, RunOptions};
 
 const WHISKERS: &str = "[whisker]\nD = { from = 8, to = 12, steps = 400 }\nd = { from = 2, to = 7, steps = 400 }\nL_a = 50\n\
                         [gauge]\nx_ss = { from = 3, to = 15, steps = 25 }\nl = 2\n";
@@ -46,6 +50,26 @@ fn a_plan_says_which_way_the_taps_go() {
     assert_eq!(way(60, "[model]\ngeometry = \"linear\"\n"), "solved tap by tap");
     let reference = format!("{WHISKER}{}", taps(5, 60, ""));
     assert_eq!(planned(&reference, &["--backend", "reference"]).1, "solved by the reference");
+}
+
+/// Seconds of a CPU with four threads: a device pays where they are many.
+#[test]
+fn large_sweeps_pay_and_small_ones_do_not() {
+    let work = |model: &str, theta: &str, precision| {
+        let whiskers = WHISKER.replace("D = 10", "D = { min = 8, max = 12, samples = 40_000_000 }");
+        let text = format!(
+            "{}[tap]\na = {{ from = 21, to = 48, steps = 10 }}\ntheta = {theta}\n{model}[output]\ntuples = false\ntop = 100\nby = \"K_sd\"\n",
+            whiskers.replace("d = 0.2", "d = 4")
+        );
+        let options = RunOptions { threads: Some(4), precision, ..RunOptions::default() };
+        of_study(&parse(&text).expect("a spec").study, &options)
+    };
+    let double = Some(Precision::F64);
+    let [read, solved] = [None, double].map(|precision| work("", "4", precision));
+    assert!(read > PAYS && read < 20.0 && solved > 10.0 * read, "{read} {solved}");
+    assert!(work("[model]\nextension = true\ncontact = { coulomb = 0.3 }\n", "4", double) > solved);
+    assert_eq!(work("[model]\ngeometry = \"linear\"\n", "4", double), 0.0);
+    assert!(work("", "{ from = 1, to = 10, steps = 10 }", None) < read);
 }
 
 /// Sharp tips turned far with friction are left to the reference: 48 such taps take seconds, and as many that a kernel solves next to nothing.

@@ -152,6 +152,7 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
     }
 }
 
+/// Other signals, and what ignores them, are in tests/faults.
 #[test]
 fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
     let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 60_000 }");
@@ -159,32 +160,19 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
     let line =
         ["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "out", "--keep-every", "0"];
     desk.run(&[&line[..6], &["--out", "whole"]].concat()).exits(0);
-    for (signal, json) in [(SIGINT, false), (SIGTERM, true), (SIGHUP, false)] {
-        let begin = || {
-            let _ = std::fs::remove_dir_all(desk.path("out"));
-            start(program(&desk, &[&line[..], if json { &["--json"] } else { &[] }].concat()))
-        };
-        let child = held(begin, || desk.path("out/.vibrissa-unfinished/.state").exists());
-        send(&child, signal);
-        send(&child, SIGCONT);
-        let left = ends(child);
-        assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
-        let said = if json { words(&left.stdout) } else { words(&left.stderr) };
-        assert!(said.contains("of 60000 designs are kept in out, and the same command goes on"), "{said}");
-        assert_eq!(desk.names("out"), [".vibrissa-unfinished"]);
-        desk.run(&line[..8]).exits(0);
-        assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
-        std::fs::remove_dir_all(desk.path("out")).unwrap();
-    }
-    // A search for signals to ignore: as nohup starts it.
     let begin = || {
         let _ = std::fs::remove_dir_all(desk.path("out"));
-        ignoring(program(&desk, &line), SIGHUP)
+        start(program(&desk, &[&line[..], &["--json"]].concat()))
     };
     let child = held(begin, || desk.path("out/.vibrissa-unfinished/.state").exists());
-    send(&child, SIGHUP);
+    send(&child, SIGTERM);
     send(&child, SIGCONT);
-    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(0));
+    let left = ends(child);
+    let said = words(&left.stdout);
+    assert_eq!(left.status.code(), Some(1), "{said}");
+    assert!(said.contains("of 60000 designs are kept in out, and the same command goes on"), "{said}");
+    assert_eq!(desk.names("out"), [".vibrissa-unfinished"]);
+    desk.run(&line[..8]).exits(0);
     assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
 }
 

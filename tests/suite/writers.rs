@@ -3,7 +3,6 @@
 
 use std::os::unix::fs::symlink;
 use std::process::Stdio;
-use std::time::Instant;
 
 use serde_json::json;
 use vibrissa::sink::folder::{Folder, Question, WORK, hash_file};
@@ -114,48 +113,6 @@ fn what_a_killed_benchmark_left_is_removed() {
     assert_eq!(desk.names("tmp"), [""; 0]);
     desk.ok("sweep spec.toml --backend cpu --out out");
     assert_eq!(hidden(&desk, "out"), [""; 0]);
-}
-
-#[test]
-fn a_kill_leaves_the_old_result_or_the_new_one() {
-    let texts = [SPEC.to_owned(), SPEC.replace("theta = [1, 4]", "theta = [1, 5]")];
-    let desk = Desk::new(&texts[0]);
-    desk.write("other.toml", SPEC);
-    desk.sweep(&["--out", "out"]).exits(0);
-    desk.write("out/notes/mine.txt", "mine");
-    desk.write("out/rows.csv", "mine");
-    let begin = Instant::now();
-    desk.sweep(&["--out", "out"]).exits(0);
-    let whole = begin.elapsed();
-    let (mut decided, mut ended) = (0, 0);
-    for round in 0..30u32 {
-        desk.write("spec.toml", &texts[round as usize % 2]);
-        let before = desk.read("out/run.json");
-        let mut child = start(&desk, &["sweep", "spec.toml", "--out", "out"]);
-        let replacing = || desk.path("out").join(WORK).join(".finished").exists();
-        if round % 3 == 0 {
-            std::thread::sleep(whole * (round + 1) / 30);
-        } else {
-            // In the middle of the replacement, if it can be seen.
-            while !replacing() && child.try_wait().unwrap().is_none() {}
-        }
-        let _ = child.kill();
-        ended += u32::from(child.wait().unwrap().success());
-        // Either nothing was decided and one result is there, or the new one is about to be put in place.
-        match replacing() {
-            true => decided += 1,
-            false => _ = desk.whole("out"),
-        }
-        // Any run in the folder, also one that is refused, carries it through.
-        desk.refuses("sweep other.toml --backend cpu --out out", &[]);
-        let (run, after) = (desk.whole("out"), desk.read("out/run.json"));
-        let new = run["spec"]["text"] == texts[round as usize % 2].as_str();
-        assert!(after == before || new, "round {round}");
-        let names = ["designs.csv", "distances.csv", "notes", "rows.csv", "run.json", "tuples.csv"];
-        assert_eq!(desk.names("out"), names, "round {round}");
-        assert_eq!([desk.read("out/notes/mine.txt"), desk.read("out/rows.csv")], ["mine", "mine"]);
-    }
-    println!("{decided} of 30 kills came after the decision, {ended} after the end");
 }
 
 /// The names of a user's own folders may begin as the program's do.

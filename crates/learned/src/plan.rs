@@ -4,9 +4,6 @@
 //! be asked for have the covariance S = H Λ Hᵀ; a tap at i takes S_·i S_i·/(v_i + S_ii) off it, and gives it back where it is left out. What is
 //! least is the mean variance of a distance at the places that will be asked for (A-optimal design; Fedorov 1972 for the exchange).
 
-#[cfg(test)]
-mod tests;
-
 use nalgebra::DMatrix;
 
 use crate::base::{Base, Whisker};

@@ -104,15 +104,8 @@ macro_rules! by_nodes {
         }
     };
 }
-#[cfg(not(test))]
 by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10, most 10);
-#[cfg(not(test))]
 by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
-// The unit tests of this crate solve no tap, and need not compile all kernels once more; whatever solves is tested from outside.
-#[cfg(test)]
-by_nodes!(by_nodes_f32, f32, 16, plain, sizes, most 2);
-#[cfg(test)]
-by_nodes!(by_nodes_f64, f64, 8, plain, sizes, most 2);
 
 /// Whether taps are solved side by side: not on a PC without AVX2.
 fn wide() -> bool {
