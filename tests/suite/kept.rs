@@ -229,27 +229,6 @@ fn go_on(desk: &Desk, more: &[&str]) -> crate::common::program::Ran {
     desk.run(&[&line[..], more].concat())
 }
 
-#[cfg(unix)]
-#[test]
-fn a_full_disk_loses_nothing_that_was_complete() {
-    let desk = stopped();
-    desk.ok("sweep spec.toml --backend cpu --precision f64 --out whole");
-    desk.write("out/notes.txt", "mine");
-    // Still full: what is kept stays.
-    let (code, words) = run_limited(&desk, &[]);
-    assert!(code == 1 && words.contains("designs.csv") && words.contains("are kept in out"), "{words}");
-    // A run that is killed while it keeps its state leaves a torn one beside the last that is whole.
-    desk.write(&format!("out/{WORK}/.state-next"), "torn");
-    let ran = go_on(&desk, &[]).exits(0);
-    assert!(ran.stderr.contains("going on: "), "{}", ran.stderr);
-    let run = desk.whole("out");
-    assert!(run["resumed"]["from"].as_str().is_some_and(|from| from.ends_with("of 18 designs")), "{run}");
-    for table in ["designs.csv", "distances.csv"] {
-        assert_eq!(desk.read(&format!("out/{table}")), desk.read(&format!("whole/{table}")));
-    }
-    assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "notes.txt", "run.json"]);
-}
-
 /// The state as if it had taken longer.
 fn as_if_long(desk: &Desk) {
     let path = desk.path("out").join(WORK).join(".state");

@@ -1,7 +1,7 @@
 //! Figures as they lie on paper: words whole, apart and off the curves, ticks, bands, panels to scale.
 
-use vibrissa::figure::drawing::{Drawing, Item, Step};
-use vibrissa::figure::font::{Font, length, lines};
+use vibrissa::figure::drawing::{Anchor, Drawing, Item, Step};
+use vibrissa::figure::font::{Font, length, lines, outline};
 use vibrissa::figure::sheet::lay;
 use vibrissa::figure::{Along, Axis, Cells, Figure, Mark, Marker, Panel, Path, Scale, Style};
 
@@ -130,22 +130,22 @@ fn titles_of_maps_are_whole_and_apart() {
     let cells = Cells { x: vec![1.0, 2.0, 3.0], y: vec![1.0, 2.0], z: vec![1e-5, f64::NAN], of };
     let axes = [Axis::new("gauge place x_ss", "mm"), Axis::new("base diameter D", "mm")];
     let panel = Panel::new("", axes[0].clone(), axes[1].clone()).with(Mark::Cells(cells));
-    for (width, size, n) in [(88.0, 8.0, 1), (88.0, 8.0, 6), (60.0, 12.0, 2), (40.0, 8.0, 3), (180.0, 6.0, 6)]
-    {
+    let styles = [(88.0, 8.0), (60.0, 12.0), (40.0, 8.0), (180.0, 6.0)];
+    for ((width, size), n) in styles.into_iter().flat_map(|style| [1, 2, 3, 6].map(|n| (style, n))) {
         let style = Style { width, size, font: Font::built_in() };
-        let (d, face) =
-            (lay(&Figure::new("map", "Map", "", vec![panel.clone(); n]), &style), style.font.face());
+        let d = lay(&Figure::new("map", "Map", "", vec![panel.clone(); n]), &style);
+        let face = style.font.face();
         let place = |item: &Item| {
             let Item::Text { at: [x, y], text, size, anchor, upwards, .. } = item else { return None };
             let (long, before) = (length(&face, text) * size, anchor.share());
-            let along = if *upwards {
-                [y - (1.0 - before) * long, y + before * long]
+            let along = |at: f64, before: f64| [at - before * long, at + (1.0 - before) * long];
+            let across = |at: f64| [at - 0.8 * size, at + 0.25 * size];
+            let ends = if *upwards {
+                [across(*x), along(*y, 1.0 - before)]
             } else {
-                [x - before * long, x + (1.0 - before) * long]
+                [along(*x, before), across(*y)]
             };
-            let across =
-                if *upwards { [x - 0.8 * size, x + 0.25 * size] } else { [y - 0.8 * size, y + 0.25 * size] };
-            Some((text.clone(), if *upwards { [across, along] } else { [along, across] }))
+            Some((text.clone(), ends))
         };
         let all: Vec<_> = d.items.iter().filter_map(place).collect();
         let titles: Vec<_> = all.iter().filter(|(t, _)| t.chars().any(char::is_alphabetic)).collect();
@@ -160,9 +160,12 @@ fn titles_of_maps_are_whole_and_apart() {
             assert!(words.matches(title).count() >= n, "{title} in {words}");
         }
     }
-    let value = "D = 8 mm, x_ss ≈ 7.5 mm or 1 of 3";
-    let broken = ["D = 8 mm,", "x_ss ≈ 7.5 mm", "or", "1", "of", "3"];
-    assert_eq!(lines(&Font::built_in().face(), value, 0.1), broken);
+    // A value stays with its symbol and unit; an outline ends where its text is anchored.
+    let font = Font::built_in();
+    let broken = lines(&font.face(), "D = 8 mm, x_ss ≈ 7.5 mm or 1 of 3", 0.1);
+    assert_eq!(broken, ["D = 8 mm,", "x_ss ≈ 7.5 mm", "or", "1", "of", "3"]);
+    let steps = outline(&font.face(), "HHHH", [100.0, 50.0], 10.0, Anchor::End, false);
+    assert!(steps.iter().all(|s| !matches!(s, Step::To(p) | Step::Line(p) if p[0] > 100.0)), "{steps:?}");
 }
 
 #[test]

@@ -55,21 +55,22 @@ fn a_plan_says_which_way_the_taps_go() {
 /// Seconds of a CPU with four threads: a device pays where they are many.
 #[test]
 fn large_sweeps_pay_and_small_ones_do_not() {
-    let work = |model: &str, theta: &str, precision| {
-        let whiskers = WHISKER.replace("D = 10", "D = { min = 8, max = 12, samples = 40_000_000 }");
+    let whisker =
+        WHISKER.replace("D = 10", "D = { min = 8, max = 12, samples = 40_000_000 }").replace("0.2", "4");
+    let work = |rest: &str, precision| {
         let text = format!(
-            "{}[tap]\na = {{ from = 21, to = 48, steps = 10 }}\ntheta = {theta}\n{model}[output]\ntuples = false\ntop = 100\nby = \"K_sd\"\n",
-            whiskers.replace("d = 0.2", "d = 4")
+            "{whisker}[tap]\na = {{ from = 21, to = 48, steps = 10 }}\n{rest}\n[output]\ntop = 100\n"
         );
         let options = RunOptions { threads: Some(4), precision, ..RunOptions::default() };
         of_study(&parse(&text).expect("a spec").study, &options)
     };
     let double = Some(Precision::F64);
-    let [read, solved] = [None, double].map(|precision| work("", "4", precision));
+    let [read, solved] = [None, double].map(|precision| work("theta = 4", precision));
     assert!(read > PAYS && read < 20.0 && solved > 10.0 * read, "{read} {solved}");
-    assert!(work("[model]\nextension = true\ncontact = { coulomb = 0.3 }\n", "4", double) > solved);
-    assert_eq!(work("[model]\ngeometry = \"linear\"\n", "4", double), 0.0);
-    assert!(work("", "{ from = 1, to = 10, steps = 10 }", None) < read);
+    let friction = "theta = 4\n[model]\nextension = true\ncontact = { coulomb = 0.3 }";
+    assert!(work(friction, double) > solved);
+    assert_eq!(work("theta = 4\n[model]\ngeometry = \"linear\"", double), 0.0);
+    assert!(work("theta = { from = 1, to = 10, steps = 10 }", None) < read);
 }
 
 /// Sharp tips turned far with friction are left to the reference: 48 such taps take seconds, and as many that a kernel solves next to nothing.
@@ -101,6 +102,9 @@ fn making_charts_counts() {
     let rate = run["counts"]["taps"].as_f64().expect("taps") / seconds("total");
     let told = run["taps_per_second"].as_f64().expect("a rate");
     assert!((rate - told).abs() <= 1e-9 * rate, "{rate} {told}");
+    desk.write("spec.toml", RANKED.replace("66000", "300").replace("top = 10", ""));
+    desk.sweep(&["--out", "none"]).exits(0);
+    assert!(desk.whole("none")["seconds"].get("chart").is_none());
 }
 
 /// Both are timed here. What else the machine does slows one of them at times, so that they are compared again.
@@ -114,13 +118,6 @@ fn a_plan_counts_the_making_of_charts() {
         plan["seconds"]["expected"].as_f64().expect("seconds") > 0.3 * took
     };
     assert!((0..6).any(|_| counted()), "plans say less than making the charts took");
-}
-
-#[test]
-fn where_no_chart_was_tried_none_is_told() {
-    let desk = Desk::new(&RANKED.replace("66000", "300").replace("top = 10", ""));
-    desk.sweep(&["--out", "out"]).exits(0);
-    assert!(desk.whole("out")["seconds"].get("chart").is_none());
 }
 
 /// Taps that kernels leave to the reference, which takes a good part of a second for each without optimisation.

@@ -1,7 +1,10 @@
 //! What a fit begins with, against data of which the truth is known: laws, steps, labels, tails.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::base::power;
 use crate::labels::{contradicted, prior};
+use crate::least::{FREE, by_values, solve, values};
 use crate::rows::{Row, cells, quantum};
 use crate::tails::Tails;
 
@@ -71,4 +74,32 @@ fn tails_are_longer_the_less_the_variances_are_known() {
         assert!((found - longer).abs() < 3e-3, "{doubt}: {found}");
         assert_eq!(tails.longer([0.0, 1.0, 0.0, 0.0, 0.0, 0.0], 2.0), 1.0);
     }
+}
+
+#[test]
+fn least_squares_end_in_the_valley_and_say_what_is_not_determined() {
+    // Rosenbrock's valley. At x = 0.5 the best y is 0.25, and 0.3 of the bounds that begin there.
+    let valley = |x: &[f64]| Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+    for (start, bounds, best) in [
+        (-1.2, [FREE; 2], [1.0, 1.0]),
+        (-1.2, [[-2.0, 0.5], [-5.0, 5.0]], [0.5, 0.25]),
+        (0.2, [[-2.0, 0.5], [0.3, 5.0]], [0.5, 0.3]),
+    ] {
+        let m = by_values(&valley, &[start, 1.0], &[1e-5; 2], &bounds, 1e-14).unwrap();
+        assert!((0..2).all(|i| (m.at[i] - best[i]).abs() < 1e-9), "{:?} is not {best:?}", m.at);
+    }
+    assert!(by_values(&|x| Some(vec![x[0] - 1.0]), &[0.0; 2], &[1e-5; 2], &[FREE; 2], 1e-14).is_none());
+    // Units do not matter.
+    let n = DMatrix::from_row_slice(2, 2, &[4e12, 1.0, 1.0, 1e-12]);
+    let x = DVector::from_column_slice(&[3e-6, 5e6]);
+    let (found, inverse) = solve(&n, &(&n * &x)).unwrap();
+    assert!((found - &x).component_div(&x).amax() < 1e-12);
+    assert!((&n * inverse - DMatrix::identity(2, 2)).map(|e| e * 1e-12).amax() < 1e-12);
+    assert!(solve(&DMatrix::from_element(2, 2, 1.0), &DVector::zeros(2)).is_none());
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(solve(&DMatrix::from_element(1, 1, bad), &DVector::zeros(1)).is_none());
+        assert!(values(DMatrix::from_row_slice(2, 2, &[1.0, bad, 5.0, 6.0]), true).is_none());
+    }
+    assert!(values(DMatrix::zeros(0, 2), true).is_none());
+    let _ = values(DMatrix::from_row_slice(2, 2, &[1e300, 1e-300, f64::MAX, -f64::MAX]), true);
 }
