@@ -163,8 +163,7 @@ fn values_in_force() {
         }
     };
     let text = desk.ok("sweep spec.toml --plan").stdout;
-    says(&text, &["12 taps of 2 designs", "12 rows", "4 rows", "6 rows", "gauge.noise_strain = 1e-6\n"]);
-    says(&text, &["whisker.hub = 0.0    (default)"]);
+    says(&text, &["12 taps of 2 designs", "12 rows", "4 rows", "6 rows", "hub = 0.0    (default)"]);
     let plan = desk.json("sweep spec.toml --plan --backend cpu --threads 2 --force");
     told(
         &plan["result"]["in_force"],

@@ -5,6 +5,7 @@ mod agreement;
 mod all_backends;
 mod all_inputs;
 mod bench;
+mod between;
 mod bits;
 mod both;
 mod built;

@@ -94,7 +94,6 @@ fn jitter_is_told_from_steps_and_rounding_from_both() {
     // Rounding within jitter within steps, and jitter of which two values happen to be close.
     let finer = [60.0, 60.004, 60.004000000000005, 65.0, 65.0000001, 65.003, 70.001, 75.0];
     assert_eq!(centres(&finer), [60.003, 65.001, 70.001, 75.0]);
-    // Steps of a plan are no jitter, however they grow.
     for plan in
         [&[0.5, 1.0, 2.0, 5.0, 10.0][..], &[0.5, 1.0, 1.5, 2.0, 2.5, 60.0], &[190.9, 196.2, 201.8, 276.1]]
     {

@@ -179,15 +179,8 @@ fn ticks_are_round_and_every_axis_has_some() {
     assert_eq!([words([0.4, 12.0], true, 5), words([0.4, 6.0], true, 5)], ["1 10", "0.5 1 2 5"]);
     assert_eq!(words([-35.0, 35.0], false, 3), "−20 0 20");
     // Nothing, one value, the largest numbers.
-    let far: [&[f64]; 7] = [
-        &[],
-        &[0.0],
-        &[-3.0, -3.0],
-        &[1.0, 1.0 + 1e-13],
-        &[f64::MAX],
-        &[5e-324, 1.0],
-        &[-f64::MAX, f64::MAX],
-    ];
+    let far: [&[f64]; 6] =
+        [&[], &[0.0], &[1.0, 1.0 + 1e-13], &[f64::MAX], &[5e-324, 1.0], &[-f64::MAX, f64::MAX]];
     for (axis, values) in [Axis::new("x", ""), Axis::log("x", "")].iter().flat_map(|a| far.map(|v| (a, v))) {
         for scale in [Scale::of, Scale::tight].map(|of| of(axis, values.iter().copied())) {
             let ([low, high], (named, small)) = (scale.ends, scale.ticks(5));
