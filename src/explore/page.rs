@@ -40,24 +40,3 @@ fn script() -> String {
     }
     script + "})();"
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// All modules share one scope in the page.
-    #[test]
-    fn no_name_is_declared_twice() {
-        let script = script();
-        let declared = |line: &'_ str| {
-            let (word, rest) = line.split_once(' ')?;
-            let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;
-            ["const", "let", "function", "class"].contains(&word).then(|| rest[..end].to_owned())
-        };
-        let mut names: Vec<String> = script.lines().filter_map(declared).collect();
-        assert!(names.len() > 40, "{names:?}");
-        names.sort();
-        assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
-        assert!(["</script", "\nexport ", "\nimport "].iter().all(|word| !script.contains(word)));
-    }
-}

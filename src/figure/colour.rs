@@ -112,30 +112,3 @@ impl Shades {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_scale_grows_lighter_throughout() {
-        let light = |c: Rgb| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);
-        let steps: Vec<f64> = (0..=100).map(|i| light(along(f64::from(i) / 100.0))).collect();
-        assert!(steps.windows(2).all(|w| w[1] > w[0]), "{steps:?}");
-        let dark: Vec<f64> = MAP_DARK.into_iter().map(light).collect();
-        assert!(dark.windows(2).all(|w| w[1] > w[0]), "{dark:?}");
-        assert_eq!((along(-1.0), along(2.0)), (MAP[0], MAP[8]));
-        assert_eq!(of(9), of(1));
-        assert_eq!(css(of(0)), "#0072b2");
-    }
-
-    #[test]
-    fn every_series_has_its_own_looks() {
-        let all: Vec<(usize, Marker)> = (0..24).map(series).collect();
-        let differ = |i: usize, j: usize| match i.max(j) < SERIES {
-            true => all[i].0 != all[j].0 && all[i].1 != all[j].1,
-            false => all[i] != all[j],
-        };
-        assert!((0..24).all(|i| (0..i).all(|j| differ(i, j))), "{all:?}");
-    }
-}

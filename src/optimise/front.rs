@@ -213,35 +213,3 @@ impl Scan {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::optimise::score::{Limit, Score};
-
-    fn found(sd: f64, distance: f64, strain: f64) -> Found {
-        let mut score = Score { figures: [sd, distance, 0.0], ..Score::NOTHING };
-        score.set(Limit::Strain, strain);
-        Found { point: Tuple::default(), score }
-    }
-
-    #[test]
-    fn only_what_no_other_beats_stays() {
-        let all = vec![
-            found(3.0, 1.0, -0.1),
-            found(1.0, 3.0, -0.1),
-            found(2.0, 2.0, -0.1),
-            found(2.0, 2.5, -0.1),
-            found(2.5, 2.0, -0.1),
-            found(0.5, 0.5, 0.1),
-            found(0.1, f64::NAN, -0.1),
-        ];
-        let front: Vec<_> = nondominated(all).iter().map(figures).collect();
-        assert_eq!(front, [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]]);
-        assert_eq!(hypervolume(&front, [3.0, 3.0]), 1.0);
-        assert_eq!(hypervolume(&front, [4.0, 4.0]), 1.0 + 2.0 + 3.0);
-        assert_eq!(spread(&front), 0.0);
-        assert!(spread(&[[0.0, 3.0], [1.0, 1.0], [3.0, 0.0]]) < 1e-12);
-        assert!(spread(&[[0.0, 4.0], [1.0, 3.0], [4.0, 0.0]]) > 0.4);
-    }
-}

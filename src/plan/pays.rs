@@ -58,33 +58,3 @@ fn shared(seconds: f64, options: &RunOptions) -> f64 {
     let threads = options.threads.unwrap_or_else(rayon::current_num_threads);
     seconds / threads.max(1) as f64
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::backend::PAYS;
-    use crate::spec;
-
-    fn work(more: &str, theta: &str, options: &RunOptions) -> f64 {
-        let text = format!(
-            "[whisker]\nD = {{ min = 8, max = 12, samples = 40000000 }}\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {{ from = 21, to = 48, steps = 10 }}\ntheta = {theta}\n{more}"
-        );
-        let study = spec::parse("work.toml", &text, std::path::Path::new("")).unwrap().study;
-        of_study(&study, options)
-    }
-
-    #[test]
-    fn large_sweeps_pay_and_small_ones_do_not() {
-        let four = RunOptions { threads: Some(4), ..RunOptions::default() };
-        let double = RunOptions { precision: Some(Precision::F64), ..four.clone() };
-        let ranked = "[output]\ntuples = false\ntop = 100\nby = \"K_sd\"\n";
-        let model = |keys: &str| format!("[model]\n{keys}\n{ranked}");
-        let read = work(ranked, "4", &four);
-        assert!(read > PAYS && read < 20.0, "{read}");
-        let solved = work(ranked, "4", &double);
-        assert!(solved > 10.0 * read);
-        assert!(work(&model("extension = true\ncontact = { coulomb = 0.3 }"), "4", &double) > solved);
-        assert_eq!(work(&model("geometry = \"linear\""), "4", &double), 0.0);
-        assert!(work(ranked, "{ from = 1, to = 10, steps = 10 }", &four) < read);
-    }
-}

@@ -114,38 +114,3 @@ fn filled(
     }
     panel.with(Mark::Cells(Cells { x: bx.edges, y: by.edges, z, of }))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cell_holds_the_least_of_its_rows() {
-        let n = 10_000;
-        let x: Vec<f64> = (0..n).map(|i| f64::from(i % 100)).collect();
-        let y: Vec<f64> = (0..n).map(|i| f64::from(i % 3)).collect();
-        let v: Vec<f64> = (0..n).map(|i| f64::from((i * 7919) % 10007)).collect();
-        let (panel, binned) = map("", [("a_mm", &x), ("D_mm", &y)], |r| v[r], Axis::new("v", ""));
-        let Mark::Cells(cells) = &panel.marks[0] else { panic!("a map") };
-        assert!(binned);
-        assert_eq!((cells.x.len(), &cells.y[..]), (MOST + 1, &[-0.5, 0.5, 1.5, 2.5][..]));
-        assert_eq!((panel.x.words.len(), &panel.y.words[..]), (0, &["0", "1", "2"].map(String::from)[..]));
-        for (k, z) in cells.z.iter().enumerate() {
-            let (i, j) = (k % MOST, k / MOST);
-            let inside = |r: &usize| {
-                let last = i == MOST - 1;
-                x[*r] >= cells.x[i] && (x[*r] < cells.x[i + 1] || last) && y[*r] == j as f64
-            };
-            let least = (0..n as usize).filter(inside).map(|r| v[r]).fold(f64::INFINITY, f64::min);
-            assert_eq!(*z, least, "cell {i}, {j}");
-        }
-    }
-
-    #[test]
-    fn nothing_is_no_cell() {
-        let columns: [(&str, &[f64]); 2] = [("a_mm", &[1.0, f64::NAN]), ("D_mm", &[2.0, 2.0])];
-        let (panel, _) = map("", columns, |_| f64::NAN, Axis::new("v", ""));
-        assert_eq!(panel.marks, []);
-        assert_eq!(edges(&[1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0]);
-    }
-}

@@ -205,33 +205,3 @@ pub fn of_verify(source: &Source) -> Result<Content, Error> {
     c.first_rows(source, &["verify.csv"])?;
     Ok(c)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_line_never_turns_back() {
-        let points = [(5.0, 1e-3), (4.0, 1e-2), (6.0, 1e-2), (9.0, 1e-6), (8.0, 1e-5), (12.0, 1e-5)];
-        let panel = reached(
-            Panel::new("", Axis::log("", ""), Axis::log("", "")),
-            "n",
-            (0, Marker::Circle),
-            0,
-            &points,
-        );
-        let Mark::Line { path, .. } = &panel.marks[0] else { panic!("a line comes first") };
-        assert!(path.x.windows(2).all(|w| w[0] < w[1]) && path.y.windows(2).all(|w| w[0] > w[1]), "{path:?}");
-        let Mark::Points { path, .. } = &panel.marks[1] else { panic!("then points") };
-        assert_eq!(path.x.len(), points.len());
-    }
-
-    #[test]
-    fn a_software_adapter_is_called_so() {
-        assert!(
-            is_software("llvmpipe (LLVM 15.0.6, 256 bits)") && is_software("Microsoft Basic Render Driver")
-        );
-        assert!(!is_software("NVIDIA H200") && !is_software(""));
-        assert_eq!(short("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
-    }
-}

@@ -274,19 +274,3 @@ impl Limits {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sink::read;
-
-    #[test]
-    fn two_distances_break_no_limit_unless_asked() {
-        let text = "strain_max,status\n0.01,ok\n0.02,ambiguous\n0.03,strain_limit\n0.04,strain_limit+ambiguous\n,slipped_off\n0.01,\n";
-        let table = read::csv("t.csv", text.as_bytes()).unwrap();
-        let kept = |limits: &str| Limits::read(limits).kept(&table);
-        assert_eq!(kept(""), [true, true, false, false, false, true]);
-        assert_eq!(kept("{ force_N = 1, unambiguous = true }"), [true, false, false, false, false, true]);
-        assert_eq!(kept("{ strain = 0.035 }"), [true, true, true, false, false, true]);
-    }
-}

@@ -62,19 +62,3 @@ fn said_to(column: &str, value: f64, digits: i32) -> String {
     let sign = if value < 0.0 { "−" } else { "" };
     format!("{symbol} = {sign}{}{unit}", short_to(value.abs(), digits))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_are_said_with_symbol_and_unit() {
-        assert_eq!(said("d_tip_mm", 4.0), "d = 4 mm");
-        assert_eq!(said("theta_deg", 0.5), "θ = 0.5°");
-        assert_eq!(said("tilt_deg", -30.0), "β = −30°");
-        assert_eq!(said("x_ss_mm", 5.12345), "x_ss = 5.123 mm");
-        assert_eq!(told_apart("D_mm", &[8.0, 10.0, 8.0]), ["D = 8 mm", "D = 10 mm", "D = 8 mm"]);
-        assert_eq!(told_apart("D_mm", &[10.0, 10.000_000_000_1]), ["D = 10 mm", "D = 10.0000000001 mm"]);
-        assert_eq!(told_apart("theta_deg", &[1.0, 1.0 + f64::EPSILON])[1], "θ = 1.0000000000000002°");
-    }
-}

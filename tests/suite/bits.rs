@@ -1,7 +1,6 @@
 //! The bits of a tap depend on that tap alone: not on parts, order, threads, stops, or the whiskers and poles solved with it.
 
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, sweep_into};
-use crate::kept::stopped_everywhere;
 use crate::parts::{joined, joined_each, tables};
 
 fn rows(columns: &[(&str, &[f64])]) -> (String, Vec<String>) {
@@ -169,13 +168,4 @@ fn grids_of_built_whiskers_have_the_same_bytes_in_parts() {
     let few = grid(shapes, "").replace("steps = 18", "steps = 2").replace("x_ss = [4, 5]", "x_ss = 4");
     joined(&few, "", CPU, 3);
     joined(&few.replace("[output]", "[model]\nsurface = true\n[output]\ntop = 20"), "", CPU_F64, 2);
-}
-
-/// A stop changes where batches begin.
-#[test]
-fn sweeps_of_built_whiskers_go_on_with_the_bytes_of_the_whole() {
-    for output in ["", "format = \"parquet\"", "top = 9\nby = \"total_rms_mm\""] {
-        let stops = stopped_everywhere(&grid(STEPPED, output), "", CPU);
-        assert!(stops >= 1, "{output}");
-    }
 }

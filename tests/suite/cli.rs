@@ -84,20 +84,6 @@ fn json_tells_errors_in_fields() {
 }
 
 #[test]
-fn plan_runs_nothing() {
-    let desk = Desk::new(SPEC);
-    let text = desk.sweep(&["--plan"]).exits(0).stdout;
-    says(&text, &["12 taps of 2 designs", "12 rows", "4 rows", "6 rows", "gauge.noise_strain = 1e-6\n"]);
-    says(&text, &["whisker.hub = 0.0    (default)"]);
-    let object = desk.sweep(&["--plan", "--json"]).exits(0).json();
-    assert_eq!(object["counts"]["taps"], 12);
-    assert!(
-        object["counts"]["bytes"].as_f64().unwrap() > 0.0 && object["seconds"]["expected"].as_f64().is_some()
-    );
-    assert_eq!(desk.names("."), ["spec.toml"]);
-}
-
-#[test]
 fn plan_counts_the_designs_of_a_tuple_file() {
     let desk = Desk::new("[tuples]\nfile = \"list.csv\"\n");
     let header = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg";
@@ -157,17 +143,8 @@ fn gpu_sweeps_where_there_is_an_adapter() {
     assert_eq!(named["backend"]["name"], "gpu");
 }
 
-#[test]
-fn precision_and_tolerance() {
-    let desk = Desk::new(SPEC);
-    let double = desk.sweep(&["--json", "--precision", "f64", "--out", "double"]).exits(0).json();
-    assert_eq!(of(&double["backend"], "precision tolerance"), json!(["f64", 1e-8]));
-    let reference = desk.ok("sweep spec.toml --backend reference --json --tolerance 1e-30");
-    assert_eq!(reference.json()["backend"]["tolerance"], Value::Null);
-    assert_eq!(desk.names("."), ["double", "results", "spec.toml"]);
-}
-
-/// `[run]` values in force are the same in `--plan` and run.json: the command line wins; the reference ignores precision and tolerance.
+/// `[run]` values in force: one list, the same in `--plan` and run.json. The command line wins, defaults are told, what `auto` takes is no choice of the user, and the
+/// reference ignores precision and tolerance.
 #[test]
 fn values_in_force() {
     let desk = Desk::new(&format!("{SPEC}[run]\nbackend = \"reference\"\ntolerance = 1e-4\n"));
@@ -182,6 +159,8 @@ fn values_in_force() {
             assert_eq!(entry(list, key), wanted, "{key}");
         }
     };
+    let text = desk.ok("sweep spec.toml --plan").stdout;
+    says(&text, &["12 taps of 2 designs", "12 rows", "4 rows", "6 rows", "hub = 0.0    (default)"]);
     let plan = desk.json("sweep spec.toml --plan --backend cpu --threads 2 --force");
     told(
         &plan["result"]["in_force"],
@@ -216,4 +195,7 @@ fn values_in_force() {
         ],
     );
     assert_eq!(run["material_fit"], Value::Null);
+    let double = Desk::new(SPEC).sweep(&["--json", "--precision", "f64"]).exits(0).json();
+    assert_eq!(of(&double["backend"], "precision tolerance"), json!(["f64", 1e-8]));
+    assert_eq!(run["backend"]["tolerance"], Value::Null);
 }

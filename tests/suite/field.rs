@@ -62,7 +62,7 @@ fn values_that_stand_for_none_are_named_and_left_out_of_everything() {
     let right = answer(&desk, "plain");
     let taps: Vec<usize> = (0..rows.len()).filter(|k| rows[*k][1] != 0.0).collect();
     let rest = (0..rows.len()).find(|k| rows[*k][1] == 0.0).unwrap();
-    // Unit tests cover other placeholders. A constant value is not a second side of the whisker.
+    // What else stands for none is in measured.rs. A value of one number is no other side of the whisker.
     for (name, mut places, none, unit) in [
         ("taps", [taps[2], taps[8]], -9999.0, "strain"),
         ("rest", [taps[3], rest], 9.9e37, "strain"),

@@ -1,9 +1,9 @@
-//! Figures on paper: labels off the curves, bands, panels to scale.
+//! Figures as they lie on paper: words whole, apart and off the curves, ticks, bands, panels to scale.
 
-use vibrissa::figure::drawing::{Drawing, Item, Step};
-use vibrissa::figure::font::{Font, length};
+use vibrissa::figure::drawing::{Anchor, Drawing, Item, Step};
+use vibrissa::figure::font::{Font, length, lines, outline};
 use vibrissa::figure::sheet::lay;
-use vibrissa::figure::{Along, Axis, Cells, Figure, Mark, Marker, Panel, Path, Style};
+use vibrissa::figure::{Along, Axis, Cells, Figure, Mark, Marker, Panel, Path, Scale, Style};
 
 /// Points on the data lines, four per typographic point.
 fn on_lines(d: &Drawing) -> Vec<[f64; 2]> {
@@ -120,5 +120,77 @@ fn a_panel_to_scale_holds_all_of_its_data() {
         assert!(points.iter().all(|p| (*x..=x + w).contains(&p[0]) && (*y..=y + h).contains(&p[1])));
         let long = |k: usize, i: usize, j: usize| (points[i][k] - points[j][k]).abs();
         assert!((long(0, 0, 1) / long(1, 1, 2) - wide / high).abs() < 1e-9, "{wide} × {high}");
+    }
+}
+
+/// Titles are the texts with letters: each is whole, on the paper, and over no other, whatever the width and the number of panels.
+#[test]
+fn titles_of_maps_are_whole_and_apart() {
+    let of = Axis::log("total error, rms", "mm");
+    let cells = Cells { x: vec![1.0, 2.0, 3.0], y: vec![1.0, 2.0], z: vec![1e-5, f64::NAN], of };
+    let axes = [Axis::new("gauge place x_ss", "mm"), Axis::new("base diameter D", "mm")];
+    let panel = Panel::new("", axes[0].clone(), axes[1].clone()).with(Mark::Cells(cells));
+    let styles = [(88.0, 8.0), (60.0, 12.0), (40.0, 8.0), (180.0, 6.0)];
+    for ((width, size), n) in styles.into_iter().flat_map(|style| [1, 2, 3, 6].map(|n| (style, n))) {
+        let style = Style { width, size, font: Font::built_in() };
+        let d = lay(&Figure::new("map", "Map", "", vec![panel.clone(); n]), &style);
+        let face = style.font.face();
+        let place = |item: &Item| {
+            let Item::Text { at: [x, y], text, size, anchor, upwards, .. } = item else { return None };
+            let (long, before) = (length(&face, text) * size, anchor.share());
+            let along = |at: f64, before: f64| [at - before * long, at + (1.0 - before) * long];
+            let across = |at: f64| [at - 0.8 * size, at + 0.25 * size];
+            let ends = if *upwards {
+                [across(*x), along(*y, 1.0 - before)]
+            } else {
+                [along(*x, before), across(*y)]
+            };
+            Some((text.clone(), ends))
+        };
+        let all: Vec<_> = d.items.iter().filter_map(place).collect();
+        let titles: Vec<_> = all.iter().filter(|(t, _)| t.chars().any(char::is_alphabetic)).collect();
+        for (i, (text, a)) in titles.iter().enumerate() {
+            assert!((0..2).all(|k| a[k][0] >= -0.5 && a[k][1] <= d.size[k] + 0.5), "{text:?} at {a:?}");
+            let over = |b: &[[f64; 2]; 2]| (0..2).all(|k| a[k][1] > b[k][0] && a[k][0] < b[k][1]);
+            let other = titles[i + 1..].iter().find(|(_, b)| over(b));
+            assert!(other.is_none(), "{text:?} and {other:?} at {width} mm, {size} pt, {n} panels");
+        }
+        let words = all.iter().map(|(t, _)| t.as_str()).collect::<Vec<_>>().join(" ");
+        for title in ["gauge place x_ss (mm)", "base diameter D (mm)", "total error, rms (mm)"] {
+            assert!(words.matches(title).count() >= n, "{title} in {words}");
+        }
+    }
+    // A value stays with its symbol and unit; an outline ends where its text is anchored.
+    let font = Font::built_in();
+    let broken = lines(&font.face(), "D = 8 mm, x_ss ≈ 7.5 mm or 1 of 3", 0.1);
+    assert_eq!(broken, ["D = 8 mm,", "x_ss ≈ 7.5 mm", "or", "1", "of", "3"]);
+    let steps = outline(&font.face(), "HHHH", [100.0, 50.0], 10.0, Anchor::End, false);
+    assert!(steps.iter().all(|s| !matches!(s, Step::To(p) | Step::Line(p) if p[0] > 100.0)), "{steps:?}");
+}
+
+#[test]
+fn ticks_are_round_and_every_axis_has_some() {
+    let words =
+        |ends, log, n| Scale { ends, log }.ticks(n).0.into_iter().map(|t| t.1).collect::<Vec<_>>().join(" ");
+    assert_eq!(words([0.0, 10.4], false, 5), "0 2 4 6 8 10");
+    assert_eq!(words([-1.6e-4, 6e-5], false, 5), "−1.5·10⁻⁴ −10⁻⁴ −5·10⁻⁵ 0 5·10⁻⁵");
+    assert_eq!(words([0.9, 1.1], false, 5), "0.90 0.95 1.00 1.05 1.10");
+    assert_eq!(words([3e-7, 0.2], true, 5), "10⁻⁶ 10⁻⁵ 10⁻⁴ 10⁻³ 10⁻² 10⁻¹");
+    assert_eq!([words([0.4, 12.0], true, 5), words([0.4, 6.0], true, 5)], ["1 10", "0.5 1 2 5"]);
+    assert_eq!(words([-35.0, 35.0], false, 3), "−20 0 20");
+    // Nothing, one value, the largest numbers.
+    let far: [&[f64]; 6] =
+        [&[], &[0.0], &[1.0, 1.0 + 1e-13], &[f64::MAX], &[5e-324, 1.0], &[-f64::MAX, f64::MAX]];
+    for (axis, values) in [Axis::new("x", ""), Axis::log("x", "")].iter().flat_map(|a| far.map(|v| (a, v))) {
+        for scale in [Scale::of, Scale::tight].map(|of| of(axis, values.iter().copied())) {
+            let ([low, high], (named, small)) = (scale.ends, scale.ticks(5));
+            assert!(
+                low.is_finite() && high.is_finite() && low < high && (!axis.log || low > 0.0),
+                "{scale:?}"
+            );
+            assert!(
+                named.len() < 100 && small.len() < 10_000 && scale.share(0.5 * low + 0.5 * high).is_finite()
+            );
+        }
     }
 }

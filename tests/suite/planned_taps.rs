@@ -103,6 +103,11 @@ fn planned_taps_reach_their_error_with_fewer_than_an_even_grid() {
     let result = desk.whole("plan")["result"].clone();
     let taps = rows.iter().filter(|r| r.2 > 0.0).count();
     assert_eq!(result["taps"], taps);
+    // Each run begins and ends at rest, and rests after twelve taps at the latest.
+    for run in rows.chunk_by(|p, q| p.0 == q.0) {
+        assert!(run[0].2 == 0.0 && run[run.len() - 1].2 == 0.0, "{run:?}");
+        assert!(run.split(|r| r.2 == 0.0).all(|taps| taps.len() <= 12), "{run:?}");
+    }
     assert!(told.starts_with(&format!("{taps} taps at ")), "{told}");
     assert!(result["sigma_mm"].as_f64().unwrap() <= 0.15);
     // `even_taps` is the best of many even grids, with their drives chosen too.

@@ -93,10 +93,6 @@ fn sweep_and_report_rank_by_the_same_column() {
         (SPEC.to_owned(), "tells distance best"),
         (quiet, "has the steadiest K"),
         (format!("{SPEC}[output]\nby = \"force_max_N\"\n"), "has the least force_max_N"),
-        (
-            format!("{SPEC}[estimate]\nconvention = \"elongation\"\n[output]\nby = \"K_sd\"\n"),
-            "has the steadiest K",
-        ),
     ] {
         let (sweep, report, _) = told(&Desk::new(""), &text);
         assert_eq!(sweep, report);

@@ -2,7 +2,8 @@
 
 use crate::common::searching::{brute, dense, search};
 use crate::common::sweeping::{CPU, GPU, Place};
-use vibrissa::optimise::score::Goal;
+use vibrissa::optimise::quadratic::{Quadratic, Stencil, step};
+use vibrissa::optimise::score::{Goal, Limit, Score};
 
 const TAPS: &str = "[tap]\na = { from = 21, to = 48, step = 3 }\n";
 
@@ -88,13 +89,13 @@ fn no_seed_of_ten_loses_to_ten_million_designs() {
 /// The largest relative margin, in both figures, by which a design of a dense sweep dominates a point of the front.
 fn beaten((text, least): &(String, usize), designs: u32, place: Place) -> f64 {
     let report = search(text, place);
-    let front: Vec<[f64; 2]> = report
-        .front
-        .expect("a front")
-        .points
-        .iter()
-        .map(|p| [p.score.figures[0], p.score.figures[1]])
-        .collect();
+    let found = report.front.expect("a front");
+    let front: Vec<[f64; 2]> =
+        found.points.iter().map(|p| [p.score.figures[0], p.score.figures[1]]).collect();
+    // None of its points beats another; the area that they beat.
+    assert!(front.windows(2).all(|w| w[0][0] < w[1][0] && w[0][1] > w[1][1]), "{front:?}");
+    let area: f64 = front.windows(2).map(|w| (w[1][0] - w[0][0]) * (front[0][1] - w[0][1])).sum();
+    assert!((found.hypervolume - area).abs() <= 1e-9 * area, "{} {area}", found.hypervolume);
     assert!(front.len() >= *least, "{}", front.len());
     let (mut worst, mut kept) = (f64::NEG_INFINITY, 0u64);
     dense(text, designs, place, &mut |scores| {
@@ -125,4 +126,58 @@ fn no_point_of_a_front_loses_to_a_dense_sweep() {
 #[ignore = "takes minutes: 10⁶ designs"]
 fn no_point_of_a_front_loses_to_a_million_designs() {
     assert!(fronts().iter().map(|front| beaten(front, 1_000_000, GPU)).all(|worst| worst < 5e-3));
+}
+
+/// What polishes read of functions, also next to bounds, and where they go: to the end of box and limits, or, where these cannot be kept, as near as can be.
+#[test]
+fn quadratics_are_read_exactly_and_steps_keep_to_bounds_and_limits() {
+    let of = |value, slope: &[f64], curvature: &[f64]| Quadratic {
+        value,
+        slope: slope.to_vec(),
+        curvature: curvature.to_vec(),
+    };
+    let truth = of(0.7, &[1.0, -2.0, 0.3], &[2.0, 0.5, -1.0, 0.5, 3.0, 0.2, -1.0, 0.2, -4.0]);
+    for u in [[0.5, 0.5, 0.5], [0.0, 1.0, 0.99], [1.0, 0.003, 0.0]] {
+        let stencil = Stencil::new(&u, 0.01);
+        let from = |x: &Vec<f64>| x.iter().zip(u).map(|(x, u)| x - u).collect::<Vec<_>>();
+        let values: Vec<f64> = stencil.places.iter().map(|x| truth.at(&from(x))).collect();
+        let model = stencil.model(&values);
+        let numbers = |q: &Quadratic| [q.slope.clone(), q.curvature.clone()].concat();
+        assert!(numbers(&model).iter().zip(numbers(&truth)).all(|(a, b)| (a - b).abs() < 1e-9), "{model:?}");
+    }
+    // min (x − 2)² + (y − 1)² in the box with x² + y² ≤ 1 and x + y ≤ 1.2; a limit that the box does not keep; a saddle.
+    let goal = of(5.0, &[-4.0, -2.0], &[2.0, 0.0, 0.0, 2.0]);
+    let disc = of(-1.0, &[0.0; 2], &[2.0, 0.0, 0.0, 2.0]);
+    let edge = of(-1.2, &[1.0; 2], &[0.0; 4]);
+    let far = of(3.0, &[-1.0, 0.0], &[0.0; 4]);
+    let saddle = of(0.0, &[0.1, 0.0], &[2.0, 0.0, 0.0, -2.0]);
+    for (goal, limits, x, y) in [
+        (&goal, vec![], 1.0, Some(1.0)),
+        (&goal, vec![disc.clone()], 0.8f64.sqrt(), Some(0.2f64.sqrt())),
+        (&goal, vec![disc, edge], 0.6 + 0.14f64.sqrt(), Some(0.6 - 0.14f64.sqrt())),
+        (&goal, vec![far], 1.0, None),
+        (&saddle, vec![], -0.05, None),
+    ] {
+        let p = step(goal, &limits, [&[-1.0; 2], &[1.0; 2]]);
+        assert!((p[0] - x).abs() < 1e-8 && y.is_none_or(|y| (p[1] - y).abs() < 1e-8), "{p:?} for {x} {y:?}");
+    }
+}
+
+#[test]
+fn feasibility_comes_before_the_objective() {
+    let score = |sd: f64, strain: f64| {
+        let mut s = Score { figures: [sd, 1.0, 1.0], ..Score::NOTHING };
+        s.set(Limit::Strain, strain);
+        s
+    };
+    let order = |s: &Score| Goal::Figure(0).order(s);
+    let mut outside = score(1e-9, -1.0);
+    outside.set(Limit::Reach, 1e-3);
+    let kept = [(0.0, -0.5), (1e-300, -0.5), (1e-7, -0.5), (1.000_000_01e-7, 0.0), (1e9, -0.1)];
+    let broken = [(1e-9, 1e-6), (1e-12, 2.0), (1e-12, f64::INFINITY)];
+    let ranked: Vec<Score> =
+        kept.into_iter().chain(broken).map(|(sd, strain)| score(sd, strain)).chain([outside]).collect();
+    assert!(ranked.windows(2).all(|w| order(&w[0]) < order(&w[1])));
+    assert!(order(&score(f64::NAN, -1.0)) > order(&score(1e9, -1.0)));
+    assert!(!Goal::Capped(0.5).feasible(&score(0.6, -1.0)) && Goal::Capped(0.5).feasible(&score(0.4, -1.0)));
 }

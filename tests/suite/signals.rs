@@ -10,9 +10,9 @@ use std::time::Duration;
 use crate::common::measuring::REAL;
 use crate::common::program::{Desk, SPEC};
 use crate::common::world::{
-    Running, calibrated, ends, held, program, send, until, until_it_hears, until_it_works, words,
+    Running, calibrated, ends, program, send, until, until_it_hears, until_it_works, words,
 };
-use libc::{SIGCONT, SIGHUP, SIGINT, SIGTERM};
+use libc::{SIGHUP, SIGINT, SIGTERM};
 use serde_json::Value;
 
 fn pipe(desk: &Desk, name: &str) {
@@ -148,42 +148,7 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
     }
 }
 
-#[test]
-fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
-    let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 60_000 }");
-    let desk = Desk::new(&format!("{large}[output]\ntuples = false\ndistances = false\n"));
-    let line =
-        ["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "out", "--keep-every", "0"];
-    desk.run(&[&line[..6], &["--out", "whole"]].concat()).exits(0);
-    for (signal, json) in [(SIGINT, false), (SIGTERM, true), (SIGHUP, false)] {
-        let begin = || {
-            let _ = std::fs::remove_dir_all(desk.path("out"));
-            start(program(&desk, &[&line[..], if json { &["--json"] } else { &[] }].concat()))
-        };
-        let child = held(begin, || desk.path("out/.vibrissa-unfinished/.state").exists());
-        send(&child, signal);
-        send(&child, SIGCONT);
-        let left = ends(child);
-        assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
-        let said = if json { words(&left.stdout) } else { words(&left.stderr) };
-        assert!(said.contains("of 60000 designs are kept in out, and the same command goes on"), "{said}");
-        assert_eq!(desk.names("out"), [".vibrissa-unfinished"]);
-        desk.run(&line[..8]).exits(0);
-        assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
-        std::fs::remove_dir_all(desk.path("out")).unwrap();
-    }
-    // Started as by nohup: SIGHUP is ignored.
-    let begin = || {
-        let _ = std::fs::remove_dir_all(desk.path("out"));
-        ignoring(program(&desk, &line), SIGHUP)
-    };
-    let child = held(begin, || desk.path("out/.vibrissa-unfinished/.state").exists());
-    send(&child, SIGHUP);
-    send(&child, SIGCONT);
-    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(0));
-    assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
-}
-
+/// Waits until `child` says `what`.
 fn until_it_says(child: &mut Running, what: &str) {
     let mut said = String::new();
     // The pipe stays open for later output.

@@ -6,7 +6,8 @@ use crate::common::sweeping::{CPU, CPU_F64, Place, Table, sweep, sweep_with};
 
 use vibrissa::design::Design;
 use vibrissa::optimise::evaluate::Scorer;
-use vibrissa::scene::Tuple;
+use vibrissa::optimise::score::{Limit, Score, deviations};
+use vibrissa::scene::{Column, Tuple};
 use vibrissa::spec;
 
 const WHISKER: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n";
@@ -170,12 +171,16 @@ fn sampled_directions_belong_to_their_samples() {
 const SEARCH: &str = "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 0\n[tap]\na = [21, 33, 48]\n[model]\ngeometry = \"linear\"\n\
                       [optimise]\nobjective = \"distance\"\nvariables = { D = [8, 12], d = [2, 10], theta = [0.5, 10] }\n";
 
-fn total(text: &str, place: Place) -> f64 {
+fn scored(text: &str, place: Place) -> Score {
     let (spec, search) = searching::parse(text);
     let (setup, layout) = (&spec.study.setup, searching::layout(&spec));
     let mut scorer = Scorer::new(setup, &layout, &search, place.open(setup));
     let point = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, drive: 2.0, ..Tuple::default() };
-    scorer.scores(&[point]).expect("closed forms")[0].figures[1]
+    scorer.scores(&[point]).expect("closed forms")[0]
+}
+
+fn total(text: &str, place: Place) -> f64 {
+    scored(text, place).figures[1]
 }
 
 /// To first order â − a = −β² f/f′; its mean over a normal distribution cut at 3σ contains 0.97334 σ².
@@ -194,7 +199,26 @@ fn a_robust_tilt_is_never_calibrated_away() {
     assert!((nominal / each - 1.0).abs() < 1e-9, "{nominal} {each}");
     let model = total(&format!("{}[estimate]\ntheory = \"exact\"\n", robust("")), CPU);
     assert!((model / each - 1.0).abs() < 1e-6, "{model} {each}");
-    // A second gauge measures the tilt; a lean has no effect as θ → 0.
+    // The worst tenth of 25 samples, 2.5 of them; the limit that nine of ten keep.
+    let tilts = |n| {
+        let all = deviations(searching::parse(&robust("")).1.seed, n);
+        let mut all: Vec<f64> = all.iter().map(|z| z[Column::Tilt as usize].abs()).collect();
+        all.sort_by(|a, b| b.total_cmp(a));
+        all
+    };
+    let of = |n: u32, more: &str| robust(more).replace("1024", &n.to_string());
+    let z: Vec<f64> = tilts(25).iter().map(|z| z * z).collect();
+    let wanted = (z[0] + z[1] + 0.5 * z[2]) / 2.5 / (z.iter().sum::<f64>() / 25.0);
+    let found = total(&of(25, ", measure = \"cvar90\""), CPU) / total(&of(25, ""), CPU);
+    assert!((found / wanted - 1.0).abs() < 0.02, "{found} {wanted}");
+    let score = scored(&of(10, "").replace("robust", "limits = { strain = 0.01 }\nrobust"), CPU);
+    let [strain, kept] = [Limit::Strain, Limit::Samples].map(|limit| score.limit(limit) + 1.0);
+    assert!(
+        (kept / strain - (2.0 * tilts(10)[8]).to_radians().cos().powi(2)).abs() < 1e-12,
+        "{kept} {strain} {:?}",
+        tilts(10)
+    );
+    // A second gauge knows the tilt; a lean costs nothing as θ → 0.
     let second = |text: &str| text.replace("noise_strain = 0", "noise_strain = 0\nsecond = true");
     assert!(total(&second(&robust("")), CPU) < 1e-9);
     assert!(total(&robust("").replace("tilt = 2", "lean = 2"), CPU) < 1e-9);

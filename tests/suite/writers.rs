@@ -3,7 +3,6 @@
 
 use std::os::unix::fs::symlink;
 use std::process::Stdio;
-use std::time::Instant;
 
 use serde_json::json;
 use vibrissa::sink::folder::{Folder, Question, WORK, hash_file};
@@ -81,6 +80,7 @@ fn what_killed_runs_left_is_removed() {
     desk.write("mine/notes.txt", "mine");
     symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
     desk.write("there/.vibrissa-else", "of something else");
+    desk.write(".vibrissa-backup/notes", "mine");
     for out in ["a", "there"] {
         desk.ok(format!("sweep small.toml --backend cpu --out {out}"));
         desk.whole(out);
@@ -91,7 +91,10 @@ fn what_killed_runs_left_is_removed() {
     );
     symlink("../mine", desk.path("a").join(WORK)).unwrap();
     desk.refuses("sweep small.toml --backend cpu --out a", &[WORK]);
-    assert_eq!(desk.names("mine"), ["notes.txt"]);
+    assert_eq!(
+        (desk.names("mine"), desk.names(".vibrissa-backup")),
+        (vec!["notes.txt".into()], vec!["notes".into()])
+    );
 }
 
 #[test]
@@ -111,57 +114,7 @@ fn what_a_killed_benchmark_left_is_removed() {
     assert_eq!(hidden(&desk, "out"), [""; 0]);
 }
 
-#[test]
-fn a_kill_leaves_the_old_result_or_the_new_one() {
-    let texts = [SPEC.to_owned(), SPEC.replace("theta = [1, 4]", "theta = [1, 5]")];
-    let desk = Desk::new(&texts[0]);
-    desk.write("other.toml", SPEC);
-    desk.sweep(&["--out", "out"]).exits(0);
-    desk.write("out/notes/mine.txt", "mine");
-    desk.write("out/rows.csv", "mine");
-    let begin = Instant::now();
-    desk.sweep(&["--out", "out"]).exits(0);
-    let whole = begin.elapsed();
-    let (mut decided, mut ended) = (0, 0);
-    for round in 0..30u32 {
-        desk.write("spec.toml", &texts[round as usize % 2]);
-        let before = desk.read("out/run.json");
-        let mut child = start(&desk, &["sweep", "spec.toml", "--out", "out"]);
-        let replacing = || desk.path("out").join(WORK).join(".finished").exists();
-        if round % 3 == 0 {
-            std::thread::sleep(whole * (round + 1) / 30);
-        } else {
-            // During the replacement, if it is still running.
-            while !replacing() && child.try_wait().unwrap().is_none() {}
-        }
-        let _ = child.kill();
-        ended += u32::from(child.wait().unwrap().success());
-        // Either there is one result and no decision, or the new one is about to be moved into place.
-        match replacing() {
-            true => decided += 1,
-            false => _ = desk.whole("out"),
-        }
-        desk.refuses("sweep other.toml --backend cpu --out out", &[]);
-        let (run, after) = (desk.whole("out"), desk.read("out/run.json"));
-        let new = run["spec"]["text"] == texts[round as usize % 2].as_str();
-        assert!(after == before || new, "round {round}");
-        let names = ["designs.csv", "distances.csv", "notes", "rows.csv", "run.json", "tuples.csv"];
-        assert_eq!(desk.names("out"), names, "round {round}");
-        assert_eq!([desk.read("out/notes/mine.txt"), desk.read("out/rows.csv")], ["mine", "mine"]);
-    }
-    println!("{decided} of 30 kills came after the decision, {ended} after the end");
-}
-
-/// Folders of a user may have names that begin as the program's do.
-#[test]
-fn what_only_looks_like_the_programs_own_is_left_alone() {
-    let desk = Desk::new(SPEC);
-    desk.write(".vibrissa-backup/notes", "mine");
-    desk.sweep(&["--out", "out"]).exits(0);
-    assert_eq!(desk.read(".vibrissa-backup/notes"), "mine");
-}
-
-/// Steps of a replacement: remove the table that the new result lacks, move the files, remove the state.
+/// The steps by which a new result takes the place of an old one: a table that the new one lacks goes, the files are moved, the state goes.
 const STEPS: [(&str, Option<&str>); 5] = [
     ("a.csv", None),
     (".vibrissa-unfinished/b.csv", Some("b.csv")),

@@ -65,24 +65,3 @@ pub fn told<'w>(counts: impl Iterator<Item = (&'w str, u64)>, number: impl Fn(u6
     let all: Vec<String> = counts.map(|(words, taps)| format!("{} {words}", number(taps))).collect();
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_tap_counts_once_whatever_its_words() {
-        let mut all = Combinations::default();
-        let both = Status::STRAIN_LIMIT | Status::AMBIGUOUS;
-        for (status, taps) in
-            [(Status::OK, 3), (both, 2), (Status::STRAIN_LIMIT, 1), (both, 1), (Status::NO_ROOT, 0)]
-        {
-            all.note(status, taps);
-        }
-        assert_eq!(all.told(|n| n.to_string()), "3 ok, 1 strain_limit, 3 strain_limit+ambiguous");
-        assert_eq!(Combinations::of(&all.named()), Some(all.clone()));
-        all.retain(Status::AMBIGUOUS | Status::NO_ROOT);
-        assert_eq!(all.told(|n| n.to_string()), "3 ambiguous");
-        assert_eq!(Combinations::of(&BTreeMap::from([("no_word".to_owned(), 1)])), None);
-    }
-}

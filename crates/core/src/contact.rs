@@ -150,28 +150,3 @@ fn dot(x: &PerChannel, y: &PerChannel) -> f64 {
 fn quotient(above: PerChannel, below: PerChannel, step: f64) -> PerChannel {
     std::array::from_fn(|j| (above[j] - below[j]) / step)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::physics::taper::Taper;
-    use crate::scene::channels::MOST_CHANNELS;
-    use crate::scene::{Drive, Signal};
-
-    fn cone() -> StrainCurve {
-        let taper = Taper::new(10.0, 4.0, 50.0);
-        StrainCurve::new(taper, taper.gauge(5.0, 2.0), 0.0, Drive::Angle, 0.0)
-    }
-
-    #[test]
-    fn a_force_that_pulls_has_no_distance() {
-        let channels = Channels::of(&[Signal::Moment, Signal::Force], None).unwrap();
-        let curve = cone();
-        let contact = Contact::new(Arc::new(channels), &curve, [5.0, 50.0], 3.2, 1.0);
-        for readings in [[3.0, 0.1], [-3.0, 0.1], [-30.0, -0.1], [-0.001, -0.1]] {
-            let readings = [readings[0], readings[1], 0.0, 0.0, 0.0, 0.0];
-            let told = contact.estimate(&curve, &[1.0; MOST_CHANNELS], &readings, 0.3, |_| true);
-            assert!(told.status.has(Status::NO_ROOT) && told.distance.is_nan(), "{readings:?} {told:?}");
-        }
-    }
-}

@@ -139,36 +139,3 @@ pub fn median(values: &mut [f64]) -> f64 {
     let mid = *mid;
     if n % 2 == 1 { mid } else { 0.5 * (mid + low.iter().copied().fold(f64::NEG_INFINITY, f64::max)) }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn percentiles_are_nearest_ranks() {
-        let of = |n| [50, 99].map(|percent| percentile(n, percent));
-        assert_eq!((of(1), of(2), of(51)), ([0, 0], [0, 1], [25, 50]));
-        assert_eq!((of(100), of(101), of(200), of(700)), ([49, 98], [50, 99], [99, 197], [349, 692]));
-    }
-
-    #[test]
-    fn the_mean_of_sweeps_is_of_the_taps_that_spent_them() {
-        let mut sweeps = Sweeps::default();
-        assert_eq!((sweeps.mean(), sweeps.most()), (0.0, 0.0));
-        sweeps.push(2.0);
-        let mut other = Sweeps::default();
-        other.push(5.0);
-        sweeps.merge(&other);
-        assert_eq!((sweeps.taps, sweeps.mean(), sweeps.most()), (2, 3.5, 5.0));
-    }
-
-    #[test]
-    fn tiny_spread_on_a_large_mean_survives() {
-        let mut s = Spread::default();
-        for k in 0..10 {
-            s.push(1.0 + 1e-9 * f64::from(k));
-        }
-        let exact = 1e-9 * (82.5f64 / 9.0).sqrt();
-        assert!((s.sd().unwrap() / exact - 1.0).abs() < 1e-6);
-    }
-}

@@ -139,20 +139,3 @@ impl fmt::Display for Status {
         Ok(())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Status;
-
-    #[test]
-    fn words_join_in_the_order_of_the_list() {
-        assert_eq!(Status::OK.to_string(), "ok");
-        let both = Status::AMBIGUOUS | Status::SLIPPED_OFF;
-        assert_eq!(both.to_string(), "slipped_off+ambiguous");
-        assert_eq!((Status::of_words("slipped_off+ambiguous"), Status::of_words("ok")), (both, Status::OK));
-        assert!((Status::STRAIN_LIMIT | Status::NO_ROOT | Status::AMBIGUOUS).counts());
-        for (s, _) in Status::ALL.into_iter().take(6) {
-            assert!(!(s | Status::AMBIGUOUS).counts());
-        }
-    }
-}

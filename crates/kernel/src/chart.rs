@@ -178,39 +178,3 @@ fn monomials2(c: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let rows: Vec<_> = c.iter().map(|row| monomials(row)).collect();
     transpose(&transpose(&rows).iter().map(|column| monomials(column)).collect::<Vec<_>>())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn charts_keep_their_stated_error() {
-        let materials = [
-            Material::NeoHookean(3.2),
-            Material::MooneyRivlin([0.35, 0.15]),
-            Material::Yeoh([0.5, -0.08, 0.02]),
-        ];
-        for material in materials {
-            for (axial, bending, accuracy) in
-                [(0.05, [0.2, 0.0], 1e-7), (0.05, [0.2, 0.0], 1e-10), (0.15, [0.5, 0.9], 1e-6)]
-            {
-                let chart = Chart::new(&material, axial, bending, [accuracy, 10.0 * accuracy]).unwrap();
-                let law =
-                    Scaled { law: SectionLaw::new(&material), unit: std::f64::consts::PI * material.e0() };
-                let mut worst: f64 = 0.0;
-                for i in 0..400 {
-                    let (u, v) = (f64::from(i % 20) / 19.0, f64::from(i / 20) / 19.0);
-                    let t = chart.axial * (2.0 * u - 1.0);
-                    let b = (chart.bending[0] + chart.bending[1] * t) * v.max(0.01);
-                    let ((e, k), [e_chart, k_chart]) = (law.at(t, b).unwrap(), chart.at(t, b).unwrap());
-                    worst = worst.max(((e_chart - e).abs() + (k_chart - k).abs()) / b.max(t.abs()));
-                }
-                assert!(
-                    worst <= chart.error.max(accuracy) * 2.0,
-                    "{material:?} {axial}: {worst:e} > {:e}",
-                    chart.error
-                );
-            }
-        }
-    }
-}

@@ -258,33 +258,3 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitt
         free,
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_power_law_is_found_with_and_without_its_constant() {
-        let tap = |a: f64, u: f64| [a, u, 3.0 + 40.0 * u.powf(1.1) * a.powf(-1.3)];
-        let mut taps: Vec<_> =
-            (10..20).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect();
-        taps[7][2] *= 1.5;
-        let found = power(&taps, None, true).unwrap();
-        assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
-        assert!((found.zero - 3.0).abs() < 0.2, "{found:?}");
-        let tared: Vec<_> = taps.iter().map(|t| [t[0], t[1], t[2] - 3.0]).collect();
-        let found = power(&tared, Some(0.0), true).unwrap();
-        assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
-    }
-    #[test]
-    fn the_end_of_a_cone_is_found_where_there_is_one() {
-        let taps = |end: f64| -> Vec<[f64; 3]> {
-            let tap =
-                |a: f64, u: f64| [a, u, 40.0 * u * (1.0 / a - end) * (1.0 + 1e-3 * (9.0 * a + u).sin())];
-            (20..40).step_by(2).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect()
-        };
-        let found = power(&taps(1.0 / 60.0), Some(0.0), true).unwrap().power;
-        assert!((found.end * 60.0 - 1.0).abs() < 0.02 && found.q == 1.0, "{found:?}");
-        assert_eq!(power(&taps(0.0), Some(0.0), true).unwrap().power.end, 0.0);
-    }
-}

@@ -25,3 +25,6 @@ pub mod rows;
 pub mod start;
 pub mod suspects;
 pub mod tails;
+
+#[cfg(test)]
+mod tests;

@@ -1,9 +1,6 @@
 //! Plan of a calibration: the taps, chosen before any reading, that minimise the mean variance of distances (A-optimal; exchange: Fedorov 1972).
 //! Readings at candidates and places of later use have the covariance S = H Λ Hᵀ; a tap at i subtracts S_·i S_i·/(v_i + S_ii), its removal adds it.
 
-#[cfg(test)]
-mod tests;
-
 use nalgebra::DMatrix;
 
 use crate::base::{Base, Whisker};

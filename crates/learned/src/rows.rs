@@ -94,28 +94,3 @@ pub fn quantum(values: &[f64]) -> f64 {
     }
     if step > 3.0 * least { step } else { 0.0 }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_step_of_few_readings_is_that_of_the_converter() {
-        let step = 0.00488;
-        let readings: Vec<f64> = [12.0, 17.0, 30.0, 31.0, 77.0].map(|k| k * step + 0.3).to_vec();
-        assert!((quantum(&readings) / step - 1.0).abs() < 1e-6);
-        assert!((quantum(&[12.0, 18.0, 30.0, 96.0]) - 6.0).abs() < 1e-9);
-        let smooth: Vec<f64> = (0..50).map(|k| (f64::from(k) * 1.7).sin()).collect();
-        assert!(quantum(&smooth) < 1e-4);
-    }
-
-    #[test]
-    fn equal_rows_merge() {
-        let row = |a: f64, y: f64, t: f64| Row { a, u: 2.0, y, run: 0, t };
-        let rows = [row(20.0, 1.0, 0.0), row(30.0, 5.0, 1.0), row(20.0, 3.0, 2.0)];
-        let merged = cells(&rows, &[0, 1, 2], false);
-        assert_eq!(merged.len(), 2);
-        assert_eq!((merged[0].row.y, merged[0].n, merged[0].squares, merged[0].row.t), (2.0, 2.0, 2.0, 1.0));
-        assert_eq!(cells(&rows, &[0, 1, 2], true).len(), 3);
-    }
-}

@@ -34,34 +34,3 @@ fn student(x: f64, inverse: f64) -> f64 {
     let g3 = (((3.0 * y + 19.0) * y + 17.0) * y - 15.0) / 384.0;
     x * (1.0 + inverse * (g1 + inverse * (g2 + inverse * g3)))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_are_those_of_student() {
-        // scipy.stats.t.ppf.
-        for (x, freedom, t) in
-            [(OF_95, 4.0, 2.776_445), (OF_95, 10.0, 2.228_139), (1.0, 4.0, 1.141_600), (1.0, 30.0, 1.017_0)]
-        {
-            let got = student(x, 1.0 / freedom);
-            assert!((got / t - 1.0).abs() < 3e-3, "{x} {freedom}: {got} {t}");
-        }
-    }
-
-    #[test]
-    fn tails_are_longer_the_less_the_variances_are_known() {
-        let tails = |doubt: f64| {
-            let mut all = Tails::default();
-            all.0[0][0] = doubt;
-            all
-        };
-        let parts = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        assert_eq!(tails(0.0).longer(parts, 2.0), 1.0);
-        let [little, much, most] = [0.1, 1.0, 1e9].map(|doubt| tails(doubt).longer(parts, 2.0));
-        assert!(1.0 < little && little < much && much < most && most < 1.25, "{little} {much} {most}");
-        // What does not move the reading is of no matter.
-        assert_eq!(tails(1.0).longer([0.0, 1.0, 0.0, 0.0, 0.0, 0.0], 2.0), 1.0);
-    }
-}

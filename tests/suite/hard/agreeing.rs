@@ -28,18 +28,8 @@ fn contacts_that_slide() {
         }
     }
     assert!(stuck > 100 && slid > 100, "{stuck} roll, {slid} slide");
-    let edges = grid(&[2.5, 4.0, 8.0], &[12.0, 25.0, 40.0, 48.0], &[0.1, 3.0, 9.0]);
-    for mu in [0.05, 0.3, 1.0, 3.0] {
-        let exact = agree(&format!("μ = {mu}"), &setup(rubber(Contact::Coulomb(mu)), Side::Contact), &edges);
-        assert!(exact.iter().filter(|o| !o.status.has(Status::NOT_CONVERGED)).count() > 20);
-    }
+    // A hub and a pole: no row is left to double precision alone.
     let mut setup = setup(rubber(Contact::Frictionless), Side::Contact);
-    for hub in [3.0, 20.0, 60.0] {
-        setup.hub = hub;
-        let tuples = grid(&[2.5, 4.0, 8.0], &[20.0, 35.0, 45.0], &[10.0, 15.0, 20.0]);
-        agree(&format!("hub {hub} mm"), &setup, &tuples);
-    }
-    // And a pole: every row must also agree in single precision.
     let mooney = common::all_effects(Material::MooneyRivlin([0.35, 0.15]));
     (setup.model, setup.hub) = (Model { pole_radius: 20.0, ..mooney }, 12.2);
     let tuples = grid(&[2.0, 4.0, 7.0, 10.0, 12.0], &[21.0, 33.0, 48.0], &[1.0, 10.0, 20.0, 30.0]);

@@ -231,19 +231,3 @@ pub fn bracketed(mut f: impl FnMut(f64) -> f64, mut lo: f64, mut hi: f64) -> f64
     }
     hi
 }
-
-#[cfg(test)]
-mod tests {
-    use super::bracketed;
-
-    #[test]
-    fn finds_roots_of_hard_shapes() {
-        assert_eq!(bracketed(|x| x - 3.0, 0.0, 10.0), 3.0);
-        let x = bracketed(|x| x * x * x - 2.0, 0.0, 1e6);
-        assert!((x - 2f64.cbrt()).abs() < 1e-15 * 4.0);
-        let x = bracketed(|x| (x - 1e-9).signum() * (x - 1e-9).abs().sqrt(), -1.0, 1.0);
-        assert!((x - 1e-9).abs() < 1e-15);
-        let x = bracketed(|x| (x - 0.25).powi(9), 0.0, 1.0);
-        assert!((x - 0.25).abs() < 1e-2);
-    }
-}

@@ -198,32 +198,3 @@ impl Signal {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn white_noise_has_the_covariance_undone() {
-        let covariance = vec![4.0, 1.0, 1.0, 9.0];
-        let channels = Channels::of(&[Signal::Moment, Signal::Force], Some(covariance.clone())).unwrap();
-        // W C Wᵀ = 1, column by column.
-        let column = |k: usize| {
-            let mut unit = [0.0; MOST_CHANNELS];
-            unit[k] = 1.0;
-            channels.white(&unit, &unit)
-        };
-        let w = [column(0), column(1)];
-        let normal = [0.3, -1.2, 0.0, 0.0, 0.0, 0.0];
-        let back = channels.white(&channels.noise(&normal), &normal);
-        assert!((0..2).all(|k| (back[k] - normal[k]).abs() < 1e-14));
-        for i in 0..2 {
-            for j in 0..2 {
-                let sum: f64 = (0..4).map(|m| w[m / 2][i] * covariance[m] * w[m % 2][j]).sum();
-                assert!((sum - f64::from(u8::from(i == j))).abs() < 1e-14);
-            }
-        }
-        assert!(Channels::of(&[Signal::Moment, Signal::Force], Some(vec![1.0, 2.0, 2.0, 1.0])).is_none());
-        assert!(Channels::of(&[Signal::Moment, Signal::Force], Some(vec![1.0, 1.0, 1.0, 1.0])).is_none());
-    }
-}

@@ -166,32 +166,3 @@ fn numbers(mut entries: Vec<Entry>) -> (Vec<u32>, u64) {
     }
     (numbers, u64::from(next))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn groups_are_numbered_in_order_of_first_appearance() {
-        let row = |d: f64, a: f64, drive: f64| Tuple { D: 10.0, d, L_a: 50.0, a, drive, ..Tuple::default() };
-        let rows = [row(7.0, 20.0, 1.0), row(4.0, 20.0, 1.0), row(7.0, 30.0, 1.0), row(7.0, 20.0, 2.0)];
-        let listed: Listed = rows.into_iter().chain([Tuple { x_ss: -0.0, ..rows[1] }]).collect();
-        assert!(listed.iter().take(4).eq(rows));
-        let groups = listed.groups();
-        assert_eq!(groups.designs, [0, 1, 0, 0, 1]);
-        assert_eq!(groups.strokes, [0, 1, 0, 2, 1]);
-        assert_eq!(groups.distances, [0, 1, 2, 0, 1]);
-        assert_eq!((groups.counts, groups.reach.as_slice()), ([2, 3, 3], &[[20.0, 30.0], [20.0, 20.0]][..]));
-    }
-
-    #[test]
-    fn a_direction_belongs_to_strokes_and_distances_not_to_designs() {
-        let row =
-            |tilt: f64, a: f64, drive: f64| Tuple { D: 10.0, d: 4.0, a, tilt, drive, ..Tuple::default() };
-        let rows = [row(0.0, 20.0, 1.0), row(-0.0, 30.0, 1.0), row(5.0, 20.0, 1.0), row(5.0, 20.0, 2.0)];
-        let listed: Listed = rows.into_iter().collect();
-        let groups = listed.groups();
-        assert_eq!((&groups.designs, &groups.strokes), (&vec![0; 4], &vec![0, 0, 1, 2]));
-        assert_eq!((&groups.distances, groups.counts), (&vec![0, 1, 2, 2], [1, 3, 3]));
-    }
-}

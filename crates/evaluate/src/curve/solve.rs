@@ -222,16 +222,3 @@ fn curve(of: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Curve {
         pieces.iter().map(|p| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0)).collect();
     Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::lost;
-
-    #[test]
-    fn a_half_is_lost_with_the_next_node_beyond_its_middle() {
-        let none = f64::NAN;
-        assert_eq!(lost(&[none, none, none, 1.0, 1.0, 1.0]), [false, false]);
-        assert_eq!(lost(&[none, none, none, none, 1.0, 1.0]), [true, false]);
-        assert_eq!(lost(&[1.0, 1.0, none, none, none, none]), [false, true]);
-    }
-}

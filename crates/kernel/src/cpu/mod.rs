@@ -103,15 +103,8 @@ macro_rules! by_nodes {
         }
     };
 }
-#[cfg(not(test))]
 by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10, most 10);
-#[cfg(not(test))]
 by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
-// The unit tests of this crate solve no tap and need not compile all kernels again; integration tests do.
-#[cfg(test)]
-by_nodes!(by_nodes_f32, f32, 16, plain, sizes, most 2);
-#[cfg(test)]
-by_nodes!(by_nodes_f64, f64, 8, plain, sizes, most 2);
 
 fn wide() -> bool {
     fused() || cfg!(not(target_arch = "x86_64"))

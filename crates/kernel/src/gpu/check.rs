@@ -115,30 +115,3 @@ pub fn drawn(
     places.dedup();
     places
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_tap_is_drawn_whatever_stands_beside_it() {
-        let taps: Vec<[f64; 2]> =
-            (0..100_000).map(|i| [1.0 + f64::from(i % 317), 0.1 + f64::from(i / 317)]).collect();
-        let of = |taps: &[[f64; 2]]| {
-            let places = drawn(taps.len(), |_| true, |i| key(&taps[i]), |i| taps[i][1]);
-            places.into_iter().map(|i| taps[i].map(f64::to_bits)).collect::<Vec<_>>()
-        };
-        let whole = of(&taps);
-        assert!((60..160).contains(&whole.len()), "{}", whole.len());
-        for place in [0, taps.len() - 1] {
-            assert!(whole.contains(&taps[place].map(f64::to_bits)), "no smallest or largest drive");
-        }
-        for parts in [2, 3, 7] {
-            let cut: Vec<_> = taps.chunks(taps.len().div_ceil(parts)).flat_map(of).collect();
-            let missing = whole.iter().filter(|tap| !cut.contains(tap)).count();
-            assert_eq!(missing, 0, "in {parts} parts");
-        }
-        assert_eq!(of(&taps[..20]).len(), 20);
-        assert!(of(&[]).is_empty());
-    }
-}

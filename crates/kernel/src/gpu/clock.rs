@@ -95,22 +95,3 @@ pub fn within<T: Send + 'static>(
     }
     told.recv_timeout(limit - early).map_err(late)?
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_call_that_does_not_return_is_given_up_and_known_to_be_out() {
-        assert_eq!(within(PATIENCE, "a sum", || 2 + 2), Ok(4));
-        assert_eq!(within(PATIENCE, "nothing", || panic!("lost")), Err::<(), _>("lost".to_owned()));
-        let (end, ended) = channel::<()>();
-        let late = within(Duration::ZERO, "nothing", move || ended.recv().is_ok()).unwrap_err();
-        assert_eq!(late, "nothing did not end within 0 s");
-        assert!(left_behind());
-        end.send(()).unwrap();
-        while left_behind() {
-            std::thread::yield_now();
-        }
-    }
-}

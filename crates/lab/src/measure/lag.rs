@@ -69,26 +69,3 @@ impl Lag {
         data.rows.iter().map(|r| memory.settled(self, r.t, r.run as u64, r.value)).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_reading_that_lags_settles_to_what_it_will_be() {
-        let lag = Lag { gain: 0.2, sigma_gain: 0.0, tau_s: 3.0, sigma_tau_s: 0.0 };
-        let levels = [0.0, 5.0, 5.0, -2.0, 7.0, 0.0, 0.0];
-        let (mut x, mut memory) = (0.0, Memory::default());
-        for (k, s) in levels.into_iter().enumerate() {
-            let stays = (-2.0f64 / 3.0).exp();
-            x = s + stays * (x - s);
-            let (settled, _) = memory.settled(&lag, 2.0 * k as f64, 0, s - lag.gain * (s - x));
-            assert!((settled - s).abs() < 1e-12, "{settled} {s}");
-        }
-        // A clock that starts anew, another run, a reading that is missing.
-        assert_eq!(memory.settled(&lag, 0.0, 0, 4.0), (4.0, 0.0));
-        assert_eq!(memory.settled(&lag, 1.0, 1, 3.0), (3.0, 0.0));
-        assert!(memory.settled(&lag, 2.0, 1, f64::NAN).0.is_nan());
-        assert_eq!(memory.settled(&lag, 2.0, 1, 3.0).0, 3.0);
-    }
-}

@@ -170,26 +170,3 @@ fn slope(data: &Data, wanted: impl Fn(f64) -> bool) -> Option<(f64, usize)> {
     let left = 1.0 - xy * xy / (xx * yy);
     (left <= LEFT).then(|| (xy / xx, rows))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_bridge_is_not_linear() {
-        // R = 120 Ω, GF 2.21, 5 %: R' = 133.26 Ω; v = R'/(R + R') − 1/2.
-        let v = 133.26 / 253.26 - 0.5;
-        assert!((quarter_bridge_strain(1000.0 * v, 2.21) - 0.05).abs() < 1e-15);
-        for strain in [-0.05, -1e-6, 0.0, 1e-5, 0.2] {
-            for unit in [Unit::Strain, Unit::Microstrain, Unit::Bridge] {
-                let back = unit.strain(unit.value(strain, 2.21), 2.21);
-                assert!((back - strain).abs() <= 1e-15, "{unit:?} {strain} {back}");
-            }
-        }
-        assert!(quarter_bridge_strain(500.0, 2.21).is_nan());
-        let [tap, rest] = [13.0, 0.35].map(|v| quarter_bridge_strain(v, 2.21));
-        let above = Unit::Bridge.above(tap, rest, 2.21);
-        assert!((above - quarter_bridge_strain(12.65, 2.21)).abs() < 1e-15);
-        assert!((above - (tap - rest)).abs() > 1e-5);
-    }
-}

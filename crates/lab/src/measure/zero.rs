@@ -134,31 +134,3 @@ impl Zero {
         (0..readings.len()).filter(far).map(|i| readings[i].0).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Zero;
-
-    #[test]
-    fn a_straight_drift_is_removed_exactly() {
-        let drift = |place: usize| 1e-3 + 2e-6 * place as f64;
-        let readings: Vec<_> = [0, 1, 2, 20, 55, 56, 99].map(|p| (p, drift(p))).to_vec();
-        let zero = Zero::new(&readings);
-        for place in 3..99 {
-            assert!((zero.at(place) - drift(place)).abs() < 1e-15);
-        }
-        assert_eq!(zero.at(100), drift(99));
-        assert_eq!(Zero::new(&[]).at(7), 0.0);
-        assert_eq!(Zero::new(&[(4, 2.0)]).at(0), 2.0);
-        assert!((zero.drift() - (drift(99) - drift(1))).abs() < 1e-15);
-        assert_eq!(Zero::outliers(&readings, 1e-2), [] as [usize; 0]);
-        let mut wrong = readings;
-        wrong[4].1 += 5e-3;
-        assert_eq!(Zero::outliers(&wrong, 1e-2), [55]);
-        let few = [(0, 1930.15), (7, 1930.18), (14, 0.0), (21, 1930.14)];
-        assert_eq!(Zero::outliers(&few, 1850.0), [14]);
-        assert_eq!(Zero::outliers(&few[..3], 1850.0), [14]);
-        assert_eq!(Zero::outliers(&[(0, 1.0), (7, 1.4), (14, 2.0)], 2.0), [] as [usize; 0]);
-        assert_eq!(Zero::outliers(&few[1..3], 1850.0), [] as [usize; 0]);
-    }
-}

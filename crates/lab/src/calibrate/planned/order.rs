@@ -115,27 +115,3 @@ pub fn like(calibration: &Calibration, rig: &Rig, gain: f64, label: &str) -> Res
     let [gain, zero] = if *runs > 1 { [of_runs, zero * units[0]] } else { [gain, noise] };
     Ok(Spread { noise, relative, position, visit, gain, zero })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_tap_is_there_once_with_zeros_around() {
-        let taps: Vec<Tap> = (0..2)
-            .flat_map(|run| (0..9).flat_map(move |i| [[i, 0, run], [i, 2, run], [i, 2, run]]))
-            .collect();
-        let rows = rows(&taps, 2, 5);
-        let mut found: Vec<Tap> = rows.iter().filter_map(|r| Some([r.distance, r.drive?, r.run])).collect();
-        let mut wanted = taps.clone();
-        found.sort_unstable();
-        wanted.sort_unstable();
-        assert_eq!(found, wanted);
-        let mut since = 0;
-        for pair in rows.windows(2) {
-            since = if pair[0].drive.is_none() { 0 } else { since + 1 };
-            assert!(since <= BETWEEN && (pair[0].run == pair[1].run || pair[0].drive.is_none()));
-        }
-        assert!(rows[0].drive.is_none() && rows[rows.len() - 1].drive.is_none());
-    }
-}
