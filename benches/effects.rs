@@ -163,7 +163,7 @@ impl Ready {
 
 fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
     let ready = |setup: &Setup| {
-        let method = place.method(&setup.model).expect("the backend opens");
+        let method = place.choice.open(&setup.model).expect("the backend opens");
         Ready { method, batches: batches(setup), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
     };
     let mut all: Vec<Ready> = scenes.iter().map(ready).collect();
@@ -211,7 +211,7 @@ impl Pole {
 
     /// CPU seconds of solving and of reading all taps; NaN where there is no chart.
     fn run(&self, place: &Place) -> [f64; 2] {
-        let method = place.method(&self.setup.model).expect("the backend opens");
+        let method = place.choice.open(&self.setup.model).expect("the backend opens");
         let mut evaluator = Evaluator::new(&self.setup, method);
         // Once before, so that each has its memory.
         drop(evaluator.run(&self.designs, &self.tasks));

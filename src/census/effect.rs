@@ -48,11 +48,7 @@ impl Aim {
     }
 
     fn words(self) -> String {
-        match self {
-            Self::Asked => "as asked".into(),
-            Self::Upright => "0 deg".into(),
-            Self::All(angle) => format!("{angle} deg"),
-        }
+        if self == Self::Asked { "as asked".into() } else { format!("{} deg", self.of(0.0)) }
     }
 }
 
@@ -178,7 +174,7 @@ impl Effect {
     }
 
     /// Whether it is what the whisker is beyond a cone clamped at its base.
-    fn is_of_shape(self) -> bool {
+    pub(super) fn is_of_shape(self) -> bool {
         matches!(self, Self::Root | Self::Curvature | Self::Inner | Self::Profile)
     }
 
@@ -319,7 +315,7 @@ impl Effect {
     }
 
     /// Why it cannot be switched in `s`, if so.
-    fn obstacle(self, s: &Setting) -> Option<String> {
+    pub(super) fn obstacle(self, s: &Setting) -> Option<String> {
         let (setup, m) = (&s.setup, &s.setup.model);
         let rubs = m.contact != Contact::Frictionless;
         let solid = |term: &Term| ["clamp", "indentation", "section"].contains(&term.key);
@@ -361,7 +357,7 @@ impl Effect {
     }
 
     /// What both settings of its comparison must have other than the spec, so that only it differs.
-    fn needs(self, s: &Setting) -> Vec<(Self, bool)> {
+    pub(super) fn needs(self, s: &Setting) -> Vec<(Self, bool)> {
         let upright = [(Self::Tilt, false), (Self::Lean, false)];
         let mut all = match (self, self.is_on(s)) {
             (Self::Rotation, Some(true)) => {
@@ -392,57 +388,4 @@ impl Effect {
 
 fn hooke(model: &Model) -> bool {
     matches!(model.material, Material::Hooke(_))
-}
-
-/// Two settings that differ in one effect.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pair {
-    /// The spec, with what both need.
-    pub base: Setting,
-    /// The same with the effect switched.
-    pub other: Setting,
-    /// What both have other than the spec: name and value.
-    pub both: Vec<(&'static str, String)>,
-}
-
-/// One effect of a setup, switched.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Switch {
-    /// Which.
-    pub effect: Effect,
-    /// Whether the spec has it; `None` for the side.
-    pub on: Option<bool>,
-    /// Its value in the spec.
-    pub spec: String,
-    /// The value it is switched to; empty where it is not.
-    pub instead: String,
-    /// What is compared, or why nothing is.
-    pub pair: Result<Pair, String>,
-}
-
-impl Switch {
-    /// `effect` of a setup with this setting: switched off where it is on, on where it is off.
-    pub fn new(effect: Effect, setting: &Setting) -> Self {
-        let on = effect.is_on(setting);
-        let pair = effect.obstacle(setting).map_or_else(
-            || {
-                let needs = effect.needs(setting);
-                let mut base = setting.clone();
-                needs.iter().for_each(|(e, on)| e.switch(&mut base, *on));
-                let both = needs.iter().map(|(e, _)| (e.name(), e.value(&base))).collect();
-                let mut other = base.clone();
-                effect.switch(&mut other, on != Some(true));
-                Ok(Pair { base, other, both })
-            },
-            Err,
-        );
-        let instead = pair.as_ref().map_or(String::new(), |p| effect.value(&p.other));
-        Self { effect, on, spec: effect.value(setting), instead, pair }
-    }
-
-    /// Whether the spec may do without it: on, and nothing else has to change for that.
-    pub fn removable(&self) -> bool {
-        let pole = matches!(self.effect, Effect::Tilt | Effect::Lean) || self.effect.is_of_shape();
-        !pole && self.on == Some(true) && self.pair.as_ref().is_ok_and(|p| p.both.is_empty())
-    }
 }

@@ -5,7 +5,7 @@
 //! take what it needs, and the result says so. Because the distance estimate is calibrated, a factor common to all
 //! distances does no harm: what is left of the change after calibration is told too.
 
-use super::effect::{Effect, Setting, Switch};
+use super::effect::{Effect, Setting};
 use super::{Taps, sample};
 use crate::backend::Choice;
 use crate::error::Error;
@@ -41,13 +41,30 @@ impl Change {
     }
 }
 
-/// One effect and what it changes.
+/// One effect, switched, and what that changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explained {
-    /// The effect, switched.
-    pub switch: Switch,
-    /// What that changes; `None` where it is not compared, or where no tap counts in both settings.
+    /// Which.
+    pub effect: Effect,
+    /// Whether the spec has it; `None` for the side.
+    pub on: Option<bool>,
+    /// Its value in the spec.
+    pub spec: String,
+    /// The value it is switched to; empty where it is not.
+    pub instead: String,
+    /// What both settings have other than the spec, name and value; or why nothing is compared.
+    pub both: Result<Vec<(&'static str, String)>, String>,
+    /// What the switch changes; `None` where it is not compared, or where no tap counts in both settings.
     pub change: Option<Change>,
+}
+
+impl Explained {
+    /// Whether the spec may do without it for this `tolerance`: it is on, and nothing else has to change for that.
+    fn is_needless(&self, tolerance: f64) -> bool {
+        let pole = matches!(self.effect, Effect::Tilt | Effect::Lean) || self.effect.is_of_shape();
+        let alone = self.both.as_ref().is_ok_and(Vec::is_empty);
+        !pole && self.on == Some(true) && alone && self.change.is_some_and(|c| c.within(tolerance))
+    }
 }
 
 /// Effects that could be left off at one tolerance.
@@ -100,23 +117,30 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
     };
     let mut effects = Vec::new();
     for effect in Effect::all().filter(|effect| effect.is_told(&said)) {
-        let switch = Switch::new(effect, &said);
-        let change = match &switch.pair {
-            Ok(pair) => compare(&pair.base, &pair.other)?,
-            Err(_) => None,
-        };
-        effects.push(Explained { switch, change });
+        let (on, spec) = (effect.is_on(&said), effect.value(&said));
+        let mut one =
+            Explained { effect, on, spec, instead: String::new(), both: Ok(Vec::new()), change: None };
+        if let Some(why) = effect.obstacle(&said) {
+            one.both = Err(why);
+        } else {
+            let (needs, mut base) = (effect.needs(&said), said.clone());
+            needs.iter().for_each(|(e, on)| e.switch(&mut base, *on));
+            one.both = Ok(needs.iter().map(|(e, _)| (e.name(), e.value(&base))).collect());
+            let mut other = base.clone();
+            effect.switch(&mut other, on != Some(true));
+            (one.instead, one.change) = (effect.value(&other), compare(&base, &other)?);
+        }
+        effects.push(one);
     }
-    let in_model = |e: &&Explained| e.switch.on == Some(true) && !e.switch.effect.is_of_rig();
+    let in_model = |e: &&Explained| e.on == Some(true) && !e.effect.is_of_rig();
     let linear = match effects.iter().filter(in_model).count() {
         0 | 1 => None,
         _ => compare(&said, &said.linear())?,
     };
     let mut verdicts = Vec::new();
     for &tolerance in tolerances {
-        let small =
-            |e: &&Explained| e.switch.removable() && e.change.is_some_and(|change| change.within(tolerance));
-        let needless: Vec<Effect> = effects.iter().filter(small).map(|e| e.switch.effect).collect();
+        let needless = effects.iter().filter(|e| e.is_needless(tolerance)).map(|e| e.effect);
+        let needless: Vec<Effect> = needless.collect();
         let together = match needless.as_slice() {
             [] => None,
             some => compare(&said, &said.without(some.iter().copied()))?,

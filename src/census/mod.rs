@@ -1,13 +1,12 @@
 //! A census: taps of a space, answered in several ways and compared with one of them.
 //!
 //! [`sample`] has the taps: rows of a space, or random ones; [`hard`] those that are hard to solve. A way to answer them is a setup (whisker, rig,
-//! model) and what solves it: [`Place`], a backend in a precision. [`Taps`] are made ready for a setup, and say what an error is relative to;
-//! [`Figures`] are what many errors come to. The views: [`verify`] compares backends with the reference, `bench` measures the time of it too,
-//! [`explain`] switches effects of the model one by one, [`needed`] leaves off those that change less than a bound.
+//! model) and what solves it: a [`Place`] is a backend in a precision, an [`effect`] is switched in the setup. [`Taps`] are made ready for a setup,
+//! [`compare`] compares the answers and reduces them to a line of a table. The views: [`verify`] compares backends with the reference, `bench`
+//! measures the time of it too, [`explain`] switches effects of the model one by one, [`needed`] leaves off those that change less than a bound.
 
 #[cfg(feature = "commands")]
 pub mod bench;
-pub mod bound;
 pub mod compare;
 pub mod configuration;
 pub mod effect;
@@ -24,7 +23,6 @@ use serde_json::{Value, json};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
-use crate::reduce::percentile;
 use crate::scene::{Drive, Setup, Tuple};
 pub use place::{Place, present};
 use sample::Row;
@@ -65,6 +63,12 @@ impl Taps {
         &self.designs[self.tasks[i].design as usize]
     }
 
+    /// Tap `i`.
+    fn tuple(&self, i: usize) -> Tuple {
+        let Task { a, direction, drive, .. } = self.tasks[i];
+        Tuple { a, drive, ..self.design(i).tuple }.towards(direction)
+    }
+
     /// 1e-3 θ f_max of tap `i`: a strain error is relative to the strain, or to this where the strain is smaller.
     pub fn least(&self, i: usize) -> f64 {
         let peak = self.design(i).shared.as_ref().map_or(0.0, |s| s.peak);
@@ -77,36 +81,15 @@ fn relative(apart: f64, size: f64) -> f64 {
     if apart == 0.0 { 0.0 } else { apart / size }
 }
 
-/// What many errors come to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Figures {
-    /// Largest; NaN if any is not a number.
-    pub worst: f64,
-    /// Middle one.
-    pub median: f64,
-    /// 99 of 100 are not larger ([`percentile`]).
-    pub p99: f64,
-    /// Number above the bound.
-    pub over: usize,
-    /// Place of the worst among the taps.
-    pub at: usize,
-}
-
-impl Figures {
-    /// Of (error, place) pairs against `bound`; `None` of nothing.
-    fn new(mut errors: Vec<(f64, usize)>, bound: f64) -> Option<Self> {
-        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let &(worst, at) = errors.last()?;
-        let rank = |percent| errors[percentile(errors.len(), percent)].0;
-        let over = errors.iter().filter(|(e, _)| e.is_nan() || *e > bound).count();
-        Some(Self { worst, median: rank(50), p99: rank(99), over, at })
-    }
-}
-
-/// A tap, by the names of columns.
+/// A tap, by the names of columns; of an upright pole without its direction.
 pub fn tap_json(drive: Drive, t: &Tuple) -> Value {
     let mut at =
         json!({ "D_mm": t.D, "d_tip_mm": t.d, "L_a_mm": t.L_a, "x_ss_mm": t.x_ss, "l_mm": t.l, "a_mm": t.a });
+    for (name, angle) in [("tilt_deg", t.tilt), ("lean_deg", t.lean)] {
+        if angle != 0.0 {
+            at[name] = angle.into();
+        }
+    }
     at[drive.column()] = t.drive.into();
     at
 }

@@ -1,15 +1,16 @@
 //! `vibrissa bench`: speed against error.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args as Flags;
 use serde_json::{Value, json};
 
+use super::aligned::{aligned, header};
 use super::apart::{apart, cut};
 use super::{Common, Context, Reply, rough};
-use crate::census::bench::{self, Measured, News, Settings, Solved, name, places};
-use crate::census::{Figures, Place};
+use crate::census::Place;
+use crate::census::bench::{self, Measured, News, Settings, name, places};
+use crate::census::compare::Figures;
 use crate::error::{Error, InputError};
 use crate::figure::{self, Format, Style};
 use crate::kernel::rule::smallest_tolerance;
@@ -65,8 +66,8 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let described = settings.json();
     let text = format!("{}\n", json!({ "bench": described, "places": names }));
     let question = Question::new("bench", "bench", json!({ "settings": hash(&text) }));
-    let heading = heading("work_precision");
-    let files = [&[&*heading.file], &FIGURES[..]].concat();
+    let columns = heading("work_precision");
+    let files = [&[&*columns.file], &FIGURES[..]].concat();
     let mut destination = context.open(&out, question, &files, options.force)?;
     let of_places: Vec<_> = places.iter().map(|p| p.backend().clone()).collect();
     let mut measured: Vec<Measured> = Vec::new();
@@ -81,22 +82,22 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let done = measured.len() as u64;
     let (kept, broken) = cut(([done, of], "measurements"), &destination, (options.force, &out));
     // (slowest − fastest)/median of the repeats: on a quiet machine it is some percent.
-    let spread = measured.iter().filter_map(|m| m.times.spread).fold(0.0, f64::max);
+    let spread = measured.iter().filter_map(|m| m.spread).fold(0.0, f64::max);
     if spread > QUIET {
         context.warn(&format!("repeats of a measurement differ by up to {:.0} %: this machine does something else too, and its figures may be too slow", 100.0 * spread));
     }
     let rows = || measured.iter().map(|m| m.fields(&of_places[m.step.place]));
     let point = |(m, row): (&Measured, _)| {
-        let mut point = named(heading.names_as(&[]), row);
+        let mut point = named(columns.names_as(&[]), row);
         point["backend"] = names[m.step.place].as_str().into();
-        point["taps_per_second"] = (1e9 / m.times.best).into();
+        point["taps_per_second"] = (1e9 / m.times[0]).into();
         point
     };
     let points: Vec<Value> = measured.iter().zip(rows()).map(point).collect();
     let counts = json!({
         "points": measured.len(),
-        "taps": measured.iter().map(|m| m.taps).sum::<u64>(),
-        "failed": measured.iter().map(|m| m.failed).sum::<u64>(),
+        "taps": measured.iter().map(Measured::taps).sum::<usize>(),
+        "failed": measured.iter().map(Measured::failed).sum::<usize>(),
     });
     let (machine, stopped) = (machine(), broken.is_some());
     let reply = Reply {
@@ -112,7 +113,7 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     if !kept {
         return Ok(Reply { out: Some(out), ..reply });
     }
-    let mut table = heading.frame(&[]);
+    let mut table = columns.frame(&[]);
     rows().try_for_each(|row| table.row(row))?;
     // A run that was stopped has no time for figures.
     let figures = if stopped { Vec::new() } else { report::of_bench(&table, None)? };
@@ -174,23 +175,22 @@ fn planned(
     }
 }
 
-/// The ladder at every tolerance, in one line each.
+/// Every measurement, in one line each.
 fn summary(measured: &[Measured], places: &[String]) -> String {
-    let mut text = "configuration   backend        kernel       tolerance  ns per tap  spread     taps/s       p99     worst  failed\n".to_owned();
-    for m in measured.iter().filter(|m| !matches!(m.step.solved, Solved::Nodes(_))) {
-        let number =
-            |f: fn(&Figures) -> f64| m.errors.as_ref().map_or(String::new(), |e| format!("{:.1e}", f(e)));
-        let (configuration, failed) = (m.step.configuration.name, m.failed);
-        let (backend, kernel) = (&places[m.step.place], m.step.solved.name());
-        let tolerance = m.step.tolerance.map_or(String::new(), |t| format!("{t:e}"));
-        let (ns, rate) = (m.times.best, 1e9 / m.times.best);
-        let spread = m.times.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s));
-        let (p99, worst) = (number(|e| e.p99), number(|e| e.worst));
-        let _ = writeln!(
-            text,
-            "{configuration:<15} {backend:<14} {kernel:<12} {tolerance:>9} {ns:>11.1} {spread:>7} {rate:>10.2e} {p99:>9} {worst:>9} {failed:>7}"
-        );
-    }
-    text + "ns per tap: the fastest of the repeats; spread: (slowest − fastest) / median of them; p99, worst: strain error against the\n\
-            reference, 99 of 100 taps are not worse, and the worst tap; failed: taps that only the reference solves.\n"
+    let line = |m: &Measured| {
+        let error =
+            |f: fn(&Figures) -> f64| m.errors().as_ref().map_or(String::new(), |e| format!("{:.1e}", f(e)));
+        let (step, best) = (&m.step, m.times[0]);
+        let tolerance = step.tolerance.map_or(String::new(), |t| format!("{t:e}"));
+        let spread = m.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s));
+        let of = [step.configuration.name.to_owned(), places[step.place].clone(), step.solved.name().into()];
+        let times = [tolerance, format!("{best:.1}"), spread, format!("{:.2e}", 1e9 / best)];
+        let errors = [error(|e| e.p99), error(|e| e.worst), m.failed().to_string()];
+        of.into_iter().chain(times).chain(errors).collect()
+    };
+    let names = header("configuration,backend,kernel,tolerance,ns per tap,spread,taps/s,p99,worst,failed");
+    let rows: Vec<Vec<String>> = [names].into_iter().chain(measured.iter().map(line)).collect();
+    aligned(&rows, &[0, 1, 2])
+        + "ns per tap: the fastest of the repeats; spread: (slowest − fastest) / median of them; p99, worst: strain error against the\n\
+           reference, 99 of 100 taps are not worse, and the worst tap; failed: taps that only the reference solves.\n"
 }

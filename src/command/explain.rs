@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use super::aligned::{aligned, header};
 use super::{Context, Reply, where_and_why};
 use crate::backend::Choice;
-use crate::census::effect::Effect;
 use crate::census::explain::{Change, Explained, Explanation, Verdict, explain};
 use crate::census::tap_json;
 use crate::error::{Error, InputError};
@@ -22,11 +22,9 @@ pub fn run(
     leave_off: &[f64],
     context: &Context<'_>,
 ) -> Result<Reply, Error> {
-    if let Some(rigs) = &spec.study.setup.rigs {
-        let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
-        let names = names.join(", ");
-        let why = format!("what each effect changes is told of one rig, and {names} have several values");
-        return Err(InputError::new(why).key("--explain").allowed("one number each").into());
+    if spec.study.setup.rigs.is_some() {
+        let error = InputError::new("what each effect changes is said of one rig").key("--explain");
+        return Err(error.allowed("one number each").into());
     }
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
     let options = if free {
@@ -69,15 +67,6 @@ fn tolerances(typed: &[f64], accuracy: f64) -> Result<Vec<f64>, InputError> {
     Ok(wanted)
 }
 
-/// What both settings of a comparison have other than the spec: names and values.
-fn both(e: &Explained) -> &[(&'static str, String)] {
-    e.switch.pair.as_ref().map_or(&[][..], |p| &p.both)
-}
-
-fn names(effects: &[Effect]) -> String {
-    effects.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ")
-}
-
 /// Percent with three digits.
 fn percent(x: f64) -> String {
     let size = x.abs();
@@ -91,31 +80,23 @@ fn percent(x: f64) -> String {
     }
 }
 
-/// The smallest tolerance at which an effect that is on could be left off.
-fn leave_off(e: &Explained, found: &Explanation) -> String {
-    if e.switch.on != Some(true) {
-        return String::new();
-    }
-    let at = found.verdicts.iter().find(|v| v.effects.contains(&e.switch.effect));
-    at.map_or_else(|| "no".into(), |v| format!("at {:e}", v.tolerance))
-}
-
 fn row(e: &Explained, found: &Explanation) -> Vec<String> {
-    let switch = &e.switch;
-    let mut row = vec![switch.effect.name().to_owned(), switch.spec.clone(), switch.instead.clone()];
-    let notes: Vec<String> = match (&e.change, &switch.pair) {
-        (Some(change), _) => {
+    let mut row = vec![e.effect.name().to_owned(), e.spec.clone(), e.instead.clone()];
+    let mut notes = Vec::new();
+    match (&e.change, &e.both) {
+        (Some(change), Ok(both)) => {
             row.extend(numbers(change));
-            row.push(leave_off(e, found));
-            let unmatched = (change.unmatched > 0)
-                .then(|| format!("unmatched taps: {} {}", change.unmatched, change.unmatched_status));
-            let both: Vec<String> = both(e).iter().map(|(name, value)| format!("{name} {value}")).collect();
-            let both = (!both.is_empty()).then(|| format!("both with {}", both.join(", ")));
-            both.into_iter().chain(unmatched).collect()
+            let at = found.verdicts.iter().find(|v| v.effects.contains(&e.effect));
+            let least = at.map_or_else(|| "no".into(), |v| format!("at {:e}", v.tolerance));
+            row.push(if e.on == Some(true) { least } else { String::new() });
+            let both: Vec<String> = both.iter().map(|(name, value)| format!("{name} {value}")).collect();
+            notes.extend((!both.is_empty()).then(|| format!("both with {}", both.join(", "))));
+            let unmatched = || format!("unmatched taps: {} {}", change.unmatched, change.unmatched_status);
+            notes.extend((change.unmatched > 0).then(unmatched));
         }
-        (None, Err(why)) => vec![format!("not compared: {why}")],
-        (None, Ok(_)) => vec!["no tap to compare".into()],
-    };
+        (_, Err(why)) => notes.push(format!("not compared: {why}")),
+        (None, Ok(_)) => notes.push("no tap to compare".into()),
+    }
     row.resize(12, String::new());
     row.push(notes.join("; "));
     row
@@ -142,25 +123,23 @@ fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
         "{name}: what each effect changes, in % of strain; {taps} taps ({part} {total}), {on}"
     );
     let drive = spec.study.setup.drive.column();
-    let header = format!(
+    let names = format!(
         "effect,spec,instead,median,largest,at D_mm,d_tip_mm,a_mm,{drive},calibrated,taps,leave off,"
     );
-    let mut rows = vec![header.split(',').map(str::to_owned).collect()];
+    let mut rows = vec![header(&names)];
     rows.extend(found.effects.iter().map(|e| row(e, found)));
     if let Some(change) = &found.linear {
         let mut row = vec!["all effects".to_owned(), "as above".into(), "linear theory".into()];
         row.extend(numbers(change));
-        row.resize(13, String::new());
         rows.push(row);
     }
-    align(&mut text, &rows);
-    text.push_str(
-        "median, largest: change of |strain| when the effect alone is switched from `spec` to `instead`.\n\
-         calibrated: what is left after calibration, the relative SD over the distances of a design and drive; worst row.\n",
-    );
+    text += &aligned(&rows, &[0, 1, 2, 12]);
+    text += "median, largest: change of |strain| when the effect alone is switched from `spec` to `instead`.\n\
+             calibrated: what is left after calibration, the relative SD over the distances of a design and drive; worst row.\n";
     for v in &found.verdicts {
         let which = v.together.map_or("nothing".to_owned(), |c| {
-            names(&v.effects)
+            let names: Vec<&str> = v.effects.iter().map(|e| e.name()).collect();
+            names.join(", ")
                 + &match v.effects.len() {
                     1 => String::new(),
                     _ if c.within(v.tolerance) => format!(" (together {} %)", percent(c.largest)),
@@ -170,22 +149,6 @@ fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
         let _ = writeln!(text, "could be left off at {:e}: {which}", v.tolerance);
     }
     text
-}
-
-/// Columns under each other: words to the left, numbers to the right.
-fn align(text: &mut String, rows: &[Vec<String>]) {
-    let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
-    for row in rows {
-        let mut line = String::new();
-        for (c, (cell, &w)) in row.iter().zip(&widths).enumerate() {
-            let _ = match c {
-                0..3 | 12 => write!(line, "{cell:<w$}  "),
-                _ => write!(line, "{cell:>w$}  "),
-            };
-        }
-        let _ = writeln!(text, "{}", line.trim_end());
-    }
 }
 
 fn changed(drive: Drive, change: Option<&Change>) -> Value {
@@ -200,15 +163,15 @@ fn changed(drive: Drive, change: Option<&Change>) -> Value {
 
 fn result(drive: Drive, found: &Explanation) -> Value {
     let effect = |e: &Explained| {
-        let s = &e.switch;
+        let both = e.both.iter().flatten().map(|(name, value)| json!({ "effect": name, "value": value }));
         json!({
-            "effect": s.effect.name(),
-            "key": s.effect.key(),
-            "on": s.on,
-            "spec": s.spec,
-            "instead": s.pair.is_ok().then_some(&s.instead),
-            "both_with": both(e).iter().map(|(name, value)| json!({ "effect": name, "value": value })).collect::<Vec<_>>(),
-            "not_compared": s.pair.as_ref().err(),
+            "effect": e.effect.name(),
+            "key": e.effect.key(),
+            "on": e.on,
+            "spec": e.spec,
+            "instead": e.both.is_ok().then_some(&e.instead),
+            "both_with": both.collect::<Vec<_>>(),
+            "not_compared": e.both.as_ref().err(),
             "change": changed(drive, e.change.as_ref()),
         })
     };

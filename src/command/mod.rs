@@ -6,6 +6,7 @@
 // The comments of flags are their help on the terminal: plain text, in which [model] is a section and <out> stands for a folder.
 #![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
+mod aligned;
 mod apart;
 pub mod array;
 pub mod bench;

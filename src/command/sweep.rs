@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::{Common, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
-use crate::census::sample::ComparedRows;
+use crate::census::sample;
 use crate::curve::both::TAPS;
 use crate::digits::short;
 use crate::error::Error;
@@ -84,7 +84,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;
     }
-    let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study), e);
+    let fewer = |e| Needed::new(&spec.study.setup, &sample::choosing(&spec.study), e);
     let mut needed = bound.map(fewer).transpose()?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let planning = options.plan == Some(true);
@@ -213,7 +213,7 @@ fn planned(
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": bytes, "curves": curves }),
         seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
         backend: json!(b),
-        result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(|n| n.summary(seconds)) }),
+        result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(Needed::summary) }),
         ..Reply::default()
     })
 }

@@ -1,12 +1,12 @@
 //! `vibrissa verify [SPEC.toml]`: the census of every backend against the reference.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use super::aligned::{aligned, header};
 use super::apart::{apart, cut};
 use super::{Common, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
@@ -45,7 +45,7 @@ pub struct VerifyRequest {
     /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub bound: Option<f64>,
-    /// Print a line for every built-in configuration on every backend, not only for those that break a bound
+    /// Print a line for every built-in configuration on every backend, not only for the worst of each backend and those that break a bound
     #[arg(long)]
     #[serde(skip)]
     pub all: bool,
@@ -209,54 +209,39 @@ fn counts(lines: &[Line]) -> Value {
 fn broken(lines: &[Line], places: &[String]) -> Option<String> {
     let mut bad: Vec<&Line> = lines.iter().filter(|l| !l.faults().is_empty()).collect();
     bad.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
-    let mut text = format!("{} of {} lines of the census break a bound", bad.len(), lines.len());
-    for line in bad.iter().take(3) {
+    let mut said = vec![format!("{} of {} lines of the census break a bound", bad.len(), lines.len())];
+    said.extend(bad.iter().take(3).map(|line| {
         let faults: Vec<String> = line.faults().into_iter().map(|(_, words)| words).collect();
-        let _ = write!(text, "\n  {} on {}: {}", line.configuration, places[line.place], faults.join("; "));
-    }
+        format!("  {} on {}: {}", line.configuration, places[line.place], faults.join("; "))
+    }));
     if bad.len() > 3 {
-        let _ = write!(text, "\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
+        said.push(format!("  and {} more: see the column verdict of verify.csv", bad.len() - 3));
     }
-    (!bad.is_empty()).then_some(text)
+    (!bad.is_empty()).then(|| said.join("\n"))
 }
 
-/// The census for people: one line per backend, and of each configuration that breaks a bound, or of `all`.
+/// The census for people: of each backend the line nearest to its bound, those that break one, or `all`.
 fn table(lines: &[Line], places: &[String], all: bool) -> String {
-    let mut text = String::new();
-    let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.1e}") };
-    if !all {
-        text += "backend  configurations   taps  compared  worst strain error, of the bound  left to the reference  verdict\n";
-        for (n, place) in places.iter().enumerate() {
-            let these = || lines.iter().filter(|l| l.place == n);
-            let Some(worst) = these().max_by(|a, b| a.excess().total_cmp(&b.excess())) else { continue };
-            let sum = |f: fn(&Line) -> usize| these().map(f).sum::<usize>();
-            let bad = these().filter(|l| !l.faults().is_empty()).count();
-            let verdict = if bad == 0 { "ok".to_owned() } else { format!("{bad} break a bound") };
-            let (share, name) = (100.0 * worst.excess(), &worst.configuration);
-            let (of, taps, both, left) =
-                (these().count(), sum(|l| l.taps), sum(|l| l.compared), sum(|l| l.odd(Odd::Referred)));
-            let _ = writeln!(
-                text,
-                "{place:<8} {of:>14} {taps:>6} {both:>9}  {share:>6.1} %  {name:<25} {left:>21}  {verdict}"
-            );
-        }
-    }
-    let mut shown = lines.iter().filter(|l| all || !l.faults().is_empty()).peekable();
-    if shown.peek().is_none() {
-        return text;
-    }
-    text += "configuration          backend   taps   strain   median      p99  over        K    force      arc unsolved sweeps   max  verdict\n";
-    for line in shown {
-        let Line { configuration, taps, sweeps: [mean, most], .. } = line;
-        let (place, over, unsolved) = (&places[line.place], line.over(0), line.odd(Odd::Unsolved));
-        let [strain, k, force, arc] = line.errors.map(|f| number(f.map_or(f64::NAN, |f| f.worst)));
-        let [median, p99] = line.errors[0].map_or([f64::NAN; 2], |f| [f.median, f.p99]).map(number);
-        let _ = writeln!(
-            text,
-            "{configuration:<22} {place:<8} {taps:>5} {strain:>8} {median:>8} {p99:>8} {over:>5} {k:>8} {force:>8} {arc:>8} {unsolved:>8} {mean:>6.1} {most:>5}  {}",
-            line.verdict()
-        );
-    }
-    text + "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
-            reference solves; sweeps: mean and largest number of a tap.\n"
+    let worst = |place: usize| {
+        let these = lines.iter().filter(|l| l.place == place);
+        these.max_by(|a, b| a.excess().total_cmp(&b.excess()))
+    };
+    let shown = lines.iter().filter(|l| {
+        all || !l.faults().is_empty() || worst(l.place).is_some_and(|worst| std::ptr::eq(worst, *l))
+    });
+    let number = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.1e}"));
+    let row = |l: &Line| {
+        let [strain, k, force, arc] = l.errors.map(|f| number(f.map(|f| f.worst)));
+        let [median, p99] = [l.errors[0].map(|f| f.median), l.errors[0].map(|f| f.p99)].map(number);
+        let [over, unsolved] = [l.over(0), l.odd(Odd::Unsolved)].map(|n| n.to_string());
+        let [mean, most] = l.sweeps.map(|x| format!("{x:.1}"));
+        let of = [l.configuration.clone(), places[l.place].clone(), l.taps.to_string()];
+        let values = [strain, median, p99, over, k, force, arc, unsolved, mean, most, l.verdict()];
+        of.into_iter().chain(values).collect()
+    };
+    let names = "configuration,backend,taps,strain,median,p99,over,K,force,arc,unsolved,sweeps,max,verdict";
+    let rows: Vec<Vec<String>> = [header(names)].into_iter().chain(shown.map(row)).collect();
+    aligned(&rows, &[0, 1, 13])
+        + "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
+           reference solves; sweeps: mean and largest number of a tap.\n"
 }

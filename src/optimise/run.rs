@@ -16,7 +16,7 @@ use super::session::{Ended, Found, Session, Stage, Watch};
 use super::variables::Variables;
 use crate::backend::Choice;
 use crate::census::needed::Needed;
-use crate::census::sample::{ComparedRows, Row};
+use crate::census::sample::{Row, choosing_in};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::plan::TRIED;
@@ -73,7 +73,7 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
     }
     let layout = spec.study.space.layout().ok_or_else(no_axes)?;
     let wanted = wanted(&layout, search, &Variables::new(&spec.study.setup, &layout, search));
-    Needed::new(&spec.study.setup, ComparedRows::of_box(&wanted, &layout), bound)
+    Needed::new(&spec.study.setup, &choosing_in(&wanted, &layout), bound)
 }
 
 /// Searches, its swarms by what is [`needed`] of the model, where that was asked for; `stop`, set from outside, ends the search with the best so
@@ -193,7 +193,7 @@ fn under_alarm(
         taps_each,
         seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
         chart,
-        model_error: needed.map(|n| (n.summary(search_seconds + chart.unwrap_or(0.0)), n.sentence())),
+        model_error: needed.map(|n| (n.summary(), n.sentence())),
         binding: Limit::all().filter(binds).collect(),
         other,
         sensitivity,

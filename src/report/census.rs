@@ -61,24 +61,12 @@ fn short(adapter: &str) -> &str {
 }
 
 /// Points, and a line through those that none beats: it never turns back.
-fn reached(
-    panel: Panel,
-    name: &str,
-    (colour, marker): (usize, Marker),
-    dash: u8,
-    points: &[(f64, f64)],
-) -> Panel {
+fn reached(panel: Panel, name: &str, (colour, marker): (usize, Marker), points: &[(f64, f64)]) -> Panel {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     let best = front(&x, &y);
     let line = Path::new(name, colour, best.iter().map(|i| (x[*i], y[*i])));
-    let alone = line.x.len() < 2;
-    let panel = panel.with(Mark::line(line, dash));
-    match dash {
-        _ if alone || dash == 0 => {
-            panel.with(Mark::points(Path::new(name, colour, points.iter().copied()), marker))
-        }
-        _ => panel,
-    }
+    let points = Path::new(name, colour, points.iter().copied());
+    panel.with(Mark::line(line, 0)).with(Mark::points(points, marker))
 }
 
 /// The simplest configuration: every kernel, the peers on the same axes.
@@ -101,9 +89,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
                 points.filter(|p| p.1 > 0.0).collect()
             };
             let ladder = [of("exact"), of("reference")].concat();
-            panel = reached(panel, name, series(i), 0, &ladder);
-            panel =
-                reached(panel, "dashed: one rule of nodes alone, its best", series(i), 1, &of("exact-nodes"));
+            panel = reached(panel, name, series(i), &ladder);
             panel = panel.with(Mark::points(Path::new("linear theory", 7, of("linear")), Marker::Cross));
         }
         if let Some(peers) = peers {
@@ -171,7 +157,7 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
             let is = |r: &&usize| ladder(**r) && work.word("configuration", **r) == *c;
             let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
             let points: Vec<_> = points.filter(|p| p.1 > 0.0).collect();
-            panel = reached(panel, name, series(i), 0, &points);
+            panel = reached(panel, name, series(i), &points);
         }
         panels.push(panel);
     }
@@ -218,13 +204,8 @@ mod tests {
     #[test]
     fn a_line_never_turns_back() {
         let points = [(5.0, 1e-3), (4.0, 1e-2), (6.0, 1e-2), (9.0, 1e-6), (8.0, 1e-5), (12.0, 1e-5)];
-        let panel = reached(
-            Panel::new("", Axis::log("", ""), Axis::log("", "")),
-            "n",
-            (0, Marker::Circle),
-            0,
-            &points,
-        );
+        let panel =
+            reached(Panel::new("", Axis::log("", ""), Axis::log("", "")), "n", (0, Marker::Circle), &points);
         let Mark::Line { path, .. } = &panel.marks[0] else { panic!("a line comes first") };
         assert!(path.x.windows(2).all(|w| w[0] < w[1]) && path.y.windows(2).all(|w| w[0] > w[1]), "{path:?}");
         let Mark::Points { path, .. } = &panel.marks[1] else { panic!("then points") };

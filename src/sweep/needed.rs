@@ -62,7 +62,7 @@ pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Opti
     if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
         return Ok(None);
     }
-    let mut told = needed.summary(run.reached.solve + run.plan.chart.unwrap_or(0.0));
+    let mut told = needed.summary();
     told["taps_by_full_model"] = run.mended().into();
     Ok(Some(Some(told)))
 }

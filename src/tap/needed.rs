@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use super::{Report, TapAsked, find_by};
 use crate::census::needed::Needed;
-use crate::census::sample::{ComparedRows, Row};
+use crate::census::sample::{Row, choosing_in};
 use crate::chart::ranges::Wanted;
 use crate::error::{Error, SolveError};
 use crate::optimise::run::no_axes;
@@ -26,7 +25,6 @@ pub(super) fn find_needed(
     let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
     loop {
         study.setup = needed.setup().clone();
-        let begun = Instant::now();
         let report = match find_by(&study, TapAsked { needed: Some(&needed), ..asked }, &mut *progress) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
                 needed.give_up();
@@ -34,7 +32,6 @@ pub(super) fn find_needed(
             }
             found => found?,
         };
-        let seconds = begun.elapsed().as_secs_f64();
         let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
         let rows: Vec<Row> = report.turns().into_iter().map(row).collect();
         let go_on = || match asked.stop.load(Ordering::Relaxed) {
@@ -42,7 +39,7 @@ pub(super) fn find_needed(
             false => Ok(()),
         };
         if needed.keeps(&rows, &go_on)? {
-            let model_error = Some((needed.summary(seconds), needed.sentence()));
+            let model_error = Some((needed.summary(), needed.sentence()));
             return Ok(Report { model_error, ..report });
         }
     }
@@ -55,7 +52,7 @@ pub(super) fn find_needed(
 pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
-    Needed::new(&study.setup, ComparedRows::of_box(&wanted, &layout), bound)
+    Needed::new(&study.setup, &choosing_in(&wanted, &layout), bound)
 }
 
 impl Report {

@@ -21,7 +21,8 @@ fn kernels_take_no_more_sweeps_than_they_did() {
         .flat_map(|c| present(&options, None).unwrap().into_iter().map(move |p| (c, p)))
     {
         let taps = Taps::of(&case.setup, &case.tuples);
-        let mut evaluator = Evaluator::new(&taps.setup, place.method(&taps.setup.model).expect("the CPU"));
+        let mut evaluator =
+            Evaluator::new(&taps.setup, place.choice.open(&taps.setup.model).expect("the CPU"));
         let unknown = vec![Outcome::NOTHING; taps.tasks.len()];
         let found = evaluator.run_beside(&taps.designs, &taps.tasks, &unknown).expect("the CPU answers");
         let (name, label) = (&case.name, place.label());

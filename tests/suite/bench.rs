@@ -55,15 +55,11 @@ fn a_quick_run_measures_everything_on_the_cpu() {
         assert!(median <= p99 && p99 <= worst, "{row:?}");
         let best = number(row, "ns_per_tap").unwrap();
         assert!(best <= number(row, "ns_per_tap_median").unwrap());
-        if let Some(kernel) = number(row, "kernel_ns_per_tap") {
-            assert!(kernel > 0.0 && kernel <= best * 1.000_001, "a part is not more than the whole: {row:?}");
-        }
         let bound = match (row["kernel"].as_str(), row["configuration"].as_str(), row["precision"].as_str()) {
             ("exact", ..) => number(row, "tolerance").unwrap(),
             ("reference", ..) => 1e-10,
             // What leaving out the rod costs: percents, at these angles.
-            ("linear", ..) => 0.2,
-            _ => continue,
+            _ => 0.2,
         };
         assert!(worst <= bound, "worse than {bound:e}: {row:?}");
         assert_eq!(number(row, "failed"), Some(0.0), "{row:?}");
@@ -71,16 +67,6 @@ fn a_quick_run_measures_everything_on_the_cpu() {
             assert!(worst > 1e-3, "the linear theory is no exact rod: {row:?}");
         }
     }
-    // More nodes, less error.
-    let nodes: Vec<(f64, f64)> = work
-        .rows
-        .iter()
-        .filter(|r| is(r, &[("configuration", "hooke"), ("precision", "f64"), ("kernel", "exact-nodes")]))
-        .map(|r| (number(r, "nodes").unwrap(), number(r, "strain_error_p99").unwrap()))
-        .collect();
-    assert_eq!(nodes.iter().map(|n| n.0).collect::<Vec<_>>(), [10.0, 16.0, 24.0]);
-    assert!(nodes[0].1 > 10.0 * nodes[1].1 && nodes[1].1 <= 1e-10, "{nodes:?}");
-
     // How much repeats differ is told beside every time, and summed up.
     let spreads: Vec<f64> = work.rows.iter().filter_map(|r| number(r, "spread")).collect();
     // The reference is timed once for each configuration.

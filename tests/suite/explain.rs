@@ -35,8 +35,8 @@ fn term(key: &str) -> Effect {
 }
 
 fn change(found: &Explanation, effect: Effect) -> Change {
-    let one = found.effects.iter().find(|e| e.switch.effect == effect).expect("every effect is told");
-    one.change.unwrap_or_else(|| panic!("{}: {:?}", effect.name(), one.switch.pair))
+    let one = found.effects.iter().find(|e| e.effect == effect).expect("every effect is told");
+    one.change.unwrap_or_else(|| panic!("{}: {:?}", effect.name(), one.both))
 }
 
 #[test]
@@ -86,24 +86,24 @@ fn switches_keep_to_the_rules_of_the_model() {
     s.setup.model.extension = true;
     s.setup.model.contact = Contact::Coulomb(0.3);
     let found = explained(&s, &[]);
-    let pair = |found: &Explanation, effect: Effect| {
-        found.effects.iter().find(|e| e.switch.effect == effect).expect("told").switch.clone()
+    let told = |found: &Explanation, effect: Effect| {
+        found.effects.iter().find(|e| e.effect == effect).expect("told").clone()
     };
-    assert_eq!(pair(&found, term("extension")).pair, Err("friction needs extension".to_owned()));
-    assert_eq!(pair(&found, term("indentation")).pair, Err("friction needs indentation = false".to_owned()));
-    assert!(pair(&found, term("pole_radius")).pair.is_ok());
-    assert_eq!(pair(&found, Effect::Coulomb).instead, "frictionless");
-    assert_eq!(pair(&found, Effect::Stick).instead, "stick");
+    assert_eq!(told(&found, term("extension")).both, Err("friction needs extension".to_owned()));
+    assert_eq!(told(&found, term("indentation")).both, Err("friction needs indentation = false".to_owned()));
+    assert!(told(&found, term("pole_radius")).both.is_ok());
+    assert_eq!(told(&found, Effect::Coulomb).instead, "frictionless");
+    assert_eq!(told(&found, Effect::Stick).instead, "stick");
 
     let mut s = study("30", "2");
     s.setup.model.geometry = Geometry::Linear;
     let found = explained(&s, &[]);
-    let friction = pair(&found, Effect::Coulomb);
-    let both = friction.pair.expect("compared").both;
+    let friction = told(&found, Effect::Coulomb);
+    let both = friction.both.expect("compared");
     assert_eq!(both.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["finite rotation", "extension"]);
-    assert_eq!(pair(&found, Effect::Rotation).instead, "exact");
-    for e in found.effects.iter().filter(|e| e.switch.pair.is_ok()) {
-        assert!(e.change.is_some(), "{}", e.switch.effect.name());
+    assert_eq!(told(&found, Effect::Rotation).instead, "exact");
+    for e in found.effects.iter().filter(|e| e.both.is_ok()) {
+        assert!(e.change.is_some(), "{}", e.effect.name());
     }
 }
 
