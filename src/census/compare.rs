@@ -1,6 +1,8 @@
 //! Answers of taps compared with those of the reference, and the census of many: how wrong, how often, where.
 
-use super::{Taps, relative, tap_json};
+use serde_json::json;
+
+use super::{At, Taps, relative};
 use crate::backend::Backend;
 use crate::evaluate::Outcome;
 use crate::reduce::percentile;
@@ -159,11 +161,11 @@ pub struct Line {
 }
 
 impl Line {
-    /// Of taps, `tuple(i)` being tap `i`, compared as `compared` says; what reference and backend say of each is in `answers`.
+    /// Of `taps`, compared as `compared` says, within `bound` at `place`; what reference and backend say of each is in `answers`.
     pub(super) fn new(
-        (configuration, drive): (String, Drive),
+        configuration: String,
         (place, bound): (usize, f64),
-        tuple: impl Fn(usize) -> Tuple,
+        taps: &Taps,
         compared: &[Compared],
         answers: [&[Outcome]; 2],
     ) -> Self {
@@ -179,19 +181,19 @@ impl Line {
         let oddest = compared.iter().enumerate().rev().filter_map(strange).max_by_key(|(odd, _)| *odd);
         let words = |i: usize| answers.map(|all| all[i].status);
         let sweeps = || answers[1].iter().map(|o| f64::from(o.sweeps));
-        let taps = compared.len();
+        let n = compared.len();
         Self {
             configuration,
-            drive,
+            drive: taps.setup.drive,
             place,
             bound,
-            taps,
+            taps: n,
             compared: compared.iter().filter(|c| c.is_ok()).count(),
             odd,
-            odd_at: oddest.map(|(_, i)| (tuple(i), words(i))),
-            at: errors[0].map(|f: Figures| (tuple(f.at), words(f.at)[1])),
+            odd_at: oddest.map(|(_, i)| (taps.tuple(i), words(i))),
+            at: errors[0].map(|f: Figures| (taps.tuple(f.at), words(f.at)[1])),
             errors,
-            sweeps: [sweeps().sum::<f64>() / taps.max(1) as f64, sweeps().fold(0.0, f64::max)],
+            sweeps: [sweeps().sum::<f64>() / n.max(1) as f64, sweeps().fold(0.0, f64::max)],
         }
     }
 
@@ -200,77 +202,30 @@ impl Line {
         self.odd[kind as usize]
     }
 
-    /// Taps whose error is above the bound.
-    pub fn over(&self, quantity: usize) -> usize {
-        self.errors[quantity].map_or(0, |f| f.over)
-    }
-
-    /// Largest strain error over its bound.
-    pub fn excess(&self) -> f64 {
-        self.errors[0].map_or(0.0, |f| f.worst / self.bound)
-    }
-
-    /// What is wrong, each as a word of the table and in words for people; empty if nothing is.
-    pub fn faults(&self) -> Vec<(&'static str, String)> {
-        let place = |t: &Tuple| {
-            let at = tap_json(self.drive, t);
-            let named = at.as_object().into_iter().flatten().map(|(name, x)| format!("{name}={x}"));
-            format!(" at {}", named.collect::<Vec<_>>().join(" "))
-        };
-        let odd = match &self.odd_at {
-            Some((tuple, _)) => format!("{}, {}", place(tuple), self.other_words()),
-            None => String::new(),
-        };
+    /// What is wrong, in words of the table; empty if nothing is.
+    pub fn faults(&self) -> Vec<&'static str> {
         let [neither, referred, unanswered, unsolved, differ] = self.odd;
-        let mut faults = Vec::new();
-        if self.compared + neither == 0 {
-            faults.push((FAULTS[0], "nothing was compared".to_owned()));
-        }
-        for (q, name) in QUANTITIES.into_iter().enumerate() {
-            let Some(Figures { worst, over, .. }) = self.errors[q].filter(|f| f.over > 0) else { continue };
-            let at = self.at.filter(|_| q == 0).map_or(String::new(), |(t, _)| place(&t));
-            let (bound, of) = (self.bound * if q < 2 { 1.0 } else { FORCE }, self.compared);
-            faults.push((name, format!("{name} error {worst:.2e} > {bound:.1e}, {over} of {of} taps{at}")));
-        }
-        if differ > 0 {
-            faults.push((FAULTS[1], format!("other words on {differ} taps{odd}")));
-        }
         let solved = self.compared + unsolved + referred + differ;
-        for (word, what, n, of, which) in [
-            (FAULTS[2], "no answer", unsolved, solved, "that the reference solves"),
-            (FAULTS[3], "answers", unanswered, self.taps, "to which the reference has none"),
-        ] {
-            if n as f64 > UNSOLVED * of as f64 {
-                let most = 100.0 * UNSOLVED;
-                faults.push((word, format!("{what} to {n} of {of} taps {which}, more than {most} %{odd}")));
-            }
-        }
-        faults
-    }
-
-    /// `ok`, or what is wrong, joined by +.
-    pub fn verdict(&self) -> String {
-        let words: Vec<&str> = self.faults().into_iter().map(|(word, _)| word).collect();
-        if words.is_empty() { "ok".to_owned() } else { words.join("+") }
-    }
-
-    /// What backend and reference say of the tap on which they are furthest apart; empty where they always agree.
-    fn other_words(&self) -> String {
-        self.odd_at.map_or(String::new(), |(_, [expected, found])| format!("{found} (reference: {expected})"))
+        let many = |n: usize, of: usize| n as f64 > UNSOLVED * of as f64;
+        let over = |q: usize| self.errors[q].is_some_and(|f| f.over > 0);
+        let of_errors = (0..QUANTITIES.len()).filter(|q| over(*q)).map(|q| QUANTITIES[q]);
+        let others =
+            [self.compared + neither == 0, differ > 0, many(unsolved, solved), many(unanswered, self.taps)];
+        of_errors.chain((0..FAULTS.len()).filter(|k| others[*k]).map(|k| FAULTS[k])).collect()
     }
 
     /// Its row of verify.csv, on this backend.
     pub fn fields(&self, backend: &Backend) -> Vec<Field> {
         let value = |q: usize, f: fn(&Figures) -> f64| Field::from(self.errors[q].as_ref().map(f));
+        let over = |q: usize| Field::from(self.errors[q].map_or(0, |f| f.over));
         let mut fields: Vec<Field> = vec![self.configuration.clone().into()];
         fields.extend(of_backend(backend));
         fields.push(Field::Number(self.bound));
         let [neither, referred, unanswered, unsolved, differ] = self.odd;
         let counts = [self.taps, self.compared, neither, unsolved, unanswered, differ, referred];
         fields.extend(counts.map(Field::from));
-        fields.extend([value(0, |f| f.worst), value(0, |f| f.median), value(0, |f| f.p99)]);
-        fields.push(self.over(0).into());
-        fields.extend((1..QUANTITIES.len()).flat_map(|q| [value(q, |f| f.worst), self.over(q).into()]));
+        fields.extend([value(0, |f| f.worst), value(0, |f| f.median), value(0, |f| f.p99), over(0)]);
+        fields.extend((1..QUANTITIES.len()).flat_map(|q| [value(q, |f| f.worst), over(q)]));
         fields.extend(self.sweeps.map(Field::Number));
         let mut at = [f64::NAN; 1 + COLUMNS];
         if let Some((tuple, _)) = &self.at {
@@ -279,7 +234,12 @@ impl Line {
             at[before.len() + usize::from(self.drive == Drive::Displacement)] = drive;
         }
         fields.extend(at.map(Field::Number));
-        fields.extend([self.verdict().into(), self.other_words().into()]);
+        let faults = self.faults().join("+");
+        fields.push(if faults.is_empty() { "ok".into() } else { faults.into() });
+        let odd = |(t, [expected, found]): (Tuple, [Status; 2])| {
+            format!("{found} (reference: {expected}) at {}", json!(At(self.drive, t)))
+        };
+        fields.push(self.odd_at.map_or(String::new(), odd).into());
         fields.push(self.at.map_or("".into(), |(_, status)| status.into()));
         fields
     }

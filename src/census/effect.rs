@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::{Serialize, Serializer};
+
 use super::configuration::HUB;
 use crate::evaluate::Task;
 use crate::scene::built::{Built, Profile, Root};
@@ -132,6 +134,12 @@ pub enum Effect {
     Side,
 }
 
+impl Serialize for Effect {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name())
+    }
+}
+
 impl PartialEq for Effect {
     fn eq(&self, other: &Self) -> bool {
         self.name() == other.name()
@@ -174,7 +182,7 @@ impl Effect {
     }
 
     /// Whether it is what the whisker is beyond a cone clamped at its base.
-    pub(super) fn is_of_shape(self) -> bool {
+    fn is_of_shape(self) -> bool {
         matches!(self, Self::Root | Self::Curvature | Self::Inner | Self::Profile)
     }
 
@@ -325,11 +333,7 @@ impl Effect {
             Self::Foil if !cone => "computed for a cone clamped at its base",
             Self::Term(term) if !cone && solid(term) => "computed for a cone clamped at its base",
             Self::Tilt | Self::Lean if setup.asks_wrench() => "a moment or a force needs an upright pole",
-            Self::Tilt | Self::Lean if setup.gauge.foil.is_some() => "a foil needs an upright pole",
-            Self::Tilt | Self::Lean => {
-                let of_shape = setup.built.as_ref().and_then(|built| built.upright(m.surface));
-                return of_shape.or_else(|| m.forbids([true; 2])).map(str::to_owned);
-            }
+            Self::Tilt | Self::Lean => return setup.forbids([true; 2]).map(str::to_owned),
             Self::Term(term) if term.frictionless.is_some() && rubs => {
                 return Some(format!("friction needs {}", off(term)));
             }

@@ -18,7 +18,7 @@ pub mod sample;
 pub mod verify;
 
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde::{Serialize, Serializer};
 
 use crate::design::{Design, amount};
 use crate::error::SolveError;
@@ -48,9 +48,8 @@ impl Taps {
 
     /// Of `tuples`, each a whisker of its own.
     pub fn of(setup: &Setup, tuples: &[Tuple]) -> Self {
-        let designs = tuples.par_iter().map(|t| Design::new(setup, *t)).collect();
-        let tasks = (0..).zip(tuples).map(|(k, t)| Task::of(k, t)).collect();
-        Self { setup: setup.clone(), designs, tasks }
+        let rows: Vec<Row> = tuples.iter().map(|t| Row::new(*t, [t.a].into())).collect();
+        Self::of_rows(setup, &rows)
     }
 
     /// What `method` answers.
@@ -81,15 +80,17 @@ fn relative(apart: f64, size: f64) -> f64 {
     if apart == 0.0 { 0.0 } else { apart / size }
 }
 
-/// A tap, by the names of columns; of an upright pole without its direction.
-pub fn tap_json(drive: Drive, t: &Tuple) -> Value {
-    let mut at =
-        json!({ "D_mm": t.D, "d_tip_mm": t.d, "L_a_mm": t.L_a, "x_ss_mm": t.x_ss, "l_mm": t.l, "a_mm": t.a });
-    for (name, angle) in [("tilt_deg", t.tilt), ("lean_deg", t.lean)] {
-        if angle != 0.0 {
-            at[name] = angle.into();
-        }
+/// A tap that stands out. It is written by the names of columns, of an upright pole without its direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct At(pub Drive, pub Tuple);
+
+impl Serialize for At {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let Self(drive, t) = *self;
+        let lengths =
+            [("D_mm", t.D), ("d_tip_mm", t.d), ("L_a_mm", t.L_a), ("x_ss_mm", t.x_ss), ("l_mm", t.l)];
+        let contact = [("a_mm", t.a), (drive.column(), t.drive)];
+        let pole = [("tilt_deg", t.tilt), ("lean_deg", t.lean)].into_iter().filter(|(_, x)| *x != 0.0);
+        to.collect_map(lengths.into_iter().chain(contact).chain(pole))
     }
-    at[drive.column()] = t.drive.into();
-    at
 }

@@ -9,16 +9,17 @@
 
 use std::time::Instant;
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::effect::{Effect, Setting};
 use super::sample::Row;
-use super::{Taps, relative, tap_json};
+use super::{At, Taps, relative};
 use crate::backend::Choice;
 use crate::curve::{self, Ask, Reach, both};
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Guard, doubts};
-use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Setup, Spec, Tuple};
+use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Setup, Spec};
 use crate::statistics::{Reduction, Told};
 use crate::status::Status;
 
@@ -98,26 +99,27 @@ impl Said {
 }
 
 /// How far a model is from the full one at some taps.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Checked {
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+struct Checked {
     /// Taps compared.
-    pub taps: u64,
+    taps: u64,
     /// Largest |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max).
-    pub error: f64,
+    error: f64,
     /// The tap that has it.
-    pub at: Option<Tuple>,
+    at: Option<At>,
     /// Taps so near to a threshold that the full model solves them.
-    pub by_full: u64,
+    by_full_model: u64,
     /// Taps whose words differ, or of which only one model has a strain.
-    pub statuses: u64,
+    statuses_changed: u64,
     /// Of the first of them the full model's words, and those of the other.
-    pub words: Option<[Status; 2]>,
+    #[serde(skip)]
+    words: Option<[Status; 2]>,
 }
 
 impl Checked {
     /// Whether taps were compared, no word differs and the strain is within `bound`.
     fn holds(&self, bound: f64) -> bool {
-        self.taps > 0 && self.statuses == 0 && self.error <= bound
+        self.taps > 0 && self.statuses_changed == 0 && self.error <= bound
     }
 
     /// Compares what another model has `found` with what the `full` one says.
@@ -126,17 +128,17 @@ impl Checked {
             let (other, _, word) = tap;
             self.taps += 1;
             if doubts(&full.taps.setup, full.taps.design(i), tap, DOUBT * bound) {
-                self.by_full += 1;
+                self.by_full_model += 1;
                 continue;
             }
             if strain.is_nan() != other.is_nan() || status != word {
-                self.statuses += 1;
+                self.statuses_changed += 1;
                 self.words = self.words.or(Some([status, word]));
             }
             // `max` passes over what is no number.
             let error = relative((other - strain).abs(), strain.abs().max(full.taps.least(i))).max(0.0);
             if self.at.is_none() || error > self.error {
-                (self.error, self.at) = (error, Some(full.taps.tuple(i)));
+                (self.error, self.at) = (error, Some(At(full.taps.setup.drive, full.taps.tuple(i))));
             }
         }
     }
@@ -160,9 +162,12 @@ struct Part {
 /// A model with what the scene does not need left off, and how that was found.
 #[derive(Debug)]
 pub struct Needed {
-    full: Setup,
-    setup: Setup,
-    bound: f64,
+    /// With the full model.
+    pub full: Setup,
+    /// With the model that is needed.
+    pub setup: Setup,
+    /// E.
+    pub bound: f64,
     choice: Choice,
     /// Every effect that could be left off, those left off first and in that order.
     parts: Vec<Part>,
@@ -246,21 +251,6 @@ impl Needed {
         Ok(checked)
     }
 
-    /// With the full model.
-    pub fn full(&self) -> &Setup {
-        &self.full
-    }
-
-    /// With the model that is needed.
-    pub fn setup(&self) -> &Setup {
-        &self.setup
-    }
-
-    /// E.
-    pub fn bound(&self) -> f64 {
-        self.bound
-    }
-
     /// The model of `full`, the full one, for the taps near a threshold: to twice the bound.
     pub fn guard<'a>(&self, full: &'a Setup) -> Result<Guard<'a>, Error> {
         Ok(Guard::new(full, self.choice.open(&full.model)?, DOUBT * self.bound))
@@ -278,27 +268,20 @@ impl Needed {
         self.setup = self.full.clone();
     }
 
-    /// Whether the model keeps the bound at `rows`, which are kept; where it does not, the full model is taken. `go_on` is asked between parts.
+    /// Whether the model keeps the bound at `rows`, which are kept; where it does not and that is `binding`, the full model is taken. `go_on` is asked
+    /// between parts.
     ///
     /// # Errors
     /// A kernel that fails; that of `go_on`.
-    pub fn keeps(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<bool, Error> {
-        self.measure(rows, go_on)?;
-        let holds = self.kept.is_none_or(|kept| kept.holds(self.bound));
-        if !holds {
-            self.give_up();
-        }
-        Ok(holds)
-    }
-
-    /// How well the model holds at `rows`, which are kept. `go_on` is asked between parts.
-    ///
-    /// # Errors
-    /// A kernel that fails; that of `go_on`.
-    pub fn measure(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<(), Error> {
+    pub fn keeps(
+        &mut self,
+        rows: &[Row],
+        binding: bool,
+        go_on: &dyn Fn() -> Result<(), Error>,
+    ) -> Result<bool, Error> {
         self.kept = None;
         if self.left().is_empty() || rows.is_empty() {
-            return Ok(());
+            return Ok(true);
         }
         let begun = Instant::now();
         let mut all = Checked::default();
@@ -310,36 +293,29 @@ impl Needed {
         }
         self.kept = Some(all);
         self.seconds[1] += begun.elapsed().as_secs_f64();
-        Ok(())
+        let holds = all.holds(self.bound) || !binding;
+        if !holds {
+            self.give_up();
+        }
+        Ok(holds)
     }
 
     /// `model_error` of `run.json`.
     pub fn summary(&self) -> Value {
-        let checked = |c: &Option<Checked>| {
-            c.as_ref().map(|c| {
-                json!({
-                    "taps": c.taps, "error": c.error, "at": c.at.as_ref().map(|t| tap_json(self.full.drive, t)),
-                    "by_full_model": c.by_full, "statuses_changed": c.statuses,
-                })
-            })
-        };
         let part = |p: &Part| {
-            let mut one = json!({ "effect": p.effect.name(), "key": p.effect.key(), "spec": p.spec });
-            match p.left {
-                true => one["instead"] = json!(p.instead),
-                false => one["why"] = json!(self.why(p, "it")),
-            }
-            one["alone"] = json!(checked(&p.alone));
-            one["together"] = json!(checked(&p.together));
-            one
+            let (effect, why) = (p.effect, (!p.left).then(|| self.why(p, "it")));
+            json!({
+                "effect": effect, "key": effect.key(), "spec": p.spec, "instead": p.instead, "why": why,
+                "alone": p.alone, "together": p.together,
+            })
         };
         let parts = |left: bool| self.parts.iter().filter(|p| p.left == left).map(part).collect::<Vec<_>>();
         json!({
             "bound": self.bound,
             "left_off": parts(true),
             "needed": parts(false),
-            "spread": checked(&self.spread),
-            "rows_kept": checked(&self.kept),
+            "spread": self.spread,
+            "rows_kept": self.kept,
             "fallbacks": self.fallbacks,
             "seconds": { "choosing": self.seconds[0], "checking": self.seconds[1] },
         })
@@ -383,7 +359,7 @@ impl Needed {
         let most = all.into_iter().filter_map(at).collect::<Vec<_>>().join(", ");
         let statuses = match self.kept.filter(|c| !c.holds(bound)) {
             None => "no status changes".to_owned(),
-            Some(c) => format!("rows kept do not keep the bound, {} statuses change", c.statuses),
+            Some(c) => format!("rows kept do not keep the bound, {} statuses change", c.statuses_changed),
         };
         format!(
             "--model-error {bound:e} leaves off {names}\n  strain changes by at most {most}; {statuses}\n"

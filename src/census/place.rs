@@ -37,13 +37,14 @@ impl Place {
         Ok(Self { options, adapter: adapter.cloned(), precision, choice, bound })
     }
 
-    /// This place at `tolerance`.
+    /// This place, not the reference, at `tolerance`.
     ///
     /// # Errors
     /// A tolerance that the precision cannot reach.
-    pub fn at(&self, tolerance: f64) -> Result<Choice, Error> {
+    pub fn at(&self, tolerance: f64) -> Result<Self, Error> {
         let options = RunOptions { tolerance: Some(tolerance), ..self.options.clone() };
-        Choice::among(&options, self.adapter.as_slice())
+        let backend = if self.adapter.is_some() { BackendChoice::Gpu } else { BackendChoice::Cpu };
+        Self::new(&options, (backend, self.precision, self.adapter.as_ref()), None)
     }
 
     /// Which backend it is.
@@ -54,6 +55,13 @@ impl Place {
     /// `cpu f32`, `gpu f64`.
     pub fn label(&self) -> String {
         format!("{} {}", self.backend().name, self.backend().precision)
+    }
+
+    /// The same with its adapter, and the tolerance if one was asked for.
+    pub fn name(&self) -> String {
+        let adapter = self.backend().adapter.as_ref().map_or(String::new(), |name| format!(" ({name})"));
+        let tolerance = self.options.tolerance.map_or(String::new(), |t| format!(" to {t:e}"));
+        format!("{}{adapter}{tolerance}", self.label())
     }
 }
 

@@ -17,16 +17,6 @@ use crate::kernel::Solver;
 use crate::kernel::ranking::{Case as Reading, Charts};
 use crate::scene::{Setup, Study, Tuple};
 
-/// Random taps where nobody says how many: of a spec, or of each built-in configuration beside its hard cases.
-pub fn samples(of_spec: bool, quick: bool) -> u32 {
-    match (of_spec, quick) {
-        (true, false) => 1000,
-        (true, true) => 100,
-        (false, false) => 24,
-        (false, true) => 4,
-    }
-}
-
 /// Taps that are solved together, between two looks at the clock: a second's work of the reference on a slow core.
 const PART: usize = 256;
 
@@ -123,12 +113,11 @@ pub fn run(
 #[derive(Default)]
 struct Solved {
     expected: Vec<Outcome>,
-    /// Of each place what it says and how that compares.
-    found: Vec<(Vec<Outcome>, Vec<Compared>)>,
+    found: Vec<Vec<Outcome>>,
 }
 
 impl Solved {
-    /// Solves more taps on every place, and compares them with what the reference says.
+    /// Solves more taps on every place, of which the reference says what is expected.
     fn add(
         &mut self,
         taps: &Taps,
@@ -146,32 +135,27 @@ impl Solved {
             if let Method::Fast { solver, .. } = evaluator.into_method() {
                 *kept = Some(solver);
             }
-            let found = found?;
-            let compared = compare(taps, &expected, &found, place.bound);
-            Ok((found, compared))
+            Ok(found?)
         };
         let found: Vec<_> = places.par_iter().zip(solvers).map(answer).collect::<Result<_, _>>()?;
-        self.found.resize_with(places.len(), Default::default);
-        for (all, (found, compared)) in self.found.iter_mut().zip(found) {
-            all.0.extend(found);
-            all.1.extend(compared);
-        }
+        self.found.resize_with(places.len(), Vec::new);
+        self.found.iter_mut().zip(found).for_each(|(all, found)| all.extend(found));
         self.expected.extend(expected);
         Ok(())
     }
 
     /// The lines of the census.
     fn lines(&self, case: &Case, places: &[Place]) -> Vec<Line> {
-        let (expected, mut lines) = (&self.expected[..], Vec::new());
-        for (n, (place, (found, compared))) in places.iter().zip(&self.found).enumerate() {
+        let (expected, mut lines) = (&self.expected, Vec::new());
+        let taps = Taps::of(&case.setup, &case.tuples[..expected.len()]);
+        for (n, (place, found)) in places.iter().zip(&self.found).enumerate() {
             let mut add = |name: String, compared: &[Compared], found: &[Outcome]| {
-                let (of, at) = ((name, case.setup.drive), (n, place.bound));
-                lines.push(Line::new(of, at, |i| case.tuples[i], compared, [expected, found]));
+                lines.push(Line::new(name, (n, place.bound), &taps, compared, [expected, found]));
             };
-            if let Some(charted) = charted(case, place, expected) {
+            if let Some(charted) = charted(case, place, &taps, expected) {
                 add(format!("{} chart", case.name), &charted, expected);
             }
-            add(case.name.clone(), compared, found);
+            add(case.name.clone(), &compare(&taps, expected, found, place.bound), found);
         }
         lines
     }
@@ -179,7 +163,7 @@ impl Solved {
 
 /// The strains that the rows are made of where `place` ranks the designs of `case` from a chart, against the reference. Taps that the
 /// chart leaves to the kernel count as [`Odd::Neither`].
-fn charted(case: &Case, place: &Place, expected: &[Outcome]) -> Option<Vec<Compared>> {
+fn charted(case: &Case, place: &Place, taps: &Taps, expected: &[Outcome]) -> Option<Vec<Compared>> {
     let (study, tuples) = (case.study.as_ref()?, &case.tuples[..expected.len()]);
     let layout = study.space.layout()?;
     let tolerance = place.choice.chart_tolerance().filter(|_| place.backend().name == "cpu")?;
@@ -191,7 +175,6 @@ fn charted(case: &Case, place: &Place, expected: &[Outcome]) -> Option<Vec<Compa
         easy.then_some((i, (tuples[i], distance)))
     };
     let (places, read): (Vec<usize>, Vec<(Tuple, usize)>) = (0..tuples.len()).filter_map(read).unzip();
-    let taps = Taps::of(&case.setup, tuples);
     let mut compared = vec![Err(Odd::Neither); tuples.len()];
     for (i, deviation) in places.into_iter().zip(ranker.deviations(&read)) {
         let (exact, found) = (expected[i].strain, expected[i].strain_linear / (1.0 + deviation));

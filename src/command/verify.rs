@@ -4,21 +4,20 @@ use std::path::{Path, PathBuf};
 
 use clap::Args as Flags;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::aligned::{aligned, header};
+use super::aligned::{cell, framed, objects, shown};
 use super::apart::{apart, cut};
 use super::{Common, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
-use crate::census::compare::{Line, Odd};
+use crate::census::compare::Line;
 use crate::census::verify::{self, Case, CensusNews};
 use crate::census::{Place, present};
 use crate::error::{Error, InputError};
 use crate::scene::{BackendChoice, Spec};
 use crate::sink::folder::{Question, hash};
-use crate::sink::heading::heading;
+use crate::sink::frame::Frame;
 use crate::sink::run_json::{in_force, material_fit};
-use crate::sink::values::named;
 use crate::spec;
 
 /// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
@@ -26,6 +25,9 @@ const REFERENCE_RATE: f64 = 500.0;
 
 /// Seconds that an adapter takes to compile the kernels of one model; only for `--plan`.
 const COMPILE: f64 = 0.7;
+
+/// Columns of the census that people are shown.
+const COLUMNS: &str = "configuration,backend,precision,taps,compared,referred,bound,strain_error_worst,strain_error_p99,strain_over,sweeps_mean,sweeps_max,verdict";
 
 /// Compare every backend with the reference. Ctrl-C keeps the lines so far.
 #[derive(Debug, Flags, Deserialize)]
@@ -45,10 +47,6 @@ pub struct VerifyRequest {
     /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub bound: Option<f64>,
-    /// Print a line for every built-in configuration on every backend, not only for the worst of each backend and those that break a bound
-    #[arg(long)]
-    #[serde(skip)]
-    pub all: bool,
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
@@ -91,7 +89,12 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     if let Some(spec) = &mut spec {
         spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     }
-    let samples = asked.samples.unwrap_or(verify::samples(spec.is_some(), asked.quick));
+    let samples = asked.samples.unwrap_or(match (&spec, asked.quick) {
+        (Some(_), false) => 1000,
+        (Some(_), true) => 100,
+        (None, false) => 24,
+        (None, true) => 4,
+    });
     let cases = match &spec {
         Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, asked.seed)],
         None => Case::built_in(samples, asked.seed, asked.quick),
@@ -125,9 +128,9 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     )?;
     drop(progress);
     let (kept, words) = cut(([done, taps], "taps"), &destination, (options.force, &out));
-    let faults: Vec<String> = words.clone().into_iter().chain(broken(&lines, &on)).collect();
-    let rows = || lines.iter().map(|line: &Line| line.fields(&backends[line.place]));
-    let census: Vec<Value> = rows().map(|row| named(heading("verify").names_as(&[]), row)).collect();
+    let table = framed("verify", lines.iter().map(|line: &Line| line.fields(&backends[line.place])))?;
+    let faults: Vec<String> = words.clone().into_iter().chain(broken(&table)).collect();
+    let census = objects(&table);
     let (name, text) = spec.as_ref().map_or(("verify", ""), |s| (&s.name, &s.text));
     let of = json!({ "name": name, "hash": hash(text), "text": text });
     let body = json!({
@@ -140,9 +143,16 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
         "stopped": words.map(|_| json!({ "taps": done, "of": taps })),
         "census": census,
     });
+    let sum = |name: &str| (0..table.len()).map(|r| table.number(name, r) as u64).sum::<u64>();
     let reply = Reply {
-        text: table(&lines, &on, asked.all || spec.is_some()),
-        counts: counts(&lines),
+        text: shown(&table, &remarkable(&table), COLUMNS),
+        counts: json!({
+            "comparisons": sum("taps"),
+            "compared": sum("compared"),
+            "strain_over": sum("strain_over"),
+            "lines": table.len(),
+            "broken_lines": bad(&table).len(),
+        }),
         seconds: context.seconds(),
         backend: json!(backends),
         result: json!({ "census": census }),
@@ -153,8 +163,6 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     if !kept {
         return Ok(Reply { out: Some(out), ..reply });
     }
-    let mut table = heading("verify").frame(&[]);
-    rows().try_for_each(|row| table.row(row))?;
     destination.table(table)?;
     Ok(reply.filed(destination, of, body, context)?.answered())
 }
@@ -164,11 +172,8 @@ fn headline(spec: Option<&Spec>, cases: usize, taps: u64, places: &[Place]) -> S
         Some(spec) => format!("{}: {taps} of its taps", spec.name),
         None => format!("{taps} taps of {cases} configurations"),
     };
-    let on = places.iter().map(|p| match &p.backend().adapter {
-        Some(name) => format!("{} ({name})", p.label()),
-        None => p.label(),
-    });
-    format!("{what}, each on the reference and on {}", on.collect::<Vec<_>>().join(", "))
+    let on: Vec<String> = places.iter().map(Place::name).collect();
+    format!("{what}, each on the reference and on {}", on.join(", "))
 }
 
 fn planned(headline: String, cases: &[Case], places: &[Place], out: PathBuf) -> Reply {
@@ -176,72 +181,58 @@ fn planned(headline: String, cases: &[Case], places: &[Place], out: PathBuf) -> 
     let gpus = places.iter().filter(|p| p.backend().adapter.is_some()).count();
     let seconds = taps as f64 / (REFERENCE_RATE * rayon::current_num_threads() as f64)
         + COMPILE * (gpus * cases.len()) as f64;
-    let of = |case: &Case| format!("  {:<22} {} taps\n", case.name, case.tuples.len());
-    let (rows, each) = (cases.len() * places.len(), cases.iter().map(of).collect::<String>());
+    let rows = cases.len() * places.len();
     Reply {
         counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
         seconds: json!({ "expected": seconds }),
         backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
         ..Reply::planned(out, |to| {
-            format!("{headline}\n{each}  verify.csv would have {rows} rows, in {to}; about {seconds:.0} s")
+            format!("{headline}\n  verify.csv would have {rows} rows, in {to}; about {seconds:.0} s")
         })
     }
 }
 
-fn counts(lines: &[Line]) -> Value {
-    let sum = |f: &dyn Fn(&Line) -> usize| lines.iter().map(f).sum::<usize>();
-    let odd = |kind: Odd| sum(&|l| l.odd(kind));
-    json!({
-        "comparisons": sum(&|l| l.taps),
-        "compared": sum(&|l| l.compared),
-        "neither": odd(Odd::Neither),
-        "unsolved": odd(Odd::Unsolved),
-        "referred": odd(Odd::Referred),
-        "unanswered": odd(Odd::Unanswered),
-        "differ": odd(Odd::Differ),
-        "strain_over": sum(&|l| l.over(0)),
-        "lines": lines.len(),
-        "broken_lines": sum(&|l| usize::from(!l.faults().is_empty())),
-    })
+/// The lines of the census that break a bound, the worst first.
+fn bad(census: &Frame) -> Vec<usize> {
+    let mut bad = census.rows(|r| census.word("verdict", r) != "ok");
+    bad.sort_by(|a, b| excess(census, *b).total_cmp(&excess(census, *a)));
+    bad
 }
 
-/// Which bounds are broken, and where: the three worst lines in full.
-fn broken(lines: &[Line], places: &[String]) -> Option<String> {
-    let mut bad: Vec<&Line> = lines.iter().filter(|l| !l.faults().is_empty()).collect();
-    bad.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
-    let mut said = vec![format!("{} of {} lines of the census break a bound", bad.len(), lines.len())];
-    said.extend(bad.iter().take(3).map(|line| {
-        let faults: Vec<String> = line.faults().into_iter().map(|(_, words)| words).collect();
-        format!("  {} on {}: {}", line.configuration, places[line.place], faults.join("; "))
-    }));
-    if bad.len() > 3 {
-        said.push(format!("  and {} more: see the column verdict of verify.csv", bad.len() - 3));
+/// Largest strain error of a line over its bound.
+fn excess(census: &Frame, row: usize) -> f64 {
+    let [worst, bound] = ["strain_error_worst", "bound"].map(|name| census.number(name, row));
+    if worst > 0.0 { worst / bound } else { 0.0 }
+}
+
+/// Which bounds are broken, and where: the three worst lines.
+fn broken(census: &Frame) -> Option<String> {
+    let bad = bad(census);
+    let mut told = format!("{} of {} lines of the census break a bound", bad.len(), census.len());
+    for row in bad.iter().take(3) {
+        let word = |name| cell(census, name, *row);
+        let [name, backend, precision, verdict, other] =
+            ["configuration", "backend", "precision", "verdict", "other_words"].map(word);
+        let [worst, bound, over, of] = ["strain_error_worst", "bound", "strain_over", "compared"].map(word);
+        let place = census.names.iter().skip_while(|c| *c != "D_mm").take_while(|c| *c != "verdict");
+        let at = place.map(|c| format!(" {c}={}", word(c))).filter(|at| !at.ends_with('='));
+        let at: String = at.collect();
+        told += &format!(
+            "\n  {name} on {backend} {precision} ({verdict}): strain error up to {worst}, above {bound} on {over} of {of} taps, worst at{at}; {other}"
+        );
     }
-    (!bad.is_empty()).then(|| said.join("\n"))
+    if bad.len() > 3 {
+        told += &format!("\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
+    }
+    (!bad.is_empty()).then_some(told)
 }
 
-/// The census for people: of each backend the line nearest to its bound, those that break one, or `all`.
-fn table(lines: &[Line], places: &[String], all: bool) -> String {
-    let worst = |place: usize| {
-        let these = lines.iter().filter(|l| l.place == place);
-        these.max_by(|a, b| a.excess().total_cmp(&b.excess()))
+/// Of each backend the line nearest to its bound, and those that break one.
+fn remarkable(census: &Frame) -> Vec<usize> {
+    let place = |r: usize| ["backend", "precision", "adapter"].map(|c| census.word(c, r));
+    let nearest = |r: usize| {
+        let these = census.rows(|other| place(other) == place(r)).into_iter();
+        these.max_by(|a, b| excess(census, *a).total_cmp(&excess(census, *b))) == Some(r)
     };
-    let shown = lines.iter().filter(|l| {
-        all || !l.faults().is_empty() || worst(l.place).is_some_and(|worst| std::ptr::eq(worst, *l))
-    });
-    let number = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.1e}"));
-    let row = |l: &Line| {
-        let [strain, k, force, arc] = l.errors.map(|f| number(f.map(|f| f.worst)));
-        let [median, p99] = [l.errors[0].map(|f| f.median), l.errors[0].map(|f| f.p99)].map(number);
-        let [over, unsolved] = [l.over(0), l.odd(Odd::Unsolved)].map(|n| n.to_string());
-        let [mean, most] = l.sweeps.map(|x| format!("{x:.1}"));
-        let of = [l.configuration.clone(), places[l.place].clone(), l.taps.to_string()];
-        let values = [strain, median, p99, over, k, force, arc, unsolved, mean, most, l.verdict()];
-        of.into_iter().chain(values).collect()
-    };
-    let names = "configuration,backend,taps,strain,median,p99,over,K,force,arc,unsolved,sweeps,max,verdict";
-    let rows: Vec<Vec<String>> = [header(names)].into_iter().chain(shown.map(row)).collect();
-    aligned(&rows, &[0, 1, 13])
-        + "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
-           reference solves; sweeps: mean and largest number of a tap.\n"
+    census.rows(|r| census.word("verdict", r) != "ok" || nearest(r))
 }

@@ -105,7 +105,7 @@ fn under_alarm(
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let variables = Variables::new(&spec.study.setup, &layout, search);
     let wanted = wanted(&layout, search, &variables);
-    let fewer = needed.as_ref().map(|n| n.setup().clone());
+    let fewer = needed.as_ref().map(|n| n.setup.clone());
     let of_swarm = |needed: Option<&Needed>| match (needed, &fewer) {
         (Some(n), Some(fewer)) if n.fallbacks == 0 => fewer,
         _ => setup,
@@ -147,9 +147,7 @@ fn under_alarm(
             let distances: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
             let found = front.iter().flatten().chain([&best]);
             let rows: Vec<Row> = found.map(|f| Row::new(f.point, distances.clone())).collect();
-            if ended != Ended::Converged {
-                needed.measure(&rows, &|| Ok(()))?;
-            } else if !needed.keeps(&rows, &|| Ok(()))? {
+            if !needed.keeps(&rows, ended == Ended::Converged, &|| Ok(()))? {
                 session.scorers[0] = swarm(of_swarm(Some(needed)))?;
                 continue;
             }

@@ -35,7 +35,7 @@ pub fn run_needed(
         if let Some(done) = attempt(spec, &plan, choice, (target, &mut *progress), timed)? {
             return Ok(done);
         }
-        spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup().clone());
+        spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup.clone());
         plan = Plan::new(&spec.study, choice)?;
         clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
     }
@@ -53,13 +53,13 @@ pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
 
 /// The model of which effects are left off, where any are.
 pub(super) fn fuller(needed: Option<&Needed>) -> Option<Setup> {
-    needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
+    needed.filter(|n| !n.left().is_empty()).map(|n| n.full.clone())
 }
 
 /// `model_error` of `run.json`, where that was asked for; `None` where the kept rows show that the full model is needed.
 pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
     let Some(needed) = needed else { return Ok(Some(None)) };
-    if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
+    if !needed.keeps(&rows(&run.study.space, &run.kept), true, &|| run.check_stop())? {
         return Ok(None);
     }
     let mut told = needed.summary();

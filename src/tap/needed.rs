@@ -24,7 +24,7 @@ pub(super) fn find_needed(
     let (whisker, n) = (layout.design(0), layout.n_distances);
     let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
     loop {
-        study.setup = needed.setup().clone();
+        study.setup = needed.setup.clone();
         let report = match find_by(&study, TapAsked { needed: Some(&needed), ..asked }, &mut *progress) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
                 needed.give_up();
@@ -38,7 +38,7 @@ pub(super) fn find_needed(
             true => Err(SolveError::Stopped.into()),
             false => Ok(()),
         };
-        if needed.keeps(&rows, &go_on)? {
+        if needed.keeps(&rows, true, &go_on)? {
             let model_error = Some((needed.summary(), needed.sentence()));
             return Ok(Report { model_error, ..report });
         }

@@ -268,7 +268,7 @@ fn needed(text: &str, out: &Path, stopping: bool) -> Result<Value, Error> {
     let rows = choosing(&spec.study);
     let mut needed = Needed::new(&spec.study.setup, &rows, 1e-2).expect("a model");
     assert!(!needed.left().is_empty());
-    spec.study.setup = needed.setup().clone();
+    spec.study.setup = needed.setup.clone();
     let plan = Plan::new(&spec.study, &choice).expect("a plan");
     let stop = AtomicBool::new(false);
     let target = Target { every: Duration::ZERO, ..Target::new(out, &stop) };
