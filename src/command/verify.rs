@@ -105,7 +105,7 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     if options.plan == Some(true) {
         return Ok(Reply { result: chosen, ..planned(headline, &cases, &places, out) });
     }
-    let on: Vec<String> = places.iter().map(Place::label).collect();
+    let on: Vec<String> = places.iter().map(Place::name).collect();
     let of = json!({ "quick": asked.quick, "samples": samples, "seed": asked.seed, "bound": format!("{:?}", asked.bound), "places": &on });
     let question = match &spec {
         Some(spec) => Question::of_scene("verify", spec, of),
@@ -143,9 +143,10 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
         "stopped": words.map(|_| json!({ "taps": done, "of": taps })),
         "census": census,
     });
+    let rows = if spec.is_some() { table.rows(|_| true) } else { bad(&table) };
     let sum = |name: &str| (0..table.len()).map(|r| table.number(name, r) as u64).sum::<u64>();
     let reply = Reply {
-        text: shown(&table, &remarkable(&table), COLUMNS),
+        text: if rows.is_empty() { String::new() } else { shown(&table, &rows, COLUMNS) },
         counts: json!({
             "comparisons": sum("taps"),
             "compared": sum("compared"),
@@ -192,20 +193,12 @@ fn planned(headline: String, cases: &[Case], places: &[Place], out: PathBuf) -> 
     }
 }
 
-/// The lines of the census that break a bound, the worst first.
+/// The lines of the census that break a bound.
 fn bad(census: &Frame) -> Vec<usize> {
-    let mut bad = census.rows(|r| census.word("verdict", r) != "ok");
-    bad.sort_by(|a, b| excess(census, *b).total_cmp(&excess(census, *a)));
-    bad
+    census.rows(|r| census.word("verdict", r) != "ok")
 }
 
-/// Largest strain error of a line over its bound.
-fn excess(census: &Frame, row: usize) -> f64 {
-    let [worst, bound] = ["strain_error_worst", "bound"].map(|name| census.number(name, row));
-    if worst > 0.0 { worst / bound } else { 0.0 }
-}
-
-/// Which bounds are broken, and where: the three worst lines.
+/// Which bounds are broken, and where: three lines.
 fn broken(census: &Frame) -> Option<String> {
     let bad = bad(census);
     let mut told = format!("{} of {} lines of the census break a bound", bad.len(), census.len());
@@ -225,14 +218,4 @@ fn broken(census: &Frame) -> Option<String> {
         told += &format!("\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
     }
     (!bad.is_empty()).then_some(told)
-}
-
-/// Of each backend the line nearest to its bound, and those that break one.
-fn remarkable(census: &Frame) -> Vec<usize> {
-    let place = |r: usize| ["backend", "precision", "adapter"].map(|c| census.word(c, r));
-    let nearest = |r: usize| {
-        let these = census.rows(|other| place(other) == place(r)).into_iter();
-        these.max_by(|a, b| excess(census, *a).total_cmp(&excess(census, *b))) == Some(r)
-    };
-    census.rows(|r| census.word("verdict", r) != "ok" || nearest(r))
 }
