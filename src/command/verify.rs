@@ -1,6 +1,6 @@
 //! `vibrissa verify [SPEC.toml]`: the census of every backend against the reference.
 
-use std::path::{Path, PathBuf};
+use std::path::{Display, Path, PathBuf};
 
 use clap::Args as Flags;
 use serde::Deserialize;
@@ -14,17 +14,11 @@ use crate::census::compare::Line;
 use crate::census::verify::{self, Case, CensusNews};
 use crate::census::{Place, present};
 use crate::error::{Error, InputError};
-use crate::scene::{BackendChoice, Spec};
+use crate::scene::BackendChoice;
 use crate::sink::folder::{Question, hash};
 use crate::sink::frame::Frame;
 use crate::sink::run_json::{in_force, material_fit};
 use crate::spec;
-
-/// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
-const REFERENCE_RATE: f64 = 500.0;
-
-/// Seconds that an adapter takes to compile the kernels of one model; only for `--plan`.
-const COMPILE: f64 = 0.7;
 
 /// Columns of the census that people are shown.
 const COLUMNS: &str = "configuration,backend,precision,taps,compared,referred,bound,strain_error_worst,strain_error_p99,strain_over,sweeps_mean,sweeps_max,verdict";
@@ -100,12 +94,29 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
         None => Case::built_in(samples, asked.seed, asked.quick),
     };
     let taps: u64 = cases.iter().map(|c| c.tuples.len() as u64).sum();
-    let headline = headline(spec.as_ref(), cases.len(), taps, &places);
-    let chosen = json!({ "samples": samples, "seed": asked.seed });
-    if options.plan == Some(true) {
-        return Ok(Reply { result: chosen, ..planned(headline, &cases, &places, out) });
-    }
+    let what = match &spec {
+        Some(spec) => format!("{}: {taps} of its taps", spec.name),
+        None => format!("{taps} taps of {} configurations", cases.len()),
+    };
     let on: Vec<String> = places.iter().map(Place::name).collect();
+    let headline = format!("{what}, each on the reference and on {}", on.join(", "));
+    let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
+    if options.plan == Some(true) {
+        // Some 500 taps a second and core by the reference, and 0.7 s in which an adapter compiles a model.
+        let models = cases.len() * places.iter().filter(|p| p.adapter.is_some()).count();
+        let seconds = taps as f64 / (500.0 * rayon::current_num_threads() as f64) + 0.7 * models as f64;
+        let rows = cases.len() * places.len();
+        let planned = |to: Display<'_>| {
+            format!("{headline}\n  verify.csv would have {rows} rows, in {to}; about {seconds:.0} s")
+        };
+        return Ok(Reply {
+            counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
+            seconds: json!({ "expected": seconds }),
+            backend: json!(backends),
+            result: json!({ "samples": samples, "seed": asked.seed }),
+            ..Reply::planned(out, planned)
+        });
+    }
     let of = json!({ "quick": asked.quick, "samples": samples, "seed": asked.seed, "bound": format!("{:?}", asked.bound), "places": &on });
     let question = match &spec {
         Some(spec) => Question::of_scene("verify", spec, of),
@@ -113,7 +124,6 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     };
     let mut destination = context.open(&out, question, &["verify.csv"], options.force)?;
     context.line(headline);
-    let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
     let (mut lines, mut done, mut progress) = (Vec::new(), 0, context.progress());
     apart(
         context,
@@ -168,31 +178,6 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     Ok(reply.filed(destination, of, body, context)?.answered())
 }
 
-fn headline(spec: Option<&Spec>, cases: usize, taps: u64, places: &[Place]) -> String {
-    let what = match spec {
-        Some(spec) => format!("{}: {taps} of its taps", spec.name),
-        None => format!("{taps} taps of {cases} configurations"),
-    };
-    let on: Vec<String> = places.iter().map(Place::name).collect();
-    format!("{what}, each on the reference and on {}", on.join(", "))
-}
-
-fn planned(headline: String, cases: &[Case], places: &[Place], out: PathBuf) -> Reply {
-    let taps: u64 = cases.iter().map(|c| c.tuples.len() as u64).sum();
-    let gpus = places.iter().filter(|p| p.backend().adapter.is_some()).count();
-    let seconds = taps as f64 / (REFERENCE_RATE * rayon::current_num_threads() as f64)
-        + COMPILE * (gpus * cases.len()) as f64;
-    let rows = cases.len() * places.len();
-    Reply {
-        counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
-        seconds: json!({ "expected": seconds }),
-        backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
-        ..Reply::planned(out, |to| {
-            format!("{headline}\n  verify.csv would have {rows} rows, in {to}; about {seconds:.0} s")
-        })
-    }
-}
-
 /// The lines of the census that break a bound.
 fn bad(census: &Frame) -> Vec<usize> {
     census.rows(|r| census.word("verdict", r) != "ok")
@@ -210,9 +195,10 @@ fn broken(census: &Frame) -> Option<String> {
         let place = census.names.iter().skip_while(|c| *c != "D_mm").take_while(|c| *c != "verdict");
         let at = place.map(|c| format!(" {c}={}", word(c))).filter(|at| !at.ends_with('='));
         let at: String = at.collect();
-        told += &format!(
+        let line = format!(
             "\n  {name} on {backend} {precision} ({verdict}): strain error up to {worst}, above {bound} on {over} of {of} taps, worst at{at}; {other}"
         );
+        told += line.trim_end_matches("; ");
     }
     if bad.len() > 3 {
         told += &format!("\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
