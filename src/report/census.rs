@@ -90,7 +90,6 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
             };
             let ladder = [of("exact"), of("reference")].concat();
             panel = reached(panel, name, series(i), &ladder);
-            panel = panel.with(Mark::points(Path::new("linear theory", 7, of("linear")), Marker::Cross));
         }
         if let Some(peers) = peers {
             let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
