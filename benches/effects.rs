@@ -159,7 +159,7 @@ impl Ready {
 
 fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
     let ready = |setup: &Setup| {
-        let method = place.method(&setup.model).expect("the backend opens");
+        let method = place.choice.open(&setup.model).expect("the backend opens");
         Ready { method, batches: batches(setup), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
     };
     let mut all: Vec<Ready> = scenes.iter().map(ready).collect();
@@ -206,7 +206,7 @@ impl Pole {
 
     /// CPU seconds to solve and to read all taps; NaN without a chart.
     fn run(&self, place: &Place) -> [f64; 2] {
-        let method = place.method(&self.setup.model).expect("the backend opens");
+        let method = place.choice.open(&self.setup.model).expect("the backend opens");
         let mut evaluator = Evaluator::new(&self.setup, method);
         // A run before, to allocate memory.
         drop(evaluator.run(&self.designs, &self.tasks));

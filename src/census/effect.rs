@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::{Serialize, Serializer};
+
 use super::configuration::HUB;
 use crate::evaluate::Task;
 use crate::scene::built::{Built, Profile, Root};
@@ -10,13 +12,10 @@ use crate::scene::{
 };
 
 /// Coefficient of friction where the spec has none.
-pub const FRICTION: f64 = 0.3;
+const FRICTION: f64 = 0.3;
 
-/// Tilt where the spec's poles are upright, degrees.
-pub const TILT: f64 = 20.0;
-
-/// Lean where the spec's poles do not lean, degrees.
-pub const LEAN: f64 = 20.0;
+/// Tilt or lean where the spec's poles have none, degrees.
+const ANGLE: f64 = 20.0;
 
 /// Foil where the spec has none: a gauge of a lab.
 pub const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None };
@@ -25,61 +24,32 @@ pub const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_
 const EXTENSION: &str = "extension";
 const SURFACE: &str = "surface";
 
-/// An angle of the pole.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Aim {
-    /// Of every tap as the spec says, somewhere not 0.
-    Asked,
-    /// 0 for every tap.
-    #[default]
-    Upright,
-    /// This for every tap, degrees.
-    All(f64),
-}
-
-impl Aim {
-    /// What it makes of an angle of the spec, degrees.
-    pub fn of(self, asked: f64) -> f64 {
-        match self {
-            Self::Asked => asked,
-            Self::Upright => 0.0,
-            Self::All(angle) => angle,
-        }
-    }
-
-    fn words(self) -> String {
-        match self {
-            Self::Asked => "as asked".into(),
-            Self::Upright => "0 deg".into(),
-            Self::All(angle) => format!("{angle} deg"),
-        }
-    }
-}
-
 /// What a comparison keeps and changes: the setup and the direction of the pole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// Rig, gauge, model.
     pub setup: Setup,
-    /// Tilt of the pole.
-    pub tilt: Aim,
-    /// Lean of the pole.
-    pub lean: Aim,
+    /// Tilt of every pole, degrees; none where it is that of each tap, somewhere not 0.
+    tilt: Option<f64>,
+    /// Lean of every pole, as its tilt.
+    lean: Option<f64>,
 }
 
 impl Setting {
     /// As the setup says, with poles as `directions` ask for them.
     pub fn of(setup: &Setup, directions: impl Iterator<Item = Direction> + Clone) -> Self {
-        let aim = |angle: fn(Direction) -> f64| match directions.clone().any(|d| angle(d) != 0.0) {
-            true => Aim::Asked,
-            false => Aim::Upright,
-        };
+        let aim = |angle: fn(Direction) -> f64| directions.clone().all(|d| angle(d) == 0.0).then_some(0.0);
         Self { setup: setup.clone(), tilt: aim(|d| d.tilt), lean: aim(|d| d.lean) }
+    }
+
+    /// What the whisker is beyond its diameters and its length.
+    fn built(&self) -> Built {
+        self.setup.built.as_deref().cloned().unwrap_or(Built::CONE)
     }
 
     /// The whisker with something else about it, or the cone, if it is no more then.
     fn rebuild(&mut self, change: impl FnOnce(&mut Built)) {
-        let mut built = self.setup.built.as_deref().cloned().unwrap_or(Built::CONE);
+        let mut built = self.built();
         change(&mut built);
         self.setup.built = Some(built).filter(|built| *built != Built::CONE).map(Arc::new);
     }
@@ -87,7 +57,10 @@ impl Setting {
     /// `task` with the pole of this setting.
     pub fn aimed(&self, task: Task) -> Task {
         let Direction { tilt, lean } = task.direction;
-        Task { direction: Direction { tilt: self.tilt.of(tilt), lean: self.lean.of(lean) }, ..task }
+        Task {
+            direction: Direction { tilt: self.tilt.unwrap_or(tilt), lean: self.lean.unwrap_or(lean) },
+            ..task
+        }
     }
 
     /// Without `effects`.
@@ -134,6 +107,12 @@ pub enum Effect {
     Profile,
     /// The gauge on the other side: neither on nor off.
     Side,
+}
+
+impl Serialize for Effect {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name())
+    }
 }
 
 impl PartialEq for Effect {
@@ -225,15 +204,15 @@ impl Effect {
             Self::Term(term) => (term.get)(&s.setup.model).is_on(),
             Self::Hub => s.setup.hub > 0.0,
             Self::Foil => s.setup.gauge.foil.is_some(),
-            Self::Root => s.setup.built.as_ref().is_some_and(|b| b.root != Root::RIGID),
-            Self::Curvature => s.setup.built.as_ref().is_some_and(|b| !b.is_straight()),
-            Self::Inner => s.setup.built.as_ref().is_some_and(|b| b.inner.is_some()),
-            Self::Profile => s.setup.built.as_ref().is_some_and(|b| b.profile != Profile::Power(1.0)),
+            Self::Root => s.built().root != Root::RIGID,
+            Self::Curvature => !s.built().is_straight(),
+            Self::Inner => s.built().inner.is_some(),
+            Self::Profile => s.built().profile != Profile::Power(1.0),
             Self::Coulomb => matches!(s.setup.model.contact, Contact::Coulomb(_)),
             Self::Stick => s.setup.model.contact == Contact::Stick,
             Self::Rubber => !hooke(&s.setup.model),
-            Self::Tilt => s.tilt != Aim::Upright,
-            Self::Lean => s.lean != Aim::Upright,
+            Self::Tilt => s.tilt != Some(0.0),
+            Self::Lean => s.lean != Some(0.0),
             Self::Side => return None,
         })
     }
@@ -262,8 +241,8 @@ impl Effect {
             Self::Stick if on => m.contact = Contact::Stick,
             Self::Coulomb | Self::Stick => m.contact = Contact::Frictionless,
             Self::Rubber => m.material = if on { Material::NeoHookean(e0) } else { Material::Hooke(e0) },
-            Self::Tilt => s.tilt = if on { Aim::All(TILT) } else { Aim::Upright },
-            Self::Lean => s.lean = if on { Aim::All(LEAN) } else { Aim::Upright },
+            Self::Tilt => s.tilt = Some(if on { ANGLE } else { 0.0 }),
+            Self::Lean => s.lean = Some(if on { ANGLE } else { 0.0 }),
             Self::Side if on => {
                 s.setup.gauge.side = if s.setup.gauge.side == Side::Far { Side::Contact } else { Side::Far }
             }
@@ -285,18 +264,15 @@ impl Effect {
             },
             Self::Foil => s.setup.gauge.foil.map_or("none".into(), |foil| format!("{} N/mm", foil.stiffness)),
             Self::Root => if self.is_on(s) == Some(true) { "springs" } else { "rigid" }.into(),
-            Self::Curvature => {
-                s.setup.built.as_ref().map_or("0".into(), |b| format!("{} 1/mm", b.curvature[0]))
-            }
-            Self::Inner => match s.setup.built.as_ref().and_then(|b| b.inner.as_ref()) {
-                Some(inner) if inner.modulus > 0.0 => "core".into(),
-                Some(_) => "bore".into(),
+            Self::Curvature => format!("{} 1/mm", s.built().curvature[0]),
+            Self::Inner => match &s.built().inner {
+                Some(inner) => if inner.modulus > 0.0 { "core" } else { "bore" }.into(),
                 None => "solid".into(),
             },
-            Self::Profile => match s.setup.built.as_ref().map(|b| &b.profile) {
-                Some(Profile::Power(n)) if *n != 1.0 => format!("exponent {n}"),
-                Some(Profile::Table(knots)) => format!("{} knots", knots.len()),
-                _ => "cone".into(),
+            Self::Profile => match &s.built().profile {
+                Profile::Power(1.0) => "cone".into(),
+                Profile::Power(n) => format!("exponent {n}"),
+                Profile::Table(knots) => format!("{} knots", knots.len()),
             },
             Self::Hub => format!("{} mm", s.setup.hub),
             Self::Coulomb | Self::Stick => match m.contact {
@@ -311,15 +287,17 @@ impl Effect {
                 Material::Yeoh(_) => "yeoh",
             }
             .into(),
-            Self::Tilt => s.tilt.words(),
-            Self::Lean => s.lean.words(),
+            Self::Tilt | Self::Lean => {
+                let angle = if self == Self::Tilt { s.tilt } else { s.lean };
+                angle.map_or("as asked".into(), |angle| format!("{angle} deg"))
+            }
             Self::Side if s.setup.gauge.side == Side::Far => "far".into(),
             Self::Side => "contact".into(),
         }
     }
 
     /// Why it cannot be switched in `s`, if so.
-    fn obstacle(self, s: &Setting) -> Option<String> {
+    pub(super) fn obstacle(self, s: &Setting) -> Option<String> {
         let (setup, m) = (&s.setup, &s.setup.model);
         let rubs = m.contact != Contact::Frictionless;
         let solid = |term: &Term| ["clamp", "indentation", "section"].contains(&term.key);
@@ -329,11 +307,7 @@ impl Effect {
             Self::Foil if !cone => "computed for a cone clamped at its base",
             Self::Term(term) if !cone && solid(term) => "computed for a cone clamped at its base",
             Self::Tilt | Self::Lean if setup.asks_wrench() => "a moment or a force needs an upright pole",
-            Self::Tilt | Self::Lean if setup.gauge.foil.is_some() => "a foil needs an upright pole",
-            Self::Tilt | Self::Lean => {
-                let of_shape = setup.built.as_ref().and_then(|built| built.upright(m.surface));
-                return of_shape.or_else(|| m.forbids([true; 2])).map(str::to_owned);
-            }
+            Self::Tilt | Self::Lean => return setup.forbids([true; 2]).map(str::to_owned),
             Self::Term(term) if term.frictionless.is_some() && rubs => {
                 return Some(format!("friction needs {}", off(term)));
             }
@@ -361,7 +335,7 @@ impl Effect {
     }
 
     /// What both settings of its comparison must have other than the spec, so that only it differs.
-    fn needs(self, s: &Setting) -> Vec<(Self, bool)> {
+    pub(super) fn needs(self, s: &Setting) -> Vec<(Self, bool)> {
         let upright = [(Self::Tilt, false), (Self::Lean, false)];
         let mut all = match (self, self.is_on(s)) {
             (Self::Rotation, Some(true)) => {
@@ -392,57 +366,4 @@ impl Effect {
 
 fn hooke(model: &Model) -> bool {
     matches!(model.material, Material::Hooke(_))
-}
-
-/// Two settings that differ in one effect.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pair {
-    /// The spec, with what both need.
-    pub base: Setting,
-    /// The same with the effect switched.
-    pub other: Setting,
-    /// What both have other than the spec: name and value.
-    pub both: Vec<(&'static str, String)>,
-}
-
-/// One effect of a setup, switched.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Switch {
-    /// Which.
-    pub effect: Effect,
-    /// Whether the spec has it; `None` for the side.
-    pub on: Option<bool>,
-    /// Its value in the spec.
-    pub spec: String,
-    /// The value it is switched to; empty where it is not.
-    pub instead: String,
-    /// What is compared, or why nothing is.
-    pub pair: Result<Pair, String>,
-}
-
-impl Switch {
-    /// `effect` of a setup with this setting: switched off where it is on, on where it is off.
-    pub fn new(effect: Effect, setting: &Setting) -> Self {
-        let on = effect.is_on(setting);
-        let pair = effect.obstacle(setting).map_or_else(
-            || {
-                let needs = effect.needs(setting);
-                let mut base = setting.clone();
-                needs.iter().for_each(|(e, on)| e.switch(&mut base, *on));
-                let both = needs.iter().map(|(e, _)| (e.name(), e.value(&base))).collect();
-                let mut other = base.clone();
-                effect.switch(&mut other, on != Some(true));
-                Ok(Pair { base, other, both })
-            },
-            Err,
-        );
-        let instead = pair.as_ref().map_or(String::new(), |p| effect.value(&p.other));
-        Self { effect, on, spec: effect.value(setting), instead, pair }
-    }
-
-    /// Whether the spec may do without it: on, and nothing else has to change for that.
-    pub fn removable(&self) -> bool {
-        let pole = matches!(self.effect, Effect::Tilt | Effect::Lean) || self.effect.is_of_shape();
-        !pole && self.on == Some(true) && self.pair.as_ref().is_ok_and(|p| p.both.is_empty())
-    }
 }

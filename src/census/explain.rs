@@ -5,79 +5,92 @@
 //! take what it needs, and the result says so. Because the distance estimate is calibrated, a factor common to all
 //! distances does no harm: what is left of the change after calibration is told too.
 
-use super::effect::{Effect, Setting, Switch};
-use super::{Taps, sample};
+use serde::{Serialize, Serializer};
+
+use super::effect::{Effect, Setting};
+use super::{At, Taps, sample};
 use crate::backend::Choice;
 use crate::error::Error;
 use crate::evaluate::Outcome;
 use crate::reduce::{Spread, median};
-use crate::scene::{Study, Tuple};
+use crate::scene::{Drive, Study};
 use crate::status::Status;
 
 /// How much |strain| changes from one setting to another; in %.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Change {
     /// Median over the taps.
+    #[serde(rename = "median_percent")]
     pub median: f64,
     /// The change of largest size, with its sign.
+    #[serde(rename = "largest_percent")]
     pub largest: f64,
     /// The tap that has it.
-    pub at: Tuple,
+    pub at: At,
     /// Largest relative sample SD of the ratio of the strains over the distances of a design at one drive: what is
     /// left after calibration. `None` where no row has two taps.
+    #[serde(rename = "calibrated_sd_percent")]
     pub left: Option<f64>,
     /// Taps compared: those that count in both settings.
     pub taps: usize,
     /// Taps that count in only one of them.
     pub unmatched: usize,
     /// Words of those taps where they do not count.
+    #[serde(serialize_with = "words")]
     pub unmatched_status: Status,
 }
 
-impl Change {
-    /// Whether it stays within `tolerance` (1e-3 is 0.1 %) at every tap.
-    pub fn within(&self, tolerance: f64) -> bool {
-        self.unmatched == 0 && self.largest.abs() <= 100.0 * tolerance
-    }
+fn words<S: Serializer>(status: &Status, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_str(status)
 }
 
-/// One effect and what it changes.
-#[derive(Debug, Clone, PartialEq)]
+/// An effect that both settings of a comparison have other than the spec, and its value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Both {
+    /// Which.
+    pub effect: Effect,
+    /// Its value.
+    pub value: String,
+}
+
+/// One effect, switched, and what that changes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explained {
-    /// The effect, switched.
-    pub switch: Switch,
-    /// What that changes; `None` where it is not compared, or where no tap counts in both settings.
+    /// Which.
+    pub effect: Effect,
+    /// Its key of the spec.
+    pub key: String,
+    /// Whether the spec has it; `None` for the side.
+    pub on: Option<bool>,
+    /// Its value in the spec.
+    pub spec: String,
+    /// The value it is switched to.
+    pub instead: Option<String>,
+    /// Other effects that had to be switched for both.
+    pub both_with: Vec<Both>,
+    /// Why nothing is compared, if so.
+    pub not_compared: Option<String>,
+    /// What the switch changes; `None` where it is not compared, or where no tap counts in both settings.
     pub change: Option<Change>,
 }
 
-/// Effects that could be left off at one tolerance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
-    /// Bound on the relative change of strain.
-    pub tolerance: f64,
-    /// Effects that each could be left off alone.
-    pub effects: Vec<Effect>,
-    /// What leaving off all of them at once changes; `None` without any.
-    pub together: Option<Change>,
-}
-
 /// What an explanation tells.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
     /// Taps looked at.
+    #[serde(skip)]
     pub taps: usize,
     /// Taps of the spec.
+    #[serde(skip)]
     pub total: u64,
     /// Every effect.
     pub effects: Vec<Explained>,
     /// The paper's linear theory in place of all effects of the model; `None` where the spec has fewer than two.
-    pub linear: Option<Change>,
-    /// One per tolerance asked.
-    pub verdicts: Vec<Verdict>,
+    pub all_effects: Option<Change>,
 }
 
-/// Explains `study`, computed by `choice`, with a verdict for each of `tolerances`.
-pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Explanation, Error> {
+/// Explains `study`, computed by `choice`.
+pub fn explain(study: &Study, choice: &Choice) -> Result<Explanation, Error> {
     let (rows, total) = sample::spread(study);
     let said = Setting::of(&study.setup, rows.iter().map(|row| row.point.direction()));
     // Each setting is solved once.
@@ -96,38 +109,35 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
         Ok(outcomes)
     };
     let mut compare = |base: &Setting, other: &Setting| -> Result<Option<Change>, Error> {
-        Ok(change(&rows, &solve(base)?, &solve(other)?))
+        Ok(change(study.setup.drive, &rows, &solve(base)?, &solve(other)?))
     };
     let mut effects = Vec::new();
     for effect in Effect::all().filter(|effect| effect.is_told(&said)) {
-        let switch = Switch::new(effect, &said);
-        let change = match &switch.pair {
-            Ok(pair) => compare(&pair.base, &pair.other)?,
-            Err(_) => None,
-        };
-        effects.push(Explained { switch, change });
+        let (on, not_compared, mut both_with) = (effect.is_on(&said), effect.obstacle(&said), Vec::new());
+        let (mut instead, mut change) = (None, None);
+        if not_compared.is_none() {
+            let mut base = said.clone();
+            for (other, on) in effect.needs(&said) {
+                other.switch(&mut base, on);
+                both_with.push(Both { effect: other, value: other.value(&base) });
+            }
+            let mut other = base.clone();
+            effect.switch(&mut other, on != Some(true));
+            (instead, change) = (Some(effect.value(&other)), compare(&base, &other)?);
+        }
+        let (key, spec) = (effect.key(), effect.value(&said));
+        effects.push(Explained { effect, key, on, spec, instead, both_with, not_compared, change });
     }
-    let in_model = |e: &&Explained| e.switch.on == Some(true) && !e.switch.effect.is_of_rig();
-    let linear = match effects.iter().filter(in_model).count() {
+    let in_model = |e: &&Explained| e.on == Some(true) && !e.effect.is_of_rig();
+    let all_effects = match effects.iter().filter(in_model).count() {
         0 | 1 => None,
         _ => compare(&said, &said.linear())?,
     };
-    let mut verdicts = Vec::new();
-    for &tolerance in tolerances {
-        let small =
-            |e: &&Explained| e.switch.removable() && e.change.is_some_and(|change| change.within(tolerance));
-        let needless: Vec<Effect> = effects.iter().filter(small).map(|e| e.switch.effect).collect();
-        let together = match needless.as_slice() {
-            [] => None,
-            some => compare(&said, &said.without(some.iter().copied()))?,
-        };
-        verdicts.push(Verdict { tolerance, effects: needless, together });
-    }
-    Ok(Explanation { taps: sample::taps(&rows), total, effects, linear, verdicts })
+    Ok(Explanation { taps: sample::taps(&rows), total, effects, all_effects })
 }
 
 /// The change from `base` to `other` at the taps of `rows`; `None` where no tap counts in both.
-fn change(rows: &[sample::Row], base: &[Outcome], other: &[Outcome]) -> Option<Change> {
+fn change(drive: Drive, rows: &[sample::Row], base: &[Outcome], other: &[Outcome]) -> Option<Change> {
     let counts = |tap: &Outcome| tap.status.counts() && tap.strain != 0.0;
     let (mut changes, mut left) = (Vec::new(), None::<f64>);
     let (mut unmatched, mut unmatched_status) = (0, Status::OK);
@@ -155,5 +165,6 @@ fn change(rows: &[sample::Row], base: &[Outcome], other: &[Outcome]) -> Option<C
     // Of equal sizes the first tap is the largest.
     let &(largest, at) = changes.iter().rev().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
     let median = median(&mut changes.iter().map(|c| c.0).collect::<Vec<_>>());
+    let at = At(drive, at);
     Some(Change { median, largest, at, left, taps: changes.len(), unmatched, unmatched_status })
 }

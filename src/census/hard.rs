@@ -124,22 +124,18 @@ fn sliding_edge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
         let tap = Tuple { d, a, ..base };
         let full = if setup.drive == Drive::Displacement { a * 30f64.to_radians() } else { 30.0 };
         let reserve = |drive: f64| {
-            let at = Taps::of(&stuck, &[Tuple { drive, ..tap }]).answers(Method::Reference).ok()?[0];
-            Some(at.tangential_force.abs() - mu * at.normal_force).filter(|reserve| reserve.is_finite())
+            let answer = Taps::of(&stuck, &[Tuple { drive, ..tap }]).answers(Method::Reference);
+            answer.map_or(f64::NAN, |o| o[0].tangential_force.abs() - mu * o[0].normal_force)
         };
-        let steps: Vec<f64> = (0..7).map(|k| full * 0.5f64.powi(6 - k)).collect();
-        let signs: Vec<Option<f64>> = steps.iter().map(|&x| reserve(x)).collect();
-        let crossing = (1..steps.len()).find(
-            |&k| matches!((signs[k - 1], signs[k]), (Some(below), Some(above)) if below < 0.0 && above > 0.0),
-        );
-        let Some(k) = crossing else { continue };
-        let (mut low, mut high) = (steps[k - 1], steps[k]);
+        let mut steps = (0..7).rev().map(|k| full * 0.5f64.powi(k));
+        let Some(mut high) = steps.find(|x| reserve(*x) > 0.0) else { continue };
+        let mut low = 0.5 * high;
+        if !(reserve(low) < 0.0) {
+            continue;
+        }
         for _ in 0..24 {
             let middle = 0.5 * (low + high);
-            match reserve(middle) {
-                Some(r) if r > 0.0 => high = middle,
-                _ => low = middle,
-            }
+            *(if reserve(middle) > 0.0 { &mut high } else { &mut low }) = middle;
         }
         found.extend([0.99, 1.0 - 1e-6, 1.0 + 1e-6, 1.01].map(|k| Tuple { drive: low * k, ..tap }));
     }

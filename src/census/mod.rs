@@ -1,13 +1,12 @@
 //! A census: taps of a space, answered in several ways and compared with one of them.
 //!
 //! [`sample`] has the taps: rows of a space, or random ones; [`hard`] those that are hard to solve. A way to answer them is a setup (whisker, rig,
-//! model) and what solves it: [`Place`], a backend in a precision. [`Taps`] are made ready for a setup, and say what an error is relative to;
-//! [`Figures`] are what many errors come to. The views: [`verify`] compares backends with the reference, `bench` measures the time of it too,
-//! [`explain`] switches effects of the model one by one, [`needed`] leaves off those that change less than a bound.
+//! model) and what solves it: a [`Place`] is a backend in a precision, an [`effect`] is switched in the setup. [`Taps`] are made ready for a setup,
+//! [`compare`] compares the answers and reduces them to a line of a table. The views: [`verify`] compares backends with the reference, `bench`
+//! measures the time of it too, [`explain`] switches effects of the model one by one, [`needed`] leaves off those that change less than a bound.
 
 #[cfg(feature = "commands")]
 pub mod bench;
-pub mod bound;
 pub mod compare;
 pub mod configuration;
 pub mod effect;
@@ -19,12 +18,11 @@ pub mod sample;
 pub mod verify;
 
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde::{Serialize, Serializer};
 
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
-use crate::reduce::percentile;
 use crate::scene::{Drive, Setup, Tuple};
 pub use place::{Place, present};
 use sample::Row;
@@ -50,9 +48,8 @@ impl Taps {
 
     /// Of `tuples`, each a whisker of its own.
     pub fn of(setup: &Setup, tuples: &[Tuple]) -> Self {
-        let designs = tuples.par_iter().map(|t| Design::new(setup, *t)).collect();
-        let tasks = (0..).zip(tuples).map(|(k, t)| Task::of(k, t)).collect();
-        Self { setup: setup.clone(), designs, tasks }
+        let rows: Vec<Row> = tuples.iter().map(|t| Row::new(*t, [t.a].into())).collect();
+        Self::of_rows(setup, &rows)
     }
 
     /// What `method` answers.
@@ -63,6 +60,12 @@ impl Taps {
     /// The whisker of tap `i`.
     pub fn design(&self, i: usize) -> &Design {
         &self.designs[self.tasks[i].design as usize]
+    }
+
+    /// Tap `i`.
+    fn tuple(&self, i: usize) -> Tuple {
+        let Task { a, direction, drive, .. } = self.tasks[i];
+        Tuple { a, drive, ..self.design(i).tuple }.towards(direction)
     }
 
     /// 1e-3 θ f_max of tap `i`: a strain error is relative to the strain, or to this where the strain is smaller.
@@ -77,36 +80,17 @@ fn relative(apart: f64, size: f64) -> f64 {
     if apart == 0.0 { 0.0 } else { apart / size }
 }
 
-/// What many errors come to.
+/// A tap that stands out. It is written by the names of columns, of an upright pole without its direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Figures {
-    /// Largest; NaN if any is not a number.
-    pub worst: f64,
-    /// Middle one.
-    pub median: f64,
-    /// 99 of 100 are not larger ([`percentile`]).
-    pub p99: f64,
-    /// Number above the bound.
-    pub over: usize,
-    /// Place of the worst among the taps.
-    pub at: usize,
-}
+pub struct At(pub Drive, pub Tuple);
 
-impl Figures {
-    /// Of (error, place) pairs against `bound`; `None` of nothing.
-    fn new(mut errors: Vec<(f64, usize)>, bound: f64) -> Option<Self> {
-        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let &(worst, at) = errors.last()?;
-        let rank = |percent| errors[percentile(errors.len(), percent)].0;
-        let over = errors.iter().filter(|(e, _)| e.is_nan() || *e > bound).count();
-        Some(Self { worst, median: rank(50), p99: rank(99), over, at })
+impl Serialize for At {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let Self(drive, t) = *self;
+        let lengths =
+            [("D_mm", t.D), ("d_tip_mm", t.d), ("L_a_mm", t.L_a), ("x_ss_mm", t.x_ss), ("l_mm", t.l)];
+        let contact = [("a_mm", t.a), (drive.column(), t.drive)];
+        let pole = [("tilt_deg", t.tilt), ("lean_deg", t.lean)].into_iter().filter(|(_, x)| *x != 0.0);
+        to.collect_map(lengths.into_iter().chain(contact).chain(pole))
     }
-}
-
-/// A tap, by the names of columns.
-pub fn tap_json(drive: Drive, t: &Tuple) -> Value {
-    let mut at =
-        json!({ "D_mm": t.D, "d_tip_mm": t.d, "L_a_mm": t.L_a, "x_ss_mm": t.x_ss, "l_mm": t.l, "a_mm": t.a });
-    at[drive.column()] = t.drive.into();
-    at
 }

@@ -2,15 +2,8 @@
 
 use crate::backend::{Backend, Choice, adapters, cramped};
 use crate::error::{Error, InputError};
-use crate::evaluate::Method;
 use crate::kernel::gpu::Adapter;
-use crate::scene::{BackendChoice, Model, Precision, RunOptions};
-
-/// Largest strain error of a kernel over its tolerance: what is promised, and for f64, whose tolerance comes near the error of
-/// two independent codes, twice that.
-fn share(precision: Precision) -> f64 {
-    if precision == Precision::F32 { 1.0 } else { 2.0 }
-}
+use crate::scene::{BackendChoice, Precision, RunOptions};
 
 /// One backend in one precision, and what its answers may be wrong by.
 pub struct Place {
@@ -27,7 +20,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// `backend` in `precision`, and what else the `options` say.
+    /// `backend` in `precision`, and what else the `options` say. The bound on its strain error, if nothing else is said, is its tolerance; in f64, whose
+    /// tolerance comes near the error of two independent codes, twice that.
     ///
     /// # Errors
     /// A tolerance that the precision cannot reach, an adapter without it.
@@ -38,17 +32,19 @@ impl Place {
     ) -> Result<Self, Error> {
         let options = RunOptions { backend: Some(backend), precision: Some(precision), ..options.clone() };
         let choice = Choice::among(&options, adapter.map_or(&[], std::slice::from_ref))?;
-        let bound = bound.unwrap_or(share(precision) * choice.backend.tolerance.unwrap_or_default());
+        let share = if precision == Precision::F32 { 1.0 } else { 2.0 };
+        let bound = bound.unwrap_or(share * choice.backend.tolerance.unwrap_or_default());
         Ok(Self { options, adapter: adapter.cloned(), precision, choice, bound })
     }
 
-    /// This place at `tolerance`.
+    /// This place, not the reference, at `tolerance`.
     ///
     /// # Errors
     /// A tolerance that the precision cannot reach.
-    pub fn at(&self, tolerance: f64) -> Result<Choice, Error> {
+    pub fn at(&self, tolerance: f64) -> Result<Self, Error> {
         let options = RunOptions { tolerance: Some(tolerance), ..self.options.clone() };
-        Choice::among(&options, self.adapter.as_slice())
+        let backend = if self.adapter.is_some() { BackendChoice::Gpu } else { BackendChoice::Cpu };
+        Self::new(&options, (backend, self.precision, self.adapter.as_ref()), None)
     }
 
     /// Which backend it is.
@@ -56,24 +52,16 @@ impl Place {
         &self.choice.backend
     }
 
-    /// Whether this is the reference.
-    pub fn is_reference(&self) -> bool {
-        self.backend().tolerance.is_none()
-    }
-
     /// `cpu f32`, `gpu f64`.
     pub fn label(&self) -> String {
         format!("{} {}", self.backend().name, self.backend().precision)
     }
 
-    /// Tolerance of a chart that stands in for the CPU kernel where designs are ranked; `None` where there is none.
-    pub(super) fn chart_tolerance(&self) -> Option<f64> {
-        self.choice.chart_tolerance().filter(|_| self.backend().name == "cpu")
-    }
-
-    /// What solves taps of `model`, on a device of its own.
-    pub fn method(&self, model: &Model) -> Result<Method, Error> {
-        self.choice.open(model)
+    /// The same with its adapter, and the tolerance if one was asked for.
+    pub fn name(&self) -> String {
+        let adapter = self.backend().adapter.as_ref().map_or(String::new(), |name| format!(" ({name})"));
+        let tolerance = self.options.tolerance.map_or(String::new(), |t| format!(" to {t:e}"));
+        format!("{}{adapter}{tolerance}", self.label())
     }
 }
 
@@ -90,28 +78,27 @@ pub fn present(options: &RunOptions, bound: Option<f64>) -> Result<Vec<Place>, E
     let asked = options.backend.unwrap_or(BackendChoice::Auto);
     let name = options.adapter.as_deref().unwrap_or_default().to_lowercase();
     let free = asked == BackendChoice::Auto && name.is_empty();
-    let precisions = options.precision.map_or_else(|| vec![Precision::F32, Precision::F64], |p| vec![p]);
-    let mut places = Vec::new();
+    let mut devices: Vec<Option<Adapter>> = Vec::new();
     if free || asked == BackendChoice::Cpu {
-        for &precision in &precisions {
-            places.push(Place::new(options, (BackendChoice::Cpu, precision, None), bound)?);
-        }
+        devices.push(None);
     }
     if matches!(asked, BackendChoice::Auto | BackendChoice::Gpu) {
-        let present = if free && cramped().is_some() { Vec::new() } else { adapters(!free)? };
-        let wanted: Vec<&Adapter> =
-            present.iter().filter(|a| a.name.to_lowercase().contains(&name)).collect();
-        if wanted.is_empty() && !free {
+        let all = if free && cramped().is_some() { Vec::new() } else { adapters(!free)? };
+        devices.extend(all.iter().filter(|a| a.name.to_lowercase().contains(&name)).cloned().map(Some));
+        if devices.is_empty() {
             // It fails, in the words of a sweep.
             let asked = RunOptions { backend: Some(BackendChoice::Gpu), ..options.clone() };
-            Choice::among(&RunOptions { precision: None, tolerance: None, ..asked }, &present)?;
+            Choice::among(&RunOptions { precision: None, tolerance: None, ..asked }, &all)?;
         }
-        for adapter in wanted {
-            for &precision in &precisions {
-                let absent = precision == Precision::F64 && !adapter.f64;
-                if !absent || options.precision.is_some() && asked != BackendChoice::Auto {
-                    places.push(Place::new(options, (BackendChoice::Gpu, precision, Some(adapter)), bound)?);
-                }
+    }
+    let precisions = options.precision.map_or_else(|| vec![Precision::F32, Precision::F64], |p| vec![p]);
+    let mut places = Vec::new();
+    for device in &devices {
+        let backend = if device.is_some() { BackendChoice::Gpu } else { BackendChoice::Cpu };
+        for &precision in &precisions {
+            let absent = precision == Precision::F64 && device.as_ref().is_some_and(|a| !a.f64);
+            if !absent || options.precision.is_some() && asked != BackendChoice::Auto {
+                places.push(Place::new(options, (backend, precision, device.as_ref()), bound)?);
             }
         }
     }

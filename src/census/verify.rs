@@ -17,16 +17,6 @@ use crate::kernel::Solver;
 use crate::kernel::ranking::{Case as Reading, Charts};
 use crate::scene::{Setup, Study, Tuple};
 
-/// Random taps where nobody says how many: of a spec, or of each built-in configuration beside its hard cases.
-pub fn samples(of_spec: bool, quick: bool) -> u32 {
-    match (of_spec, quick) {
-        (true, false) => 1000,
-        (true, true) => 100,
-        (false, false) => 24,
-        (false, true) => 4,
-    }
-}
-
 /// Taps that are solved together, between two looks at the clock: a second's work of the reference on a slow core.
 const PART: usize = 256;
 
@@ -84,21 +74,18 @@ pub fn run(
     stop: &AtomicBool,
     tell: &mut dyn FnMut(CensusNews),
 ) -> Result<(), Error> {
-    let mut done = 0;
     // Each device is opened once, on its first use.
     let mut solvers: Vec<Option<Box<dyn Solver>>> = places.iter().map(|_| None).collect();
-    let mut parts = cases.iter().flat_map(|case| {
-        let parts = case.tuples.chunks(PART).map(|tuples| Taps::of(&case.setup, tuples));
-        let last = case.tuples.len().div_ceil(PART).saturating_sub(1);
-        parts.enumerate().map(move |(k, taps)| (case, taps, k == last))
-    });
-    let expected = |taps: &Taps| {
-        Evaluator::new(&taps.setup, Method::Reference).stopping(stop).run(&taps.designs, &taps.tasks)
+    let mut parts = cases.iter().flat_map(|case| case.tuples.chunks(PART).map(move |part| (case, part)));
+    let mut solve = || {
+        let (case, part) = parts.next()?;
+        let taps = Taps::of(&case.setup, part);
+        let mut evaluator = Evaluator::new(&taps.setup, Method::Reference).stopping(stop);
+        let expected = evaluator.run(&taps.designs, &taps.tasks);
+        Some((case, expected, taps))
     };
-    let mut solve = || parts.next().map(|(case, taps, last)| (case, expected(&taps), taps, last));
-    let mut solved = Solved::new(places);
-    let mut next = solve();
-    while let Some((case, expected, taps, last)) = next {
+    let (mut done, mut solved, mut next) = (0, Solved::default(), solve());
+    while let Some((case, expected, taps)) = next {
         // What waits for a device leaves time for the reference's next part.
         let found;
         (found, next) = rayon::join(|| solved.add(&taps, expected, places, &mut solvers, stop), &mut solve);
@@ -111,9 +98,9 @@ pub fn run(
                 stop.load(Ordering::Relaxed)
             }
         };
-        if (last || ended) && !solved.expected.is_empty() {
-            tell(CensusNews::Lines(done, solved.lines(case, places)));
-            solved = Solved::new(places);
+        let n = solved.expected.len();
+        if n == case.tuples.len() || ended && n > 0 {
+            tell(CensusNews::Lines(done, std::mem::take(&mut solved).lines(case, places)));
         }
         if ended {
             break;
@@ -123,24 +110,14 @@ pub fn run(
 }
 
 /// The first taps of a case, as solved by the reference and on every place.
+#[derive(Default)]
 struct Solved {
     expected: Vec<Outcome>,
-    /// Whether each is far from base and gauge.
-    far: Vec<bool>,
-    found: Vec<(Vec<Outcome>, Vec<Compared>)>,
+    found: Vec<Vec<Outcome>>,
 }
 
 impl Solved {
-    /// No taps so far.
-    fn new(places: &[Place]) -> Self {
-        Self {
-            expected: Vec::new(),
-            far: Vec::new(),
-            found: places.iter().map(|_| Default::default()).collect(),
-        }
-    }
-
-    /// Solves more taps on every place, and compares them with what the reference says.
+    /// Solves more taps on every place, of which the reference says what is expected.
     fn add(
         &mut self,
         taps: &Taps,
@@ -158,35 +135,27 @@ impl Solved {
             if let Method::Fast { solver, .. } = evaluator.into_method() {
                 *kept = Some(solver);
             }
-            let found = found?;
-            let one = |i: usize| compare(taps, i, [&expected[i], &found[i]], place.bound);
-            let compared: Vec<Compared> = (0..found.len()).map(one).collect();
-            Ok((found, compared))
+            Ok(found?)
         };
         let found: Vec<_> = places.par_iter().zip(solvers).map(answer).collect::<Result<_, _>>()?;
-        for (all, (found, compared)) in self.found.iter_mut().zip(found) {
-            all.0.extend(found);
-            all.1.extend(compared);
-        }
-        self.far.extend(taps.tasks.iter().enumerate().map(|(i, task)| task.is_far(taps.design(i))));
+        self.found.resize_with(places.len(), Vec::new);
+        self.found.iter_mut().zip(found).for_each(|(all, found)| all.extend(found));
         self.expected.extend(expected);
         Ok(())
     }
 
     /// The lines of the census.
     fn lines(&self, case: &Case, places: &[Place]) -> Vec<Line> {
-        let expected = &self.expected[..];
-        let tuples = &case.tuples[..expected.len()];
-        let mut lines = Vec::new();
-        for (n, (place, (found, compared))) in places.iter().zip(&self.found).enumerate() {
+        let (expected, mut lines) = (&self.expected, Vec::new());
+        let taps = Taps::of(&case.setup, &case.tuples[..expected.len()]);
+        for (n, (place, found)) in places.iter().zip(&self.found).enumerate() {
             let mut add = |name: String, compared: &[Compared], found: &[Outcome]| {
-                let (of, at) = ((name, case.setup.drive), (n, place.bound));
-                lines.push(Line::new(of, at, (tuples, &self.far), compared, [expected, found]));
+                lines.push(Line::new(name, (n, place.bound), &taps, compared, [expected, found]));
             };
-            if let Some(charted) = charted(case, place, tuples, expected) {
+            if let Some(charted) = charted(case, place, &taps, expected) {
                 add(format!("{} chart", case.name), &charted, expected);
             }
-            add(case.name.clone(), compared, found);
+            add(case.name.clone(), &compare(&taps, expected, found, place.bound), found);
         }
         lines
     }
@@ -194,10 +163,11 @@ impl Solved {
 
 /// The strains that the rows are made of where `place` ranks the designs of `case` from a chart, against the reference. Taps that the
 /// chart leaves to the kernel count as [`Odd::Neither`].
-fn charted(case: &Case, place: &Place, tuples: &[Tuple], expected: &[Outcome]) -> Option<Vec<Compared>> {
-    let study = case.study.as_ref()?;
+fn charted(case: &Case, place: &Place, taps: &Taps, expected: &[Outcome]) -> Option<Vec<Compared>> {
+    let (study, tuples) = (case.study.as_ref()?, &case.tuples[..expected.len()]);
     let layout = study.space.layout()?;
-    let ranker = Ranker::new(study, &layout, place.chart_tolerance()?).ok().flatten()?;
+    let tolerance = place.choice.chart_tolerance().filter(|_| place.backend().name == "cpu")?;
+    let ranker = Ranker::new(study, &layout, tolerance).ok().flatten()?;
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     let read = |i: usize| {
         let distance = distances.iter().position(|a| *a == tuples[i].a)?;
@@ -205,7 +175,6 @@ fn charted(case: &Case, place: &Place, tuples: &[Tuple], expected: &[Outcome]) -
         easy.then_some((i, (tuples[i], distance)))
     };
     let (places, read): (Vec<usize>, Vec<(Tuple, usize)>) = (0..tuples.len()).filter_map(read).unzip();
-    let taps = Taps::of(&case.setup, tuples);
     let mut compared = vec![Err(Odd::Neither); tuples.len()];
     for (i, deviation) in places.into_iter().zip(ranker.deviations(&read)) {
         let (exact, found) = (expected[i].strain, expected[i].strain_linear / (1.0 + deviation));

@@ -1,23 +1,21 @@
 //! `vibrissa bench`: speed against error.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args as Flags;
 use serde_json::{Value, json};
 
+use super::aligned::{framed, objects, shown};
 use super::apart::{apart, cut};
 use super::{Common, Context, Reply, rough};
-use crate::census::bench::{self, Measured, News, Settings, Solved, name, places};
-use crate::census::{Figures, Place};
+use crate::backend::Backend;
+use crate::census::bench::{Bench, Measured, News};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Format, Style};
 use crate::kernel::rule::smallest_tolerance;
 use crate::report;
-use crate::scene::{BackendChoice, Precision};
+use crate::scene::Precision;
 use crate::sink::folder::{Question, hash};
-use crate::sink::heading::heading;
-use crate::sink::values::named;
 
 /// Largest spread of repeats that says nothing about the machine: backends and tolerances are compared where they differ by tens of percent.
 const QUIET: f64 = 0.15;
@@ -25,6 +23,10 @@ const QUIET: f64 = 0.15;
 /// Figures of the result; one without points is left out.
 const FIGURES: [&str; 4] =
     ["work_precision.svg", "work_precision.png", "configurations.svg", "configurations.png"];
+
+/// Columns of the measurements that people are shown.
+const COLUMNS: &str =
+    "configuration,backend,precision,tolerance,ns_per_tap,spread,strain_error_p99,strain_error_max,failed";
 
 /// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances. Ctrl-C
 /// keeps what was measured.
@@ -46,33 +48,21 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
             return Err(error.allowed(format!("{least:e} … 1 (exclusive)")).into());
         }
     }
-    let mut places = places(&options)?;
-    if asked.quick && matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none()
-    {
-        // They compile for a minute what the CPU has compiled.
-        places.retain(|p| !p.backend().software);
-    }
-    let settings = Settings::new(asked.quick, options.tolerance);
+    let bench = Bench::new(&options, asked.quick)?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("results/bench"));
-    let backends = json!(places.iter().map(Place::backend).collect::<Vec<_>>());
-    let names: Vec<String> = (0..places.len()).map(|k| name(&places, k)).collect();
-    let steps = settings.steps(&places);
+    let of_places: Vec<Backend> = bench.places.iter().map(|p| p.backend().clone()).collect();
     if options.plan == Some(true) {
-        let cost = settings.cost(&steps, &places);
-        return Ok(Reply { backend: backends, ..planned(&settings, &names, (steps.len(), cost), out) });
+        return Ok(Reply { backend: json!(of_places), ..planned(&bench, out) });
     }
-    let of = steps.len() as u64;
-    let described = settings.json();
-    let text = format!("{}\n", json!({ "bench": described, "places": names }));
+    let (of, described) = (bench.steps() as u64, bench.json());
+    let text = format!("{}\n", json!({ "bench": described }));
     let question = Question::new("bench", "bench", json!({ "settings": hash(&text) }));
-    let heading = heading("work_precision");
-    let files = [&[&*heading.file], &FIGURES[..]].concat();
+    let files = [&["work_precision.csv"], &FIGURES[..]].concat();
     let mut destination = context.open(&out, question, &files, options.force)?;
-    let of_places: Vec<_> = places.iter().map(|p| p.backend().clone()).collect();
     let mut measured: Vec<Measured> = Vec::new();
     apart(
         context,
-        move |stop, tell| bench::measure(&settings, steps, &places, stop, tell),
+        move |stop, tell| bench.measure(stop, tell),
         |news| match news {
             News::Begun(n, what) => context.line(format!("[{n:>3} of {of}] {what}")),
             News::Made(one) => measured.push(*one),
@@ -81,30 +71,20 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let done = measured.len() as u64;
     let (kept, broken) = cut(([done, of], "measurements"), &destination, (options.force, &out));
     // (slowest − fastest)/median of the repeats: on a quiet machine it is some percent.
-    let spread = measured.iter().filter_map(|m| m.times.spread).fold(0.0, f64::max);
+    let spread = measured.iter().filter_map(|m| m.spread).fold(0.0, f64::max);
     if spread > QUIET {
         context.warn(&format!("repeats of a measurement differ by up to {:.0} %: this machine does something else too, and its figures may be too slow", 100.0 * spread));
     }
-    let rows = || measured.iter().map(|m| m.fields(&of_places[m.step.place]));
-    let point = |(m, row): (&Measured, _)| {
-        let mut point = named(heading.names_as(&[]), row);
-        point["backend"] = names[m.step.place].as_str().into();
-        point["taps_per_second"] = (1e9 / m.times.best).into();
-        point
-    };
-    let points: Vec<Value> = measured.iter().zip(rows()).map(point).collect();
-    let counts = json!({
-        "points": measured.len(),
-        "taps": measured.iter().map(|m| m.taps).sum::<u64>(),
-        "failed": measured.iter().map(|m| m.failed).sum::<u64>(),
-    });
+    let table = framed("work_precision", measured.iter().map(|m| m.fields(&of_places[m.line.place])))?;
+    let sum = |name: &str| (0..table.len()).map(|r| table.number(name, r) as u64).sum::<u64>();
+    let counts = json!({ "points": table.len(), "taps": sum("taps"), "failed": sum("failed") });
     let (machine, stopped) = (machine(), broken.is_some());
     let reply = Reply {
-        text: summary(&measured, &names),
+        text: shown(&table, &table.rows(|_| true), COLUMNS),
         counts,
         seconds: context.seconds(),
-        backend: backends.clone(),
-        result: json!({ "machine": machine, "spread": spread, "points": points }),
+        backend: json!(of_places),
+        result: json!({ "machine": machine, "spread": spread, "points": objects(&table) }),
         broken,
         quiet: context.is_quiet(),
         ..Reply::default()
@@ -112,8 +92,6 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     if !kept {
         return Ok(Reply { out: Some(out), ..reply });
     }
-    let mut table = heading.frame(&[]);
-    rows().try_for_each(|row| table.row(row))?;
     // A run that was stopped has no time for figures.
     let figures = if stopped { Vec::new() } else { report::of_bench(&table, None)? };
     destination.table(table)?;
@@ -124,7 +102,7 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     }
     let body = json!({
         "machine": machine,
-        "backends": backends,
+        "backends": of_places,
         "settings": described,
         "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
         "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
@@ -147,50 +125,20 @@ fn machine() -> Value {
     })
 }
 
-fn planned(
-    settings: &Settings,
-    places: &[String],
-    (steps, (taps, seconds)): (usize, (u64, f64)),
-    out: PathBuf,
-) -> Reply {
-    let (about, time, on) = (rough(taps as f64), rough(seconds), places.join(", "));
-    let of = settings.configurations.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
-    let Settings { quick, compared, timed, repeats, .. } = settings;
-    let kind = if *quick { "quick benchmark" } else { "benchmark" };
+fn planned(bench: &Bench, out: PathBuf) -> Reply {
+    let (steps, (taps, seconds), described) = (bench.steps(), bench.cost(), bench.json());
     Reply {
         counts: json!({ "measurements": steps, "taps": taps }),
         seconds: json!({ "expected": seconds }),
-        result: settings.json(),
+        result: described.clone(),
         ..Reply::planned(out, |to| {
+            let (about, time) = (rough(taps as f64), rough(seconds));
+            let lines =
+                described.as_object().into_iter().flatten().map(|(name, x)| format!("  {name}: {x}\n"));
+            let lines: String = lines.collect();
             format!(
-                "{kind}: {steps} measurements, about {about} taps, about {time} s\n  \
-                 backends        {on}\n  \
-                 configurations  {of}\n  \
-                 taps compared   {compared} with the reference, each\n  \
-                 taps timed      {timed}, {repeats} times\n  \
-                 table, figures and run.json go to {to}"
+                "{steps} measurements, about {about} taps, about {time} s\n{lines}  table, figures and run.json go to {to}"
             )
         })
     }
-}
-
-/// The ladder at every tolerance, in one line each.
-fn summary(measured: &[Measured], places: &[String]) -> String {
-    let mut text = "configuration   backend        kernel       tolerance  ns per tap  spread     taps/s       p99     worst  failed\n".to_owned();
-    for m in measured.iter().filter(|m| !matches!(m.step.solved, Solved::Nodes(_))) {
-        let number =
-            |f: fn(&Figures) -> f64| m.errors.as_ref().map_or(String::new(), |e| format!("{:.1e}", f(e)));
-        let (configuration, failed) = (m.step.configuration.name, m.failed);
-        let (backend, kernel) = (&places[m.step.place], m.step.solved.name());
-        let tolerance = m.step.tolerance.map_or(String::new(), |t| format!("{t:e}"));
-        let (ns, rate) = (m.times.best, 1e9 / m.times.best);
-        let spread = m.times.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s));
-        let (p99, worst) = (number(|e| e.p99), number(|e| e.worst));
-        let _ = writeln!(
-            text,
-            "{configuration:<15} {backend:<14} {kernel:<12} {tolerance:>9} {ns:>11.1} {spread:>7} {rate:>10.2e} {p99:>9} {worst:>9} {failed:>7}"
-        );
-    }
-    text + "ns per tap: the fastest of the repeats; spread: (slowest − fastest) / median of them; p99, worst: strain error against the\n\
-            reference, 99 of 100 taps are not worse, and the worst tap; failed: taps that only the reference solves.\n"
 }

@@ -21,7 +21,7 @@ use crate::sink::folder::{Folder, Question};
 use crate::sink::frame::Frame;
 use crate::sink::lab::LabTable;
 use crate::sink::memory;
-use crate::{census::bound, files, spec};
+use crate::{census::needed, files, spec};
 
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 
@@ -226,7 +226,7 @@ impl<'a> Context<'a> {
         if let (None, Some((_, _, free))) = (typed, &mut *self.spec.borrow_mut()) {
             free.push("--model-error");
         }
-        bound::bound(typed.or(spec.run.model_error), spec, choice)
+        needed::bound(typed.or(spec.run.model_error), spec, choice)
     }
 
     pub fn settle(

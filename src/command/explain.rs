@@ -1,73 +1,34 @@
 //! `vibrissa sweep SPEC.toml --explain`: what each effect changes, as a table or as JSON.
 
-use std::fmt::Write;
+use serde_json::json;
 
-use serde_json::{Value, json};
-
+use super::aligned::aligned;
 use super::{Context, Reply, where_and_why};
 use crate::backend::Choice;
-use crate::census::effect::Effect;
-use crate::census::explain::{Change, Explained, Explanation, Verdict, explain};
-use crate::census::tap_json;
+use crate::census::At;
+use crate::census::explain::{Change, Explained, Explanation, explain};
 use crate::error::{Error, InputError};
-use crate::scene::{BackendChoice, Drive, RunOptions, Spec};
+use crate::scene::{BackendChoice, RunOptions, Spec};
 use crate::tap::few;
 
-/// Tolerances judged where none is given.
-const LEAVE_OFF: [f64; 3] = [1e-4, 1e-3, 1e-2];
-
-/// Explains `spec`; `leave_off` as typed. Few taps: in f64 on the CPU unless something else is asked for.
-pub fn run(
-    spec: &Spec,
-    options: &RunOptions,
-    leave_off: &[f64],
-    context: &Context<'_>,
-) -> Result<Reply, Error> {
-    if let Some(rigs) = &spec.study.setup.rigs {
-        let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
-        let names = names.join(", ");
-        let why = format!("what each effect changes is told of one rig, and {names} have several values");
-        return Err(InputError::new(why).key("--explain").allowed("one number each").into());
+/// Explains `spec`. Few taps: in f64 on the CPU unless something else is asked for.
+pub fn run(spec: &Spec, options: &RunOptions, context: &Context<'_>) -> Result<Reply, Error> {
+    if spec.study.setup.rigs.is_some() {
+        let error = InputError::new("what each effect changes is said of one rig").key("--explain");
+        return Err(error.allowed("one number each").into());
     }
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
     let choice = if free { few(options) } else { Choice::new(options) }?;
-    let tolerances = tolerances(leave_off, choice.backend.tolerance.unwrap_or(0.0))?;
-    let found = explain(&spec.study, &choice, &tolerances)?;
+    let found = explain(&spec.study, &choice)?;
     Ok(Reply {
         text: text(spec, &choice, &found),
         counts: json!({ "taps": found.total, "taps_compared": found.taps }),
         seconds: context.seconds(),
         backend: json!(choice.backend),
-        result: result(spec.study.setup.drive, &found),
+        result: json!(found),
         quiet: context.is_quiet(),
         ..Reply::default()
     })
-}
-
-/// Ascending, each in range and above the error of a comparison of two taps of this accuracy.
-fn tolerances(typed: &[f64], accuracy: f64) -> Result<Vec<f64>, InputError> {
-    let mut wanted = if typed.is_empty() {
-        LEAVE_OFF.into_iter().filter(|t| *t >= 2.0 * accuracy).collect()
-    } else {
-        typed.to_vec()
-    };
-    if let Some(bad) = wanted.iter().find(|t| !(**t > 0.0 && **t < 1.0 && **t >= 2.0 * accuracy)) {
-        let error = InputError::new("effects cannot be judged at this tolerance").key("--leave-off");
-        let allowed = format!("0 < E < 1, and at least twice --tolerance, {accuracy:e}");
-        return Err(error.value(bad).allowed(allowed));
-    }
-    wanted.sort_by(f64::total_cmp);
-    wanted.dedup();
-    Ok(wanted)
-}
-
-/// What both settings of a comparison have other than the spec: names and values.
-fn both(e: &Explained) -> &[(&'static str, String)] {
-    e.switch.pair.as_ref().map_or(&[][..], |p| &p.both)
-}
-
-fn names(effects: &[Effect]) -> String {
-    effects.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ")
 }
 
 /// Percent with three digits.
@@ -83,32 +44,20 @@ fn percent(x: f64) -> String {
     }
 }
 
-/// The smallest tolerance at which an effect that is on could be left off.
-fn leave_off(e: &Explained, found: &Explanation) -> String {
-    if e.switch.on != Some(true) {
-        return String::new();
+fn row(e: &Explained) -> Vec<String> {
+    let mut row = vec![e.effect.name().to_owned(), e.spec.clone(), e.instead.clone().unwrap_or_default()];
+    let mut notes: Vec<String> = e.not_compared.iter().map(|why| format!("not compared: {why}")).collect();
+    if let Some(change) = &e.change {
+        row.extend(numbers(change));
+        let both: Vec<String> =
+            e.both_with.iter().map(|b| format!("{} {}", b.effect.name(), b.value)).collect();
+        notes.extend((!both.is_empty()).then(|| format!("both with {}", both.join(", "))));
+        let unmatched = || format!("unmatched taps: {} {}", change.unmatched, change.unmatched_status);
+        notes.extend((change.unmatched > 0).then(unmatched));
+    } else if notes.is_empty() {
+        notes.push("no tap to compare".into());
     }
-    let at = found.verdicts.iter().find(|v| v.effects.contains(&e.switch.effect));
-    at.map_or_else(|| "no".into(), |v| format!("at {:e}", v.tolerance))
-}
-
-fn row(e: &Explained, found: &Explanation) -> Vec<String> {
-    let switch = &e.switch;
-    let mut row = vec![switch.effect.name().to_owned(), switch.spec.clone(), switch.instead.clone()];
-    let notes: Vec<String> = match (&e.change, &switch.pair) {
-        (Some(change), _) => {
-            row.extend(numbers(change));
-            row.push(leave_off(e, found));
-            let unmatched = (change.unmatched > 0)
-                .then(|| format!("unmatched taps: {} {}", change.unmatched, change.unmatched_status));
-            let both: Vec<String> = both(e).iter().map(|(name, value)| format!("{name} {value}")).collect();
-            let both = (!both.is_empty()).then(|| format!("both with {}", both.join(", ")));
-            both.into_iter().chain(unmatched).collect()
-        }
-        (None, Err(why)) => vec![format!("not compared: {why}")],
-        (None, Ok(_)) => vec!["no tap to compare".into()],
-    };
-    row.resize(12, String::new());
+    row.resize(11, String::new());
     row.push(notes.join("; "));
     row
 }
@@ -117,7 +66,8 @@ fn row(e: &Explained, found: &Explanation) -> Vec<String> {
 fn numbers(c: &Change) -> Vec<String> {
     let short = |x: f64| format!("{}", (x * 1e4).round() / 1e4);
     let left = c.left.map_or(String::new(), |l| percent(l).trim_start_matches('+').to_owned());
-    let at = [c.at.D, c.at.d, c.at.a, c.at.drive].map(short);
+    let At(_, t) = c.at;
+    let at = [t.D, t.d, t.a, t.drive].map(short);
     let mut cells = vec![percent(c.median), percent(c.largest)];
     cells.extend(at);
     cells.extend([left, c.taps.to_string()]);
@@ -125,95 +75,21 @@ fn numbers(c: &Change) -> Vec<String> {
 }
 
 fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
-    let mut text = String::new();
-    let part = if found.taps as u64 == found.total { "all" } else { "spread over" };
-    let (name, on) = (&spec.name, where_and_why(&choice.backend));
-    let Explanation { taps, total, .. } = found;
-    let _ = writeln!(
-        text,
-        "{name}: what each effect changes, in % of strain; {taps} taps ({part} {total}), {on}"
-    );
-    let drive = spec.study.setup.drive.column();
-    let header = format!(
-        "effect,spec,instead,median,largest,at D_mm,d_tip_mm,a_mm,{drive},calibrated,taps,leave off,"
-    );
-    let mut rows = vec![header.split(',').map(str::to_owned).collect()];
-    rows.extend(found.effects.iter().map(|e| row(e, found)));
-    if let Some(change) = &found.linear {
-        let mut row = vec!["all effects".to_owned(), "as above".into(), "linear theory".into()];
-        row.extend(numbers(change));
-        row.resize(13, String::new());
-        rows.push(row);
-    }
-    align(&mut text, &rows);
-    text.push_str(
-        "median, largest: change of |strain| when the effect alone is switched from `spec` to `instead`.\n\
-         calibrated: what is left after calibration, the relative SD over the distances of a design and drive; worst row.\n",
-    );
-    for v in &found.verdicts {
-        let which = v.together.map_or("nothing".to_owned(), |c| {
-            names(&v.effects)
-                + &match v.effects.len() {
-                    1 => String::new(),
-                    _ if c.within(v.tolerance) => format!(" (together {} %)", percent(c.largest)),
-                    _ => format!(" (each alone; together {} %, too much)", percent(c.largest)),
-                }
-        });
-        let _ = writeln!(text, "could be left off at {:e}: {which}", v.tolerance);
-    }
-    text
-}
-
-/// Columns under each other: words to the left, numbers to the right.
-fn align(text: &mut String, rows: &[Vec<String>]) {
-    let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
-    for row in rows {
-        let mut line = String::new();
-        for (c, (cell, &w)) in row.iter().zip(&widths).enumerate() {
-            let _ = match c {
-                0..3 | 12 => write!(line, "{cell:<w$}  "),
-                _ => write!(line, "{cell:>w$}  "),
-            };
-        }
-        let _ = writeln!(text, "{}", line.trim_end());
-    }
-}
-
-fn changed(drive: Drive, change: Option<&Change>) -> Value {
-    change.map_or(Value::Null, |c| {
-        json!({
-            "median_percent": c.median, "largest_percent": c.largest, "at": tap_json(drive, &c.at), "calibrated_sd_percent": c.left,
-            "taps": c.taps, "unmatched": c.unmatched,
-            "unmatched_status": c.unmatched_status.to_string(),
-        })
-    })
-}
-
-fn result(drive: Drive, found: &Explanation) -> Value {
-    let effect = |e: &Explained| {
-        let s = &e.switch;
-        json!({
-            "effect": s.effect.name(),
-            "key": s.effect.key(),
-            "on": s.on,
-            "spec": s.spec,
-            "instead": s.pair.is_ok().then_some(&s.instead),
-            "both_with": both(e).iter().map(|(name, value)| json!({ "effect": name, "value": value })).collect::<Vec<_>>(),
-            "not_compared": s.pair.as_ref().err(),
-            "change": changed(drive, e.change.as_ref()),
-        })
-    };
-    let verdict = |v: &Verdict| {
-        json!({
-            "tolerance": v.tolerance,
-            "effects": v.effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
-            "together": changed(drive, v.together.as_ref()),
-        })
-    };
-    json!({
-        "effects": found.effects.iter().map(effect).collect::<Vec<_>>(),
-        "all_effects": changed(drive, found.linear.as_ref()),
-        "leave_off": found.verdicts.iter().map(verdict).collect::<Vec<_>>(),
-    })
+    let (name, drive, on) = (&spec.name, spec.study.setup.drive.column(), where_and_why(&choice.backend));
+    let Explanation { taps, total, effects, all_effects } = found;
+    let part = if *taps as u64 == *total { "all" } else { "spread over" };
+    let names = format!("effect,spec,instead,median,largest,at D_mm,d_tip_mm,a_mm,{drive},calibrated,taps,");
+    let mut rows: Vec<Vec<String>> = vec![names.split(',').map(str::to_owned).collect()];
+    rows.extend(effects.iter().map(row));
+    rows.extend(all_effects.as_ref().map(|change| {
+        let names = ["all effects", "as above", "linear theory"].map(str::to_owned);
+        names.into_iter().chain(numbers(change)).collect()
+    }));
+    format!(
+        "{name}: what each effect changes, in % of strain; {taps} taps ({part} {total}), {on}\n{}\
+         median, largest: change of |strain| when the effect alone is switched from `spec` to `instead`.\n\
+         calibrated: what is left after calibration, the relative SD over the distances of a design and drive; worst row.\n\
+         `--plan --model-error E` says which effects may be left off together for a strain within E.\n",
+        aligned(&rows)
+    )
 }

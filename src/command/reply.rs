@@ -45,7 +45,7 @@ impl Reply {
     pub fn of_spec(self, spec: &Spec, needed: Option<&Needed>) -> Self {
         let left = needed.map_or_else(String::new, Needed::sentence);
         let text = format!("{}{left}values in force:\n{}", self.text, in_force(spec));
-        let left = needed.map(|needed| needed.summary(0.0));
+        let left = needed.map(Needed::summary);
         Self { text, result: json!({ "in_force": run_json::in_force(spec), "model_error": left }), ..self }
     }
 

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::{Common, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
-use crate::census::sample::ComparedRows;
+use crate::census::sample;
 use crate::curve::both::TAPS;
 use crate::digits::short;
 use crate::error::Error;
@@ -32,16 +32,12 @@ use crate::tap::k_names;
 pub struct SweepRequest {
     /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
     pub spec: PathBuf,
-    /// Show what each effect of the model changes, in % of strain, and which could be left off; write nothing
+    /// Show what each effect of the model changes, in % of strain; write nothing
     #[arg(long, conflicts_with_all = ["plan", "out", "force"])]
     #[serde(skip)]
     pub explain: bool,
-    /// With --explain: relative changes of strain at which effects could be left off, separated by commas [default: 1e-4,1e-3,1e-2]
-    #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain", value_parser = number)]
-    #[serde(skip)]
-    pub leave_off: Vec<f64>,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the spec's space: measured
-    /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
+    /// against the full model; run.json has the effects and their size (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain", value_parser = number)]
     pub model_error: Option<f64>,
     /// Run only part i of n, of whole designs, into <out>/shard-i-of-n; `vibrissa merge` joins the parts. `slurm`: read the part from the
@@ -69,7 +65,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     spec.inputs.extend(context.inputs());
     let options = context.begun(&asked.common, &mut spec)?;
     if asked.explain {
-        return explain::run(&spec, &options, &asked.leave_off, context);
+        return explain::run(&spec, &options, context);
     }
     let alone = asked.shard.is_none() && !context.is_in_memory();
     if alone && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
@@ -83,7 +79,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;
     }
-    let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study), e);
+    let fewer = |e| Needed::new(&spec.study.setup, &sample::choosing(&spec.study), e);
     let mut needed = bound.map(fewer).transpose()?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let planning = options.plan == Some(true);
@@ -94,7 +90,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
         _ => None,
     };
     if let Some(needed) = &needed {
-        spec.study.setup = needed.setup().clone();
+        spec.study.setup = needed.setup.clone();
     }
     let plan = Plan::new(&spec.study, &choice)?;
     if planning {
@@ -211,7 +207,7 @@ fn planned(
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": bytes, "curves": curves }),
         seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
         backend: json!(b),
-        result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(|n| n.summary(seconds)) }),
+        result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(Needed::summary) }),
         ..Reply::default()
     })
 }

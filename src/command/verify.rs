@@ -1,31 +1,27 @@
 //! `vibrissa verify [SPEC.toml]`: the census of every backend against the reference.
 
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Display, Path, PathBuf};
 
 use clap::Args as Flags;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::json;
 
+use super::aligned::{cell, framed, objects, shown};
 use super::apart::{apart, cut};
 use super::{Common, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
-use crate::census::compare::{Line, Odd};
+use crate::census::compare::Line;
 use crate::census::verify::{self, Case, CensusNews};
 use crate::census::{Place, present};
 use crate::error::{Error, InputError};
-use crate::scene::{BackendChoice, Spec};
+use crate::scene::BackendChoice;
 use crate::sink::folder::{Question, hash};
-use crate::sink::heading::heading;
+use crate::sink::frame::Frame;
 use crate::sink::run_json::{in_force, material_fit};
-use crate::sink::values::named;
 use crate::spec;
 
-/// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
-const REFERENCE_RATE: f64 = 500.0;
-
-/// Seconds that an adapter takes to compile the kernels of one model; only for `--plan`.
-const COMPILE: f64 = 0.7;
+/// Columns of the census that people are shown.
+const COLUMNS: &str = "configuration,backend,precision,taps,compared,referred,bound,strain_error_worst,strain_error_p99,strain_over,sweeps_mean,sweeps_max,verdict";
 
 /// Compare every backend with the reference. Ctrl-C keeps the lines so far.
 #[derive(Debug, Flags, Deserialize)]
@@ -45,10 +41,6 @@ pub struct VerifyRequest {
     /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub bound: Option<f64>,
-    /// Print a line for every built-in configuration on every backend, not only for those that break a bound
-    #[arg(long)]
-    #[serde(skip)]
-    pub all: bool,
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
@@ -91,18 +83,40 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     if let Some(spec) = &mut spec {
         spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     }
-    let samples = asked.samples.unwrap_or(verify::samples(spec.is_some(), asked.quick));
+    let samples = asked.samples.unwrap_or(match (&spec, asked.quick) {
+        (Some(_), false) => 1000,
+        (Some(_), true) => 100,
+        (None, false) => 24,
+        (None, true) => 4,
+    });
     let cases = match &spec {
         Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, asked.seed)],
         None => Case::built_in(samples, asked.seed, asked.quick),
     };
     let taps: u64 = cases.iter().map(|c| c.tuples.len() as u64).sum();
-    let headline = headline(spec.as_ref(), cases.len(), taps, &places);
-    let chosen = json!({ "samples": samples, "seed": asked.seed });
+    let what = match &spec {
+        Some(spec) => format!("{}: {taps} of its taps", spec.name),
+        None => format!("{taps} taps of {} configurations", cases.len()),
+    };
+    let on: Vec<String> = places.iter().map(Place::name).collect();
+    let headline = format!("{what}, each on the reference and on {}", on.join(", "));
+    let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
     if options.plan == Some(true) {
-        return Ok(Reply { result: chosen, ..planned(headline, &cases, &places, out) });
+        // Some 500 taps a second and core by the reference, and 0.7 s in which an adapter compiles a model.
+        let models = cases.len() * places.iter().filter(|p| p.adapter.is_some()).count();
+        let seconds = taps as f64 / (500.0 * rayon::current_num_threads() as f64) + 0.7 * models as f64;
+        let rows = cases.len() * places.len();
+        let planned = |to: Display<'_>| {
+            format!("{headline}\n  verify.csv would have {rows} rows, in {to}; about {seconds:.0} s")
+        };
+        return Ok(Reply {
+            counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
+            seconds: json!({ "expected": seconds }),
+            backend: json!(backends),
+            result: json!({ "samples": samples, "seed": asked.seed }),
+            ..Reply::planned(out, planned)
+        });
     }
-    let on: Vec<String> = places.iter().map(Place::label).collect();
     let of = json!({ "quick": asked.quick, "samples": samples, "seed": asked.seed, "bound": format!("{:?}", asked.bound), "places": &on });
     let question = match &spec {
         Some(spec) => Question::of_scene("verify", spec, of),
@@ -110,7 +124,6 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     };
     let mut destination = context.open(&out, question, &["verify.csv"], options.force)?;
     context.line(headline);
-    let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
     let (mut lines, mut done, mut progress) = (Vec::new(), 0, context.progress());
     apart(
         context,
@@ -125,9 +138,9 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     )?;
     drop(progress);
     let (kept, words) = cut(([done, taps], "taps"), &destination, (options.force, &out));
-    let faults: Vec<String> = words.clone().into_iter().chain(broken(&lines, &on)).collect();
-    let rows = || lines.iter().map(|line: &Line| line.fields(&backends[line.place]));
-    let census: Vec<Value> = rows().map(|row| named(heading("verify").names_as(&[]), row)).collect();
+    let table = framed("verify", lines.iter().map(|line: &Line| line.fields(&backends[line.place])))?;
+    let faults: Vec<String> = words.clone().into_iter().chain(broken(&table)).collect();
+    let census = objects(&table);
     let (name, text) = spec.as_ref().map_or(("verify", ""), |s| (&s.name, &s.text));
     let of = json!({ "name": name, "hash": hash(text), "text": text });
     let body = json!({
@@ -140,9 +153,17 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
         "stopped": words.map(|_| json!({ "taps": done, "of": taps })),
         "census": census,
     });
+    let rows = if spec.is_some() { table.rows(|_| true) } else { bad(&table) };
+    let sum = |name: &str| (0..table.len()).map(|r| table.number(name, r) as u64).sum::<u64>();
     let reply = Reply {
-        text: table(&lines, &on, asked.all || spec.is_some()),
-        counts: counts(&lines),
+        text: if rows.is_empty() { String::new() } else { shown(&table, &rows, COLUMNS) },
+        counts: json!({
+            "comparisons": sum("taps"),
+            "compared": sum("compared"),
+            "strain_over": sum("strain_over"),
+            "lines": table.len(),
+            "broken_lines": bad(&table).len(),
+        }),
         seconds: context.seconds(),
         backend: json!(backends),
         result: json!({ "census": census }),
@@ -153,110 +174,34 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     if !kept {
         return Ok(Reply { out: Some(out), ..reply });
     }
-    let mut table = heading("verify").frame(&[]);
-    rows().try_for_each(|row| table.row(row))?;
     destination.table(table)?;
     Ok(reply.filed(destination, of, body, context)?.answered())
 }
 
-fn headline(spec: Option<&Spec>, cases: usize, taps: u64, places: &[Place]) -> String {
-    let what = match spec {
-        Some(spec) => format!("{}: {taps} of its taps", spec.name),
-        None => format!("{taps} taps of {cases} configurations"),
-    };
-    let on = places.iter().map(|p| match &p.backend().adapter {
-        Some(name) => format!("{} ({name})", p.label()),
-        None => p.label(),
-    });
-    format!("{what}, each on the reference and on {}", on.collect::<Vec<_>>().join(", "))
+/// The lines of the census that break a bound.
+fn bad(census: &Frame) -> Vec<usize> {
+    census.rows(|r| census.word("verdict", r) != "ok")
 }
 
-fn planned(headline: String, cases: &[Case], places: &[Place], out: PathBuf) -> Reply {
-    let taps: u64 = cases.iter().map(|c| c.tuples.len() as u64).sum();
-    let gpus = places.iter().filter(|p| p.backend().adapter.is_some()).count();
-    let seconds = taps as f64 / (REFERENCE_RATE * rayon::current_num_threads() as f64)
-        + COMPILE * (gpus * cases.len()) as f64;
-    let of = |case: &Case| format!("  {:<22} {} taps\n", case.name, case.tuples.len());
-    let (rows, each) = (cases.len() * places.len(), cases.iter().map(of).collect::<String>());
-    Reply {
-        counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
-        seconds: json!({ "expected": seconds }),
-        backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
-        ..Reply::planned(out, |to| {
-            format!("{headline}\n{each}  verify.csv would have {rows} rows, in {to}; about {seconds:.0} s")
-        })
-    }
-}
-
-fn counts(lines: &[Line]) -> Value {
-    let sum = |f: &dyn Fn(&Line) -> usize| lines.iter().map(f).sum::<usize>();
-    let odd = |kind: Odd| sum(&|l| l.odd(kind));
-    json!({
-        "comparisons": sum(&|l| l.taps),
-        "compared": sum(&|l| l.compared),
-        "neither": odd(Odd::Neither),
-        "unsolved": odd(Odd::Unsolved),
-        "referred": odd(Odd::Referred),
-        "unanswered": odd(Odd::Unanswered),
-        "differ": odd(Odd::Differ),
-        "strain_over": sum(&|l| l.over(0)),
-        "lines": lines.len(),
-        "broken_lines": sum(&|l| usize::from(!l.faults().is_empty())),
-    })
-}
-
-/// Which bounds are broken, and where: the three worst lines in full.
-fn broken(lines: &[Line], places: &[String]) -> Option<String> {
-    let mut bad: Vec<&Line> = lines.iter().filter(|l| !l.faults().is_empty()).collect();
-    bad.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
-    let mut text = format!("{} of {} lines of the census break a bound", bad.len(), lines.len());
-    for line in bad.iter().take(3) {
-        let faults: Vec<String> = line.faults().into_iter().map(|(_, words)| words).collect();
-        let _ = write!(text, "\n  {} on {}: {}", line.configuration, places[line.place], faults.join("; "));
+/// Which bounds are broken, and where: three lines.
+fn broken(census: &Frame) -> Option<String> {
+    let bad = bad(census);
+    let mut told = format!("{} of {} lines of the census break a bound", bad.len(), census.len());
+    for row in bad.iter().take(3) {
+        let word = |name| cell(census, name, *row);
+        let [name, backend, precision, verdict, other] =
+            ["configuration", "backend", "precision", "verdict", "other_words"].map(word);
+        let [worst, bound, over, of] = ["strain_error_worst", "bound", "strain_over", "compared"].map(word);
+        let place = census.names.iter().skip_while(|c| *c != "D_mm").take_while(|c| *c != "verdict");
+        let at = place.map(|c| format!(" {c}={}", word(c))).filter(|at| !at.ends_with('='));
+        let at: String = at.collect();
+        let line = format!(
+            "\n  {name} on {backend} {precision} ({verdict}): strain error up to {worst}, above {bound} on {over} of {of} taps, worst at{at}; {other}"
+        );
+        told += line.trim_end_matches("; ");
     }
     if bad.len() > 3 {
-        let _ = write!(text, "\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
+        told += &format!("\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
     }
-    (!bad.is_empty()).then_some(text)
-}
-
-/// The census for people: one line per backend, and of each configuration that breaks a bound, or of `all`.
-fn table(lines: &[Line], places: &[String], all: bool) -> String {
-    let mut text = String::new();
-    let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.1e}") };
-    if !all {
-        text += "backend  configurations   taps  compared  worst strain error, of the bound  left to the reference  verdict\n";
-        for (n, place) in places.iter().enumerate() {
-            let these = || lines.iter().filter(|l| l.place == n);
-            let Some(worst) = these().max_by(|a, b| a.excess().total_cmp(&b.excess())) else { continue };
-            let sum = |f: fn(&Line) -> usize| these().map(f).sum::<usize>();
-            let bad = these().filter(|l| !l.faults().is_empty()).count();
-            let verdict = if bad == 0 { "ok".to_owned() } else { format!("{bad} break a bound") };
-            let (share, name) = (100.0 * worst.excess(), &worst.configuration);
-            let (of, taps, both, left) =
-                (these().count(), sum(|l| l.taps), sum(|l| l.compared), sum(|l| l.odd(Odd::Referred)));
-            let _ = writeln!(
-                text,
-                "{place:<8} {of:>14} {taps:>6} {both:>9}  {share:>6.1} %  {name:<25} {left:>21}  {verdict}"
-            );
-        }
-    }
-    let mut shown = lines.iter().filter(|l| all || !l.faults().is_empty()).peekable();
-    if shown.peek().is_none() {
-        return text;
-    }
-    text += "configuration          backend   taps   strain   median      p99  over        K    force      arc unsolved sweeps   max  verdict\n";
-    for line in shown {
-        let Line { configuration, taps, sweeps: [mean, most], .. } = line;
-        let (place, over, unsolved) = (&places[line.place], line.over(0), line.odd(Odd::Unsolved));
-        let [strain, k, force, arc] = line.errors.map(|f| number(f.map_or(f64::NAN, |f| f.worst)));
-        let [median, p99] = line.errors[0].map_or([f64::NAN; 2], |f| [f.median, f.p99]).map(number);
-        let _ = writeln!(
-            text,
-            "{configuration:<22} {place:<8} {taps:>5} {strain:>8} {median:>8} {p99:>8} {over:>5} {k:>8} {force:>8} {arc:>8} {unsolved:>8} {mean:>6.1} {most:>5}  {}",
-            line.verdict()
-        );
-    }
-    text + "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
-            reference solves; sweeps: mean and largest number of a tap.\n"
+    (!bad.is_empty()).then_some(told)
 }

@@ -16,7 +16,7 @@ use super::session::{Ended, Found, Session, Stage, Watch};
 use super::variables::Variables;
 use crate::backend::Choice;
 use crate::census::needed::Needed;
-use crate::census::sample::{ComparedRows, Row};
+use crate::census::sample::{Row, choosing_in};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::plan::TRIED;
@@ -66,7 +66,7 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
     }
     let layout = spec.study.space.layout().ok_or_else(no_axes)?;
     let wanted = wanted(&layout, search, &Variables::new(&spec.study.setup, &layout, search));
-    Needed::new(&spec.study.setup, ComparedRows::of_box(&wanted, &layout), bound)
+    Needed::new(&spec.study.setup, &choosing_in(&wanted, &layout), bound)
 }
 
 /// Swarms use the reduced model `needed`, if given; polish and figures use the full model. If the best or the front violate its bound, the swarms are
@@ -96,7 +96,7 @@ fn under_alarm(
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let variables = Variables::new(&spec.study.setup, &layout, search);
     let wanted = wanted(&layout, search, &variables);
-    let fewer = needed.as_ref().map(|n| n.setup().clone());
+    let fewer = needed.as_ref().map(|n| n.setup.clone());
     let of_swarm = |needed: Option<&Needed>| match (needed, &fewer) {
         (Some(n), Some(fewer)) if n.fallbacks == 0 => fewer,
         _ => setup,
@@ -138,9 +138,7 @@ fn under_alarm(
             let distances: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
             let found = front.iter().flatten().chain([&best]);
             let rows: Vec<Row> = found.map(|f| Row::new(f.point, distances.clone())).collect();
-            if ended != Ended::Converged {
-                needed.measure(&rows, &|| Ok(()))?;
-            } else if !needed.keeps(&rows, &|| Ok(()))? {
+            if !needed.keeps(&rows, ended == Ended::Converged, &|| Ok(()))? {
                 session.scorers[0] = swarm(of_swarm(Some(needed)))?;
                 continue;
             }
@@ -184,7 +182,7 @@ fn under_alarm(
         taps_each,
         seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
         chart,
-        model_error: needed.map(|n| (n.summary(search_seconds + chart.unwrap_or(0.0)), n.sentence())),
+        model_error: needed.map(|n| (n.summary(), n.sentence())),
         binding: Limit::all().filter(binds).collect(),
         other,
         sensitivity,

@@ -57,25 +57,13 @@ fn short(adapter: &str) -> &str {
     adapter.split(" (").next().unwrap_or(adapter)
 }
 
-/// Points, and a line through their Pareto front.
-fn reached(
-    panel: Panel,
-    name: &str,
-    (colour, marker): (usize, Marker),
-    dash: u8,
-    points: &[(f64, f64)],
-) -> Panel {
+/// Points, and a line through those that none beats: it never turns back.
+fn reached(panel: Panel, name: &str, (colour, marker): (usize, Marker), points: &[(f64, f64)]) -> Panel {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     let best = front(&x, &y);
     let line = Path::new(name, colour, best.iter().map(|i| (x[*i], y[*i])));
-    let alone = line.x.len() < 2;
-    let panel = panel.with(Mark::line(line, dash));
-    match dash {
-        _ if alone || dash == 0 => {
-            panel.with(Mark::points(Path::new(name, colour, points.iter().copied()), marker))
-        }
-        _ => panel,
-    }
+    let points = Path::new(name, colour, points.iter().copied());
+    panel.with(Mark::line(line, 0)).with(Mark::points(points, marker))
 }
 
 /// The first configuration only: every kernel, and the peers.
@@ -98,10 +86,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
                 points.filter(|p| p.1 > 0.0).collect()
             };
             let ladder = [of("exact"), of("reference")].concat();
-            panel = reached(panel, name, series(i), 0, &ladder);
-            panel =
-                reached(panel, "dashed: one rule of nodes alone, its best", series(i), 1, &of("exact-nodes"));
-            panel = panel.with(Mark::points(Path::new("linear theory", 7, of("linear")), Marker::Cross));
+            panel = reached(panel, name, series(i), &ladder);
         }
         if let Some(peers) = peers {
             let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
@@ -167,7 +152,7 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
             let is = |r: &&usize| ladder(**r) && work.word("configuration", **r) == *c;
             let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
             let points: Vec<_> = points.filter(|p| p.1 > 0.0).collect();
-            panel = reached(panel, name, series(i), 0, &points);
+            panel = reached(panel, name, series(i), &points);
         }
         panels.push(panel);
     }

@@ -132,7 +132,7 @@ fn attempt(
 ) -> Result<Option<(Report, Tables)>, Error> {
     let begun = Instant::now();
     let full = fuller(needed.as_deref());
-    let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound());
+    let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound);
     let (study, shard) = (&spec.study, target.shard);
     let about = About::new(spec, plan, choice, (shard, bound));
     let names = writers::names(study, plan, &about);

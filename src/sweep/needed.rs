@@ -31,7 +31,7 @@ pub fn run_needed(
         if let Some(done) = attempt(spec, &plan, choice, (target, &mut *progress), timed)? {
             return Ok(done);
         }
-        spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup().clone());
+        spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup.clone());
         plan = Plan::new(&spec.study, choice)?;
         clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
     }
@@ -48,16 +48,16 @@ pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
 
 /// The full model, if any effects are left off.
 pub(super) fn fuller(needed: Option<&Needed>) -> Option<Setup> {
-    needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
+    needed.filter(|n| !n.left().is_empty()).map(|n| n.full.clone())
 }
 
 /// `model_error` of `run.json`, if requested; the outer `None` if the kept rows show that a fuller model is needed.
 pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
     let Some(needed) = needed else { return Ok(Some(None)) };
-    if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
+    if !needed.keeps(&rows(&run.study.space, &run.kept), true, &|| run.check_stop())? {
         return Ok(None);
     }
-    let mut told = needed.summary(run.reached.solve + run.plan.chart.unwrap_or(0.0));
+    let mut told = needed.summary();
     told["taps_by_full_model"] = run.mended().into();
     Ok(Some(Some(told)))
 }

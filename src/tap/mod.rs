@@ -175,7 +175,7 @@ fn best(
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     let search = search(setup, objective);
     let needed = needed.filter(|n| !n.left().is_empty());
-    let full = needed.map(|n| Setup { model: n.full().model, ..setup.clone() });
+    let full = needed.map(|n| Setup { model: n.full.model, ..setup.clone() });
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
     let mut scorer = Scorer::new(setup, &layout, &search, choice.open(&setup.model)?);
     scorer.evaluator = scorer.evaluator.guarded(guard);

@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 use super::{Report, TapAsked, find_by};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
-use crate::census::sample::{ComparedRows, Row};
+use crate::census::sample::{Row, choosing_in};
 use crate::chart::ranges::Wanted;
 use crate::error::Error;
 use crate::optimise::run::no_axes;
@@ -31,8 +30,7 @@ pub fn find(
     let (whisker, n) = (layout.design(0), layout.n_distances);
     let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
     loop {
-        study.setup = needed.setup().clone();
-        let begun = Instant::now();
+        study.setup = needed.setup.clone();
         let report = match find_by(&study, TapAsked { needed: Some(&needed), ..asked }, &mut *progress) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
                 needed.give_up();
@@ -40,11 +38,10 @@ pub fn find(
             }
             found => found?,
         };
-        let seconds = begun.elapsed().as_secs_f64();
         let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
         let rows: Vec<Row> = report.turns().into_iter().map(row).collect();
-        if needed.keeps(&rows, &|| Ok(go_on(stop)?))? {
-            let model_error = Some((needed.summary(seconds), needed.sentence()));
+        if needed.keeps(&rows, true, &|| Ok(go_on(stop)?))? {
+            let model_error = Some((needed.summary(), needed.sentence()));
             return Ok(Report { model_error, ..report });
         }
     }
@@ -53,7 +50,7 @@ pub fn find(
 pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
-    Needed::new(&study.setup, ComparedRows::of_box(&wanted, &layout), bound)
+    Needed::new(&study.setup, &choosing_in(&wanted, &layout), bound)
 }
 
 impl Report {

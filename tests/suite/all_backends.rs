@@ -21,7 +21,8 @@ fn kernels_take_no_more_sweeps_than_they_did() {
         .flat_map(|c| present(&options, None).unwrap().into_iter().map(move |p| (c, p)))
     {
         let taps = Taps::of(&case.setup, &case.tuples);
-        let mut evaluator = Evaluator::new(&taps.setup, place.method(&taps.setup.model).expect("the CPU"));
+        let mut evaluator =
+            Evaluator::new(&taps.setup, place.choice.open(&taps.setup.model).expect("the CPU"));
         let unknown = vec![Outcome::NOTHING; taps.tasks.len()];
         let found = evaluator.run_beside(&taps.designs, &taps.tasks, &unknown).expect("the CPU answers");
         let (name, label) = (&case.name, place.label());
@@ -163,7 +164,13 @@ fn a_broken_bound_exits_1_and_says_where() {
     let desk = Desk::new(SPEC);
     let line = "verify spec.toml --backend cpu --precision f32 --bound 1e-12";
     let ran = desk.line(line).exits(1);
-    let place = ["spec on cpu f32", "strain error", "> 1.0e-12", "of 12 taps", "D_mm=10", "theta_deg="];
+    let place = [
+        "spec on cpu f32 (strain+K",
+        "strain error",
+        "above 1.00e-12 on 12 of 12 taps",
+        "D_mm=10",
+        "theta_deg=",
+    ];
     says(&ran.stderr, &place);
     says(&ran.stdout, &["strain+K"]);
     let table = desk.table("results/spec-verify/verify.csv");

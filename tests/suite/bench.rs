@@ -47,31 +47,11 @@ fn a_quick_run_measures_everything_on_the_cpu() {
         assert!(median <= p99 && p99 <= worst, "{row:?}");
         let best = number(row, "ns_per_tap").unwrap();
         assert!(best <= number(row, "ns_per_tap_median").unwrap());
-        if let Some(kernel) = number(row, "kernel_ns_per_tap") {
-            assert!(kernel > 0.0 && kernel <= best * 1.000_001, "a part is not more than the whole: {row:?}");
-        }
-        let bound = match (row["kernel"].as_str(), row["configuration"].as_str(), row["precision"].as_str()) {
-            ("exact", ..) => number(row, "tolerance").unwrap(),
-            ("reference", ..) => 1e-10,
-            // At these angles linear theory differs from the rod by some per cent.
-            ("linear", ..) => 0.2,
-            _ => continue,
-        };
+        let bound = number(row, "tolerance").unwrap_or(1e-10);
         assert!(worst <= bound, "worse than {bound:e}: {row:?}");
         assert_eq!(number(row, "failed"), Some(0.0), "{row:?}");
-        if row["kernel"] == "linear" {
-            assert!(worst > 1e-3, "the linear theory is no exact rod: {row:?}");
-        }
     }
-    let nodes: Vec<(f64, f64)> = work
-        .rows
-        .iter()
-        .filter(|r| is(r, &[("configuration", "hooke"), ("precision", "f64"), ("kernel", "exact-nodes")]))
-        .map(|r| (number(r, "nodes").unwrap(), number(r, "strain_error_p99").unwrap()))
-        .collect();
-    assert_eq!(nodes.iter().map(|n| n.0).collect::<Vec<_>>(), [10.0, 16.0, 24.0]);
-    assert!(nodes[0].1 > 10.0 * nodes[1].1 && nodes[1].1 <= 1e-10, "{nodes:?}");
-
+    // How much repeats differ is told beside every time, and summed up.
     let spreads: Vec<f64> = work.rows.iter().filter_map(|r| number(r, "spread")).collect();
     let once = work.rows.iter().filter(|r| r["backend"] == "reference").count();
     let rows = work.rows.len();
@@ -90,7 +70,7 @@ fn a_quick_run_measures_everything_on_the_cpu() {
 
     let run = desk.whole("out");
     assert_eq!((&run["spread"], &run["stopped"]), (&reply["result"]["spread"], &Value::Null));
-    assert_eq!(run["backends"].as_array().unwrap().len(), 3);
+    assert_eq!(run["backends"].as_array().unwrap().len(), 4);
 }
 
 #[test]

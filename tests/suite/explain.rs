@@ -19,14 +19,14 @@ fn study(a: &str, theta: &str) -> Study {
     spec::parse("t.toml", &text, Path::new("")).expect("valid spec").study
 }
 
-fn explained(study: &Study, tolerances: &[f64]) -> Explanation {
+fn explained(study: &Study) -> Explanation {
     let options = RunOptions {
         backend: Some(BackendChoice::Cpu),
         precision: Some(Precision::F64),
         ..RunOptions::default()
     };
     let choice = Choice::new(&options).expect("the CPU is there");
-    explain(study, &choice, tolerances).expect("it runs")
+    explain(study, &choice).expect("it runs")
 }
 
 fn term(key: &str) -> Effect {
@@ -34,18 +34,18 @@ fn term(key: &str) -> Effect {
 }
 
 fn change(found: &Explanation, effect: Effect) -> Change {
-    let one = found.effects.iter().find(|e| e.switch.effect == effect).expect("every effect is told");
-    one.change.unwrap_or_else(|| panic!("{}: {:?}", effect.name(), one.switch.pair))
+    let one = found.effects.iter().find(|e| e.effect == effect).expect("every effect is told");
+    one.change.unwrap_or_else(|| panic!("{}: {:?}", effect.name(), one.not_compared))
 }
 
 #[test]
 fn known_effects_have_their_size() {
-    let found = explained(&study("[21, 48]", "0.5"), &[]);
+    let found = explained(&study("[21, 48]", "0.5"));
     assert_eq!((found.taps, found.total), (4, 4));
     // Linear theory: f_T/f − 1 = −S/(a² + S), S = 3 D² (7 + 6ν)/48 = 62.5 mm² at D = 10 and ν = 0.5.
     let shear = change(&found, term("shear"));
     assert!((shear.largest + 100.0 * 62.5 / (441.0 + 62.5)).abs() < 0.05, "{shear:?}");
-    assert_eq!((shear.at.a, shear.taps, shear.unmatched), (21.0, 4, 0));
+    assert_eq!((shear.at.1.a, shear.taps, shear.unmatched), (21.0, 4, 0));
     assert!(shear.left.expect("two distances") > 5.0);
     // O(θ²): model §5 has 7e-5 at 1°.
     let rotation = change(&found, Effect::Rotation);
@@ -56,27 +56,21 @@ fn known_effects_have_their_size() {
     // A tap this small sticks instead of sliding.
     let (friction, stick) = (change(&found, Effect::Coulomb), change(&found, Effect::Stick));
     assert!(stick.largest > 0.1 && (friction.largest - stick.largest).abs() < 1e-5, "{friction:?} {stick:?}");
-    assert!(found.linear.is_none());
+    assert!(found.all_effects.is_none());
 }
 
 #[test]
-fn an_effect_that_is_on_is_switched_off_and_judged() {
+fn an_effect_that_is_on_is_switched_off() {
     let mut study = study("[21, 48]", "[0.5, 10]");
     study.setup.model.shear = true;
     study.setup.model.extension = true;
     study.setup.model.surface = true;
     study.setup.model.material = Material::NeoHookean(3.2);
-    let found = explained(&study, &[1e-9, 1e-3, 0.9]);
+    let found = explained(&study);
     let shear = change(&found, term("shear"));
     assert!(shear.largest > 12.0, "leaving it off adds strain: {shear:?}");
     assert!(change(&found, Effect::Side).largest.abs() > 0.5, "the sides of a soft whisker differ");
-    assert!(found.linear.is_some_and(|c| c.largest.abs() > 10.0));
-    let [none, some, all] = &found.verdicts[..] else { panic!("three verdicts") };
-    assert!(none.effects.is_empty() && none.together.is_none());
-    assert!(!some.effects.contains(&term("shear")));
-    let removable = [term("shear"), term("extension"), term("surface"), Effect::Rubber];
-    assert_eq!(all.effects, removable, "the exact rod stays: the linear theory has no other effect");
-    assert!(all.together.is_some_and(|c| c.largest.abs() > 1.0));
+    assert!(found.all_effects.is_some_and(|c| c.largest.abs() > 10.0));
 }
 
 #[test]
@@ -84,25 +78,28 @@ fn switches_keep_to_the_rules_of_the_model() {
     let mut s = study("30", "2");
     s.setup.model.extension = true;
     s.setup.model.contact = Contact::Coulomb(0.3);
-    let found = explained(&s, &[]);
-    let pair = |found: &Explanation, effect: Effect| {
-        found.effects.iter().find(|e| e.switch.effect == effect).expect("told").switch.clone()
+    let found = explained(&s);
+    let told = |found: &Explanation, effect: Effect| {
+        found.effects.iter().find(|e| e.effect == effect).expect("told").clone()
     };
-    assert_eq!(pair(&found, term("extension")).pair, Err("friction needs extension".to_owned()));
-    assert_eq!(pair(&found, term("indentation")).pair, Err("friction needs indentation = false".to_owned()));
-    assert!(pair(&found, term("pole_radius")).pair.is_ok());
-    assert_eq!(pair(&found, Effect::Coulomb).instead, "frictionless");
-    assert_eq!(pair(&found, Effect::Stick).instead, "stick");
+    assert_eq!(told(&found, term("extension")).not_compared.as_deref(), Some("friction needs extension"));
+    assert_eq!(
+        told(&found, term("indentation")).not_compared.as_deref(),
+        Some("friction needs indentation = false")
+    );
+    assert!(told(&found, term("pole_radius")).not_compared.is_none());
+    assert_eq!(told(&found, Effect::Coulomb).instead.as_deref(), Some("frictionless"));
+    assert_eq!(told(&found, Effect::Stick).instead.as_deref(), Some("stick"));
 
     let mut s = study("30", "2");
     s.setup.model.geometry = Geometry::Linear;
-    let found = explained(&s, &[]);
-    let friction = pair(&found, Effect::Coulomb);
-    let both = friction.pair.expect("compared").both;
-    assert_eq!(both.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["finite rotation", "extension"]);
-    assert_eq!(pair(&found, Effect::Rotation).instead, "exact");
-    for e in found.effects.iter().filter(|e| e.switch.pair.is_ok()) {
-        assert!(e.change.is_some(), "{}", e.switch.effect.name());
+    let found = explained(&s);
+    let friction = told(&found, Effect::Coulomb);
+    let both = friction.both_with;
+    assert_eq!(both.iter().map(|b| b.effect.name()).collect::<Vec<_>>(), ["finite rotation", "extension"]);
+    assert_eq!(told(&found, Effect::Rotation).instead.as_deref(), Some("exact"));
+    for e in found.effects.iter().filter(|e| e.not_compared.is_none()) {
+        assert!(e.change.is_some(), "{}", e.effect.name());
     }
 }
 
@@ -119,7 +116,7 @@ const SPEC: &str =
 
 #[test]
 fn json_has_numbers_and_names() {
-    let reply = command(SPEC, "--explain --json --leave-off 1e-2,1e-3").exits(0).json();
+    let reply = command(SPEC, "--explain --json").exits(0).json();
     assert_eq!(
         (&reply["ok"], &reply["out"], &reply["backend"]["precision"]),
         (&Value::Bool(true), &Value::Null, &Value::from("f64"))
@@ -132,12 +129,6 @@ fn json_has_numbers_and_names() {
         assert_eq!(e["change"]["at"]["theta_deg"].is_number(), compared, "{e}");
         assert!(e["effect"].is_string() && e["key"].is_string());
     }
-    let verdicts = reply["result"]["leave_off"].as_array().expect("verdicts");
-    assert_eq!(
-        verdicts.iter().map(|v| v["tolerance"].as_f64()).collect::<Vec<_>>(),
-        [Some(1e-3), Some(1e-2)]
-    );
-    assert_eq!(verdicts[1]["effects"][0], "finite rotation");
 }
 
 /// Effects listed only for a whisker that has them.
@@ -171,7 +162,7 @@ fn the_table_names_every_effect() {
         let told = text.contains(&format!("\n{}  ", effect.name()));
         assert_eq!(told, !SHAPE.contains(&effect.name()), "{}: {text}", effect.name());
     }
-    assert!(text.contains("could be left off at 1e-4: nothing") && !text.contains("NaN"), "{text}");
+    assert!(text.contains("`--plan --model-error E` says") && !text.contains("NaN"), "{text}");
     // `--explain` overrides `plan = true` of the spec.
     says(&command(&format!("{SPEC}[run]\nplan = true\n"), "--explain").stdout, &["finite rotation"]);
 }
