@@ -109,10 +109,10 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         }
         lag = next;
     }
-    if !lag::helps(&with, &plain) {
+    let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
+    if errors[1].partial_cmp(&errors[0]) != Some(std::cmp::Ordering::Less) {
         return Ok(plain);
     }
-    let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
     with.warnings.push(lag::warning(data, &lag, errors));
     with.calibration.lag = Some(lag);
     Ok(with)
