@@ -1,7 +1,7 @@
 //! From measured strains to a calibration: the K table of the paper, four estimators, and the choice among them.
 //!
-//! [`taps`](crate::estimator::taps) sorts the rows, `learn` fits the rig and excludes suspects, [`fit`](crate::estimator::fit) fits the model,
-//! [`held_out`](crate::estimator::held_out) tests each estimator on distances left out, and [`side`] combines the results of a side.
+//! [`taps`](crate::estimator::taps) sorts the rows, `learn` fits the rig and excludes suspects, `fit` fits the model,
+//! `held_out` tests each estimator on distances left out, and `side` combines the results of a side.
 //!
 //! ```no_run
 //! use vibrissa_lab::{calibrate::{calibrate, Options}, measure::{Data, Rig}};
