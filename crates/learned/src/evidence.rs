@@ -16,14 +16,12 @@ pub(crate) fn ln_det(factor: &Cholesky<f64, Dyn>) -> f64 {
 
 /// Likelihood and priors of the learned numbers.
 pub struct Problem {
-    /// Linear model.
     pub model: Columns,
     y: DVector<f64>,
     repeats: Vec<[f64; 2]>,
     size2: Vec<f64>,
     /// Variance of the quantisation.
     pub steps: f64,
-    /// Prior of each learned number.
     pub priors: Vec<Prior>,
 }
 
@@ -31,13 +29,11 @@ pub struct Problem {
 pub struct Solved {
     /// −ln(likelihood × prior).
     pub value: f64,
-    /// Posterior mean of the coefficients.
     pub mean: DVector<f64>,
     root: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
     /// Measured − expected signal of each cell.
     pub residual: DVector<f64>,
-    /// Variance of one reading of each cell.
     pub variance: Vec<f64>,
     scaled: DMatrix<f64>,
 }
@@ -65,7 +61,6 @@ impl Solved {
         inverse
     }
 
-    /// Covariance of the coefficients at `places`.
     pub fn covariance(&self, places: &[usize]) -> DMatrix<f64> {
         let from = places.iter().copied().min().unwrap_or(0);
         let inverse = self.inverse_factor(from);
@@ -106,7 +101,6 @@ impl Problem {
         }
     }
 
-    /// Number of learned numbers.
     pub fn dim(&self) -> usize {
         self.model.hypers.len()
     }

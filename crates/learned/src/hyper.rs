@@ -6,14 +6,11 @@
 pub struct Prior {
     /// Median, in ln.
     pub median: f64,
-    /// Standard deviation below the median, in ln.
     pub below: f64,
-    /// Standard deviation above the median, in ln.
     pub above: f64,
 }
 
 impl Prior {
-    /// Symmetric prior.
     pub fn new([median, spread]: [f64; 2]) -> Self {
         Self { median, below: spread, above: spread }
     }
@@ -32,7 +29,6 @@ impl Prior {
         (x - self.median) / self.spread(x).powi(2)
     }
 
-    /// Mean of both standard deviations.
     pub fn width(&self) -> f64 {
         0.5 * (self.below + self.above)
     }
@@ -59,9 +55,7 @@ pub enum Hyper {
     Position,
     /// Error of a position in one run only.
     Visit,
-    /// Zero of a run.
     RunZero,
-    /// Gain of a run.
     RunGain,
     /// Zero of the signal where no row is without contact.
     Zero,

@@ -63,8 +63,8 @@ pub struct Inverse {
     pub offset: f64,
     /// ln u of the nodes.
     pub nodes: Vec<f64>,
-    /// At each node and point: signal/u, and variances/u² of noise, of curve and position, and of a new run.
-    pub table: Vec<Vec<[f64; 4]>>,
+    /// At each node, point by point: signal/u, and variances/u² of noise, of curve and position, and of a new run.
+    table: Vec<Vec<f64>>,
 }
 
 impl Inverse {
@@ -108,9 +108,9 @@ impl Inverse {
             let u2 = u * u;
             [e.signal / u, e.of_noise / u2, (e.of_curve + e.of_position) / u2, (e.of_run + zero) / u2]
         };
-        let mut table: Vec<Vec<[f64; 4]>> =
-            nodes.iter().map(|u| (0..POINTS).map(|k| one(u.exp(), k)).collect()).collect();
-        (0..POINTS).for_each(|k| continued(&nodes, &mut table, k));
+        let mut table: Vec<Vec<f64>> =
+            nodes.iter().map(|u| (0..POINTS).flat_map(|k| one(u.exp(), k)).collect()).collect();
+        continued(&nodes, &mut table, 4);
         Self { grid: [from, step], ends, offset, nodes, table }
     }
 
@@ -136,7 +136,7 @@ impl Inverse {
         let weights = self.weights(u);
         let mut points = vec![[0.0; 3]; POINTS];
         for (w, row) in weights.iter().zip(&self.table) {
-            for (p, x) in points.iter_mut().zip(row) {
+            for (p, x) in points.iter_mut().zip(row.chunks(4)) {
                 let run = if same_run { 0.0 } else { x[3] };
                 p[0] += w * x[0];
                 p[1] += w * x[1];
@@ -153,25 +153,32 @@ impl Inverse {
     }
 }
 
-/// Extrapolates point k of `table` to nodes without a value (the whisker slips off): signal/u as a parabola through the three nearest nodes.
-fn continued(nodes: &[f64], table: &mut [Vec<[f64; 4]>], k: usize) {
-    let (known, holes): (Vec<usize>, Vec<usize>) =
-        (0..nodes.len()).partition(|j| table[*j][k].iter().all(|x| x.is_finite()));
-    for j in holes {
-        let mut near = known.clone();
-        near.sort_by(|p, q| (nodes[*p] - nodes[j]).abs().total_cmp(&(nodes[*q] - nodes[j]).abs()));
-        near.truncate(3);
-        let share = |p: &usize| {
-            let others = near.iter().filter(|q| *q != p);
-            others.map(|q| (nodes[j] - nodes[*q]) / (nodes[*p] - nodes[*q])).product::<f64>()
-        };
-        let signal = near.iter().map(|p| share(p) * table[*p][k][0]).sum();
-        table[j][k] = match near.first() {
-            Some(first) => [signal, table[*first][k][1], table[*first][k][2], table[*first][k][3]],
-            // No node has a value: repeat the point before, so that no answer lies there.
-            None if k > 0 => table[j][k - 1],
-            None => [0.0; 4],
-        };
+/// Extrapolates a `table` of `width` numbers at each point to nodes without a value (the whisker slips off): signal/u as a parabola through the three
+/// nearest nodes, the other numbers of the nearest one.
+pub(crate) fn continued(nodes: &[f64], table: &mut [Vec<f64>], width: usize) {
+    for at in (0..POINTS).map(|k| k * width..(k + 1) * width) {
+        let (known, holes): (Vec<usize>, Vec<usize>) =
+            (0..nodes.len()).partition(|j| table[*j][at.clone()].iter().all(|x| x.is_finite()));
+        for j in holes {
+            let mut near = known.clone();
+            near.sort_by(|p, q| (nodes[*p] - nodes[j]).abs().total_cmp(&(nodes[*q] - nodes[j]).abs()));
+            near.truncate(3);
+            let share = |p: &usize| {
+                let others = near.iter().filter(|q| *q != p);
+                others.map(|q| (nodes[j] - nodes[*q]) / (nodes[*p] - nodes[*q])).product::<f64>()
+            };
+            let signal = near.iter().map(|p| share(p) * table[*p][at.start]).sum();
+            let values = match near.first() {
+                Some(first) => table[*first][at.clone()].to_vec(),
+                // No node has a value: repeat the point before, so that no answer lies there.
+                None if at.start > 0 => table[j][at.start - width..at.start].to_vec(),
+                None => vec![0.0; width],
+            };
+            table[j][at.clone()].copy_from_slice(&values);
+            if !near.is_empty() {
+                table[j][at.start] = signal;
+            }
+        }
     }
 }
 

@@ -173,10 +173,6 @@ impl<'a> Search<'a> {
     }
 }
 
-pub fn helps(with: &Calibrated, without: &Calibrated) -> bool {
-    errors(with).zip(errors(without)).is_some_and(|(with, without)| with < without)
-}
-
 pub fn errors(found: &Calibrated) -> Option<f64> {
     let mut errors = crate::reduce::Errors::default();
     for side in &found.sides {

@@ -1,7 +1,7 @@
 //! From measured strains to a calibration: the K table of the paper, four estimators, and the choice among them.
 //!
-//! [`taps`](crate::estimator::taps) sorts the rows, `learn` fits the rig and excludes suspects, [`fit`](crate::estimator::fit) fits the model,
-//! [`held_out`](crate::estimator::held_out) tests each estimator on distances left out, and [`side`] combines the results of a side.
+//! [`taps`](crate::estimator::taps) sorts the rows, `learn` fits the rig and excludes suspects, `fit` fits the model,
+//! `held_out` tests each estimator on distances left out, and `side` combines the results of a side.
 //!
 //! ```no_run
 //! use vibrissa_lab::{calibrate::{calibrate, Options}, measure::{Data, Rig}};
@@ -109,10 +109,10 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         }
         lag = next;
     }
-    if !lag::helps(&with, &plain) {
+    let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
+    if errors[1].partial_cmp(&errors[0]) != Some(std::cmp::Ordering::Less) {
         return Ok(plain);
     }
-    let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
     with.warnings.push(lag::warning(data, &lag, errors));
     with.calibration.lag = Some(lag);
     Ok(with)

@@ -203,13 +203,10 @@ pub fn several(
 
 fn rows(each: &[Calibrated], data: &[Data], of: &Several) -> Vec<Tap> {
     let mut all = Vec::new();
-    let by_place: Vec<std::collections::HashMap<usize, usize>> =
-        each.iter().map(|c| c.taps.iter().enumerate().map(|(k, t)| (t.place, k)).collect()).collect();
     for first in &each[0].taps {
-        let Some(taps) = by_place.iter().map(|at| at.get(&first.place)).collect::<Option<Vec<_>>>() else {
-            continue;
-        };
-        let taps = taps.into_iter().zip(each).map(|(k, c)| &c.taps[*k]);
+        let of_channel = |c: &'_ Calibrated| c.taps.binary_search_by_key(&first.place, |t| t.place).ok();
+        let Some(places) = each.iter().map(of_channel).collect::<Option<Vec<_>>>() else { continue };
+        let taps = places.into_iter().zip(each).map(|(k, c)| &c.taps[k]);
         let drive = first.recorded(&data[0]);
         let signal = |(t, locator): (&crate::estimator::taps::Tap, &crate::locate::Locator)| {
             [t.signal, locator.expected(t.a, drive, t.signal.signum())]

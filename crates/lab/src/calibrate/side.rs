@@ -75,7 +75,7 @@ pub struct KTable {
 impl KTable {
     fn new(ask: &Ask<'_>, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
         let ([distances, drives], cells) = grouped(ask.taps, ask.rig, wanted);
-        if distances.is_empty() {
+        if cells.is_empty() {
             return None;
         }
         let n = (distances.len(), drives.len());

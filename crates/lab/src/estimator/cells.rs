@@ -45,10 +45,6 @@ impl Levels {
         [self.centres[0], self.centres[self.len() - 1]]
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.centres.is_empty()
-    }
-
     pub fn len(&self) -> usize {
         self.centres.len()
     }

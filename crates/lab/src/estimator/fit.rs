@@ -1,6 +1,7 @@
 //! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
 use nalgebra::{DMatrix, DVector};
+use vibrissa_learned::start::lowest;
 
 use super::cells::Cell;
 use super::least;
@@ -136,12 +137,8 @@ impl Task<'_> {
         let steps = 64;
         let best = (0..=steps).map(|k| f64::from(k) / f64::from(steps));
         let best = best.min_by(|p, q| unlikely(at(*p)).total_cmp(&unlikely(at(*q)))).unwrap_or(0.0);
-        let (mut lo, mut hi) = (best - 1.0 / f64::from(steps), best + 1.0 / f64::from(steps));
-        for _ in 0..40 {
-            let (p, q) = (lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0);
-            if unlikely(at(p)) < unlikely(at(q)) { hi = q } else { lo = p }
-        }
-        let best = at(0.5 * (lo + hi));
+        let around = [-1.0, 1.0].map(|side| best + side / f64::from(steps));
+        let best = at(lowest(|k| unlikely(at(k)), around));
         if unlikely(0.0) - unlikely(best) > BEYOND_NOISE { best } else { 0.0 }
     }
 

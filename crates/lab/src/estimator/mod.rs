@@ -207,17 +207,6 @@ pub struct SideRecord {
     pub learned: Option<LearnedRecord>,
 }
 
-/// Key of a record with a contradictory value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fault {
-    /// The key.
-    pub key: &'static str,
-    /// Description of the fault.
-    pub message: &'static str,
-    /// Allowed values.
-    pub allowed: &'static str,
-}
-
 impl SideRecord {
     /// Calibrated side of the gauge.
     pub fn gauge(&self) -> Side {
@@ -238,13 +227,13 @@ impl SideRecord {
     /// Refuses contradictory values.
     ///
     /// # Errors
-    /// The first key at fault.
-    pub fn check(&self) -> Result<(), Fault> {
+    /// The first key at fault, what is wrong with its value, and allowed values.
+    pub fn check(&self) -> Result<(), [&'static str; 3]> {
         let [lo, hi] = self.distances_mm;
         let n = self.drives.len();
         let must = |sound: bool, key, message, allowed| match sound {
             true => Ok(()),
-            false => Err(Fault { key, message, allowed }),
+            false => Err([key, message, allowed]),
         };
         let drives = n > 0 && positive(&self.drives) && ascending(&self.drives);
         must(drives, "drives", "these are no drives", "ascending, > 0")?;

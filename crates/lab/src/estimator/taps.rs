@@ -108,15 +108,9 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
             zeros.push(ZeroReading { place, signal, reason });
             continue;
         }
-        let twin = match first_lines.entry(row.text) {
-            // Unmeasured rows of a plan are not repeats.
-            _ if !signal.is_finite() => None,
-            std::collections::hash_map::Entry::Occupied(e) => Some(*e.get()),
-            std::collections::hash_map::Entry::Vacant(e) => {
-                e.insert(row.line);
-                None
-            }
-        };
+        // Unmeasured rows of a plan are not repeats.
+        let first = signal.is_finite().then(|| *first_lines.entry(row.text).or_insert(row.line));
+        let twin = first.filter(|line| *line != row.line);
         let drive = if data.drive.is_some() { row.drive - origin } else { drive.unwrap_or(1.0) };
         let tap = Tap {
             place,

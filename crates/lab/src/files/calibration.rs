@@ -45,7 +45,7 @@ impl Calibration {
         }
         let mut faults = self.sides.iter().enumerate().filter_map(|(i, side)| Some((i, side.check().err()?)));
         match faults.next() {
-            Some((i, wrong)) => fault(&format!("sides[{i}].{}", wrong.key), wrong.message, wrong.allowed),
+            Some((i, [key, message, allowed])) => fault(&format!("sides[{i}].{key}"), message, allowed),
             None => Ok(()),
         }
     }

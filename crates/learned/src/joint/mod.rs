@@ -22,7 +22,7 @@ use std::ops::Range;
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
-use crate::invert::{Inverse, POINTS, prior};
+use crate::invert::{Inverse, POINTS, continued, prior};
 
 const SMALL: f64 = 1e-4;
 const WINDOW: f64 = 6.0;
@@ -119,32 +119,12 @@ impl Joint {
         let rest = curve.rest(tared);
         let of_run = (0..n).map(|k| k + OF_RUN >= n).collect();
         let offset = curve.offset(base);
-        let mut joint = Self { inverse: inverse.clone(), table, of_run, rest, offset };
-        joint.continued();
-        joint
+        continued(&inverse.nodes, &mut table, width);
+        Self { inverse: inverse.clone(), table, of_run, rest, offset }
     }
 
     fn width(&self) -> usize {
         2 + self.of_run.len()
-    }
-
-    /// At nodes without a value of the base: signal as extrapolated by [`Inverse`], shared numbers of the nearest node.
-    fn continued(&mut self) {
-        let width = self.width();
-        for k in 0..POINTS {
-            let at = k * width..(k + 1) * width;
-            let whole = |row: &Vec<f64>| row[at.clone()].iter().all(|x| x.is_finite());
-            let known: Vec<usize> = (0..self.table.len()).filter(|j| whole(&self.table[*j])).collect();
-            for j in (0..self.table.len()).filter(|j| !known.contains(j)) {
-                let nearest = known.iter().min_by_key(|i| i.abs_diff(j));
-                let mut values = match nearest {
-                    Some(i) => self.table[*i][at.clone()].to_vec(),
-                    None => vec![0.0; width],
-                };
-                values[0] = self.inverse.table[j][k][0];
-                self.table[j][at.clone()].copy_from_slice(&values);
-            }
-        }
     }
 
     /// Counts shared numbers as noise if their part of the variance `of` a point (over u²) is small everywhere.

@@ -261,7 +261,7 @@ const NOTHING: f64 = 60.0;
 /// Modes with fewer steps per standard deviation are described by a parabola, wider ones by all their points.
 const NARROW: f64 = 2.0;
 
-fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
+pub(super) fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
     let (k, t) = joint.place(x);
     lagrange(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
 }

@@ -170,7 +170,7 @@ fn an_outlook_is_what_taps_would_bring() {
                 };
                 // The signal that is most likely if the object is there: the top of a parabola.
                 let (m, h) = (joint.signal(u, *x), 0.01 * size);
-                let [p, q, r] = [m - h, m, m + h].map(|y| modes::at(&joint, &then(y).heights(&joint), *x));
+                let [p, q, r] = [m - h, m, m + h].map(|y| object::at(&joint, &then(y).heights(&joint), *x));
                 let most = m + 0.5 * h * (r - p) / (2.0 * q - p - r);
                 sum += share * Outlook::new(&joint, &then(most), false).spread();
                 total += share;
