@@ -124,8 +124,8 @@ fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {
     Ok(table)
 }
 
-/// Removes the rounding error of a sum: a multiple of 1e-6 mm.
-fn rounded(a: f64) -> f64 {
+/// Removes the rounding error of a sum: a multiple of 1e-6.
+pub(super) fn rounded(a: f64) -> f64 {
     (a * 1e6).round() / 1e6
 }
 

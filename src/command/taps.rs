@@ -6,6 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
+use super::plan::rounded;
 use super::{Common, Context, Reply, folder, meant, named, number, stem};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
@@ -181,10 +182,6 @@ fn taps_table(record: &Record, readings: &[Reading], labels: &Labels) -> Result<
         tap += usize::from(!rests);
     }
     Ok(table)
-}
-
-fn rounded(x: f64) -> f64 {
-    (x * 1e6).round() / 1e6
 }
 
 fn middle(record: &Record, reading: &Reading) -> f64 {

@@ -58,11 +58,6 @@ impl Keeper {
         Self { folder, every, start, before, last, pause: every }
     }
 
-    /// True if it is time to save. A stopped run saves, unless it has only just begun.
-    fn is_due(&self, stop: bool) -> bool {
-        self.last.elapsed() >= self.pause || stop && (self.before > 0.0 || self.start.elapsed() >= self.every)
-    }
-
     fn keep(&mut self, done: String, reached: &Reached, writers: &mut Writers) -> Result<(), Error> {
         let begun = Instant::now();
         let seconds = self.before + self.start.elapsed().as_secs_f64();
@@ -93,7 +88,11 @@ impl Run<'_> {
         self.reached.next += designs;
         self.reached.handed.note(what, [from + 1, self.reached.next, of]);
         let stop = self.stop.load(Ordering::Relaxed);
-        if let Some(keeper) = self.keeper.as_mut().filter(|keeper| keeper.is_due(stop)) {
+        // A stopped run saves, unless it has only just begun.
+        let is_due = |k: &&mut Keeper| {
+            k.last.elapsed() >= k.pause || stop && (k.before > 0.0 || k.start.elapsed() >= k.every)
+        };
+        if let Some(keeper) = self.keeper.as_mut().filter(is_due) {
             let mended = self.reached.mended;
             self.reached.mended += self.evaluator.mended();
             let done = format!("{} of {of} {what}", self.reached.next);

@@ -100,35 +100,18 @@ pub fn run(
     target: &Target<'_>,
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
-    let done = attempt(spec, plan, choice, (target, progress), (Clock::new(plan, choice.seconds), None))?;
+    let spent = (choice.seconds + plan.seconds, plan.chart);
+    let done = attempt(spec, plan, choice, (target, progress), (spent, None))?;
     Ok(done.expect("without a model to check every sweep is done").0)
 }
 
-#[derive(Clone, Copy)]
-struct Clock {
-    start: Instant,
-    before: f64,
-    /// Making charts, in this and in earlier attempts.
-    chart: Option<f64>,
-}
-
-impl Clock {
-    fn new(plan: &Plan, before: f64) -> Self {
-        Self { start: Instant::now(), before: before + plan.seconds, chart: plan.chart }
-    }
-
-    fn total(&self) -> f64 {
-        self.start.elapsed().as_secs_f64() + self.before
-    }
-}
-
-/// One sweep. Returns `None` and writes nothing if the kept rows show that the reduced model is not accurate enough.
+/// One sweep, after so many seconds of earlier work, with those of charts. Returns `None` and writes nothing if the kept rows show that the reduced model is not accurate enough.
 fn attempt(
     spec: &Spec,
     plan: &Plan,
     choice: &Choice,
     (target, progress): (&Target<'_>, &mut dyn Progress),
-    (clock, needed): (Clock, Option<&mut Needed>),
+    ((before, chart), needed): ((f64, Option<f64>), Option<&mut Needed>),
 ) -> Result<Option<(Report, Tables)>, Error> {
     let begun = Instant::now();
     let full = fuller(needed.as_deref());
@@ -173,11 +156,11 @@ fn attempt(
     let Some(model_error) = told else { return Ok(None) };
     let (standing, offered) = (shown.standing(), shown.offered);
     let (highlights, by_design) = shown.into_rows(study.output.top.is_some() || study.output.by_said);
-    let total = clock.total() + keeper.as_ref().map_or(0.0, |keeper| keeper.before);
+    let total = before + begun.elapsed().as_secs_f64() + keeper.as_ref().map_or(0.0, |keeper| keeper.before);
     let mut report = Report {
         files: Vec::new(),
         removed: Vec::new(),
-        seconds: Seconds { total, open, chart: clock.chart, solve },
+        seconds: Seconds { total, open, chart, solve },
         backend: choice.backend.clone(),
         ranked: counts.complete.unwrap_or(offered),
         counts,
@@ -202,9 +185,21 @@ fn attempt(
 
 impl Report {
     pub fn document(&self, spec: &Spec) -> Value {
-        let warnings = self.backend.warnings(&spec.warnings);
-        let told = [self.model_error.as_ref(), self.handed_over.as_ref()];
-        run_json::of_sweep(spec, (&self.backend, &warnings), &self.counts, self.seconds, told)
+        let (c, total) = (&self.counts, self.seconds.total);
+        let mut body = json!({
+            "in_force": run_json::in_force(spec),
+            "ranking": { "by": spec.study.listed_by().word(), "varying": run_json::varying(&spec.study) },
+            "material_fit": run_json::material_fit(spec, Some(c)),
+            "warnings": self.backend.warnings(&spec.warnings),
+            "backend": self.backend,
+            "counts": run_json::counts(c),
+            "seconds": self.seconds,
+            "taps_per_second": if total > 0.0 { c.taps as f64 / total } else { 0.0 },
+        });
+        for (key, told) in [("model_error", &self.model_error), ("handed_over", &self.handed_over)] {
+            told.iter().for_each(|told| body[key] = told.clone());
+        }
+        run_json::document("sweep", run_json::spec(spec), body)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::time::Instant;
 
 use serde_json::Value;
 
-use super::{Clock, Report, Run, Tables, Target, attempt, key};
+use super::{Report, Run, Tables, Target, attempt, key};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::census::sample::Row;
@@ -25,15 +26,15 @@ pub fn run_needed(
     mut needed: Option<&mut Needed>,
 ) -> Result<(Report, Tables), Error> {
     let before = needed.as_ref().map_or(0.0, |needed| needed.seconds[0]);
-    let mut clock = Clock::new(&plan, choice.seconds + before);
+    let (start, before, mut chart) = (Instant::now(), before + choice.seconds + plan.seconds, plan.chart);
     loop {
-        let timed = (clock, needed.as_deref_mut());
+        let timed = ((before + start.elapsed().as_secs_f64(), chart), needed.as_deref_mut());
         if let Some(done) = attempt(spec, &plan, choice, (target, &mut *progress), timed)? {
             return Ok(done);
         }
         spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup.clone());
         plan = Plan::new(&spec.study, choice)?;
-        clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
+        chart = chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
     }
 }
 

@@ -1,5 +1,6 @@
 //! CSV files of a spec: a header with known columns, then rows of finite numbers, separated and with decimals as in data files.
 
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use crate::error::{InputError, nearest};
 use crate::fields::{Decimals, separator};
 use crate::sink::frame::Frame;
 use crate::sink::lab::{LabCell, LabRow};
-use crate::text_file::{Limit, TextFile, refused};
+use crate::text_file::{LINE, Limit, TextFile, refused};
 
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str, limit: Limit) -> Result<(String, String)> {
     let path = base.join(item.text()?);
@@ -62,10 +63,11 @@ impl Source<'_> {
                 let value = value.or_else(|| Some(document.excerpt(span.clone())));
                 InputError { key, value, allowed, ..document.error(Some(span), message) }
             }
-            // Read again: while its rows were read, it was not held.
+            // Read again up to this line: while its rows were read, it was not held.
             Self::File(path) => {
-                let text = std::fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-                let (file, text) = (path.display().to_string(), text.unwrap_or_default());
+                let (mut bytes, most) = (Vec::new(), (place + LINE) as u64);
+                let _ = File::open(path).and_then(|file| file.take(most).read_to_end(&mut bytes));
+                let (file, text) = (path.display().to_string(), String::from_utf8_lossy(&bytes));
                 Source::Text(Document { file: &file, text: &text }).placed(error, place)
             }
             Self::Memory => {

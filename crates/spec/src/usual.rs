@@ -7,17 +7,13 @@ use super::reader::Item;
 use super::sections::{Section, Sections};
 use super::space;
 use crate::error::InputError;
+use crate::fields::plain;
 use crate::scene::{COLUMNS, Column, Drive};
-
-/// A number without a row of zeros.
-fn shown(value: f64) -> String {
-    if value == 0.0 || (1e-4..1e7).contains(&value) { value.to_string() } else { format!("{value:e}") }
-}
 
 /// The warning about the largest number of a key, if it is outside the usual range of that key.
 fn unusual(key: &keys::Key, largest: f64) -> Option<String> {
     let [low, high] = key.usual?;
-    let [from, to] = [low, high].map(shown);
+    let [from, to] = [low, high].map(plain);
     let unit = if key.unit.is_empty() { String::new() } else { format!(" {}", key.unit) };
     let outside = largest > 0.0 && !(low..=high).contains(&largest);
     outside.then(|| format!("outside the usual {from} … {to}{unit}: is this number in another unit?"))
@@ -65,7 +61,7 @@ pub fn of_taps(
     let of = |(section, key, column): space::ColumnKey| {
         let value = largest[column as usize];
         let message = unusual(keys::section(section).key(key)?, value)?;
-        Some(error(column, message).value(shown(value)).to_string())
+        Some(error(column, message).value(plain(value)).to_string())
     };
     space::keys(drive).into_iter().filter_map(of).collect()
 }

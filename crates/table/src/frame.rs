@@ -62,11 +62,6 @@ impl Frame {
         Self { file: self.file.clone(), names: self.names.clone(), columns, bad: Vec::new() }
     }
 
-    /// True if `other` has columns of the same types.
-    pub fn is_like(&self, other: &Self) -> bool {
-        self.columns.iter().map(Values::kind).eq(other.columns.iter().map(Values::kind))
-    }
-
     /// Appends one row.
     pub fn row(&mut self, fields: impl IntoIterator<Item = Field>) -> Result<(), Error> {
         let (mut fields, wide) = (fields.into_iter(), || Error::Run("a row of another width".into()));

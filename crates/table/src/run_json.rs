@@ -134,29 +134,3 @@ pub fn varying(study: &Study) -> Vec<&'static str> {
     let angles = [(shown.tilt, "tilt_deg"), (shown.lean, "lean_deg")].into_iter().filter(|(shown, _)| *shown);
     whisker.chain(rigs).chain(angles.map(|(_, column)| column)).collect()
 }
-
-/// The `run.json` of a sweep on `backend`. `model_error` lists the effects that were left off; `handed_over` the rows that a device did not answer.
-pub fn of_sweep(
-    spec: &Spec,
-    (backend, warnings): (&impl Serialize, &[String]),
-    c: &Counts,
-    seconds: Seconds,
-    [model_error, handed_over]: [Option<&Value>; 2],
-) -> Value {
-    let mut body = json!({
-        "in_force": in_force(spec),
-        "ranking": { "by": spec.study.listed_by().word(), "varying": varying(&spec.study) },
-        "material_fit": material_fit(spec, Some(c)),
-        "warnings": warnings,
-        "backend": backend,
-        "counts": counts(c),
-        "seconds": seconds,
-        "taps_per_second": if seconds.total > 0.0 { c.taps as f64 / seconds.total } else { 0.0 },
-    });
-    for (key, told) in [("model_error", model_error), ("handed_over", handed_over)] {
-        if let Some(told) = told {
-            body[key] = told.clone();
-        }
-    }
-    document("sweep", self::spec(spec), body)
-}

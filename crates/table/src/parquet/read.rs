@@ -60,13 +60,8 @@ impl Reader {
         }
         let group = guarded(|| self.file.get_row_group(self.next).and_then(|group| columns(&*group)));
         self.next += 1;
-        let (columns, empty) = (group.map_err(|e| unreadable(&self.path, &e))?, self.frame());
-        let group = Frame { columns, ..empty.like() };
-        if !group.is_like(&empty) {
-            let why = "its row groups have different columns".to_owned();
-            return Err(unreadable(&self.path, &ParquetError::General(why)));
-        }
-        Ok(Some(group))
+        let columns = group.map_err(|e| unreadable(&self.path, &e))?;
+        Ok(Some(Frame { columns, ..self.frame() }))
     }
 }
 
