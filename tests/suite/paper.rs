@@ -80,22 +80,33 @@ fn a_map_of_three_values_has_three_colours() {
         z,
         of: Axis::new("v", ""),
     };
-    let colours = |z: Vec<f64>| {
-        let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", "")).with(Mark::Cells(cells(z)));
-        let d = lay(&Figure::new("f", "F", "", vec![panel]), &Style::default());
-        let fills = d.items.into_iter().filter_map(|item| match item {
-            Item::Path { fill, clip: Some(_), .. } => fill,
-            _ => None,
-        });
-        fills.collect::<std::collections::HashSet<_>>()
+    let drawn = |panel: Panel| lay(&Figure::new("f", "F", "", vec![panel]), &Style::default()).items;
+    let axes = || Panel::new("", Axis::new("x", ""), Axis::new("y", ""));
+    let fills = |z: Vec<f64>| -> Vec<[u8; 3]> {
+        let items = drawn(axes().with(Mark::Cells(cells(z)))).into_iter();
+        items
+            .filter_map(|item| if let Item::Path { fill, clip: Some(_), .. } = item { fill } else { None })
+            .collect()
     };
+    let colours = |z: Vec<f64>| fills(z).into_iter().collect::<std::collections::HashSet<_>>();
     // Colours of the map and of its scale; values that differ in the last digit share one.
     for third in [3.0, 3000.0] {
         let z = vec![1.0, 2.0, third, 2.0, 2.0 * (1.0 + f64::EPSILON), f64::NAN, 1.0];
         assert_eq!(colours(z).len(), 3);
     }
     assert_eq!(colours(vec![5.0; 4]).len(), 1);
-    assert!(colours((0..20).map(f64::from).collect()).len() > 20);
+    let many: Vec<f64> = (0..20).map(f64::from).collect();
+    assert!(colours(many.clone()).len() > 20);
+    // A scale grows lighter throughout; eight lines have eight colours.
+    let light = |c: [u8; 3]| 0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2]);
+    assert!(fills(many)[..20].windows(2).all(|w| light(w[0]) < light(w[1])));
+    let line = |i: usize| Mark::line(Path::new("", i, [(0.0, 0.0), (1.0, 1.0 + i as f64)]), 0);
+    let items = drawn((0..8).fold(axes(), |panel, i| panel.with(line(i)))).into_iter();
+    let strokes = items.filter_map(|item| match item {
+        Item::Path { stroke, clip: Some(_), .. } => stroke.map(|stroke| stroke.colour),
+        _ => None,
+    });
+    assert_eq!(strokes.collect::<std::collections::HashSet<_>>().len(), 8);
 }
 
 #[test]

@@ -90,7 +90,6 @@ fn where_no_row_keeps_the_limit_both_say_so() {
 fn sweep_and_report_rank_by_the_same_column() {
     let quiet = SPEC.replace("noise_strain = 1e-6\n", "");
     for (text, words) in [
-        (SPEC.to_owned(), "tells distance best"),
         (quiet, "has the steadiest K"),
         (format!("{SPEC}[output]\nby = \"force_max_N\"\n"), "has the least force_max_N"),
     ] {

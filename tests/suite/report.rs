@@ -227,6 +227,9 @@ pub fn calibrated(desk: &Desk) {
         let told: Vec<(f64, f64)> = used.iter().map(|r| (number(r, "a_mm"), number(r, y))).collect();
         same(&drawn, &told, name);
     }
+    let normal = marks(&figure(&data, "coverage")["panels"][0]).find(|m| m["name"] == "normal distribution");
+    let at = points(normal.unwrap()).into_iter().find(|p| p.0 == 1.0).unwrap();
+    assert!((at.1 - 0.682_689).abs() < 1e-5, "{at:?}");
 }
 
 /// The front is pareto.csv; the chosen design is the best of run.json.
