@@ -127,12 +127,11 @@ fn sliding_edge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
             let answer = Taps::of(&stuck, &[Tuple { drive, ..tap }]).answers(Method::Reference);
             answer.map_or(f64::NAN, |o| o[0].tangential_force.abs() - mu * o[0].normal_force)
         };
-        let mut steps = (0..7).rev().map(|k| full * 0.5f64.powi(k));
-        let Some(mut high) = steps.find(|x| reserve(*x) > 0.0) else { continue };
-        let mut low = 0.5 * high;
-        if !(reserve(low) < 0.0) {
-            continue;
-        }
+        let steps: Vec<f64> = (0..7).rev().map(|k| full * 0.5f64.powi(k)).collect();
+        let reserves: Vec<f64> = steps.iter().map(|x| reserve(*x)).collect();
+        let crossing = (1..steps.len()).find(|k| reserves[k - 1] < 0.0 && reserves[*k] > 0.0);
+        let Some(k) = crossing else { continue };
+        let (mut low, mut high) = (steps[k - 1], steps[k]);
         for _ in 0..24 {
             let middle = 0.5 * (low + high);
             *(if reserve(middle) > 0.0 { &mut high } else { &mut low }) = middle;
