@@ -39,7 +39,7 @@ pub fn answer(
     let owners = owners(whiskers, label, input, ask.columns)?;
     let twofold = whiskers.iter().any(|w| w.locator.is_twofold());
     let mut table: Option<Frame> = None;
-    // By line: rows of the whiskers come together again.
+    // By line, so that rows of all whiskers keep the order of the file.
     let mut rows = BTreeMap::new();
     let mut counts = Counts::default();
     for (w, whisker) in whiskers.iter().enumerate() {
@@ -54,7 +54,7 @@ pub fn answer(
         let mut readings = Readings::of(&whisker.locator, input, ask, heading("array"))?;
         let mut group = Group::new(who, &readings.names, ask)?;
         if let Some(group) = &mut group {
-            // They follow the status, which ends the line.
+            // These columns follow the status.
             group.columns = Group::columns(ask, twofold, &readings.names);
             let more = group.columns.iter().copied();
             more.for_each(|name| readings.empty.add(name, Values::new(kind(name))));

@@ -205,7 +205,7 @@ pub fn placed(readings: &Readings) -> Result<Vec<(Pose, Option<f64>)>, InputErro
         }
         let pose = Pose {
             base: [needed[0][i], needed[1][i], z[i]],
-            // Where the row does not say which way it turns, it does not say where it points when it touches.
+            // Without a sense of rotation the heading at touch is unknown.
             heading: if sense.is_nan() { f64::NAN } else { (needed[2][i] + contact[i]).to_radians() },
             sense,
         };

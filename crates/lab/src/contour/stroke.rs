@@ -181,7 +181,7 @@ pub fn swept(
     };
     let n = used.len();
     let sharp = found.at.len() == 2;
-    // What is expected before counts as much as it takes up.
+    // Prior residuals count as data.
     let free = (found.residuals.len() - found.at.len()) as f64;
     let chi2 = found.chi2() / free;
     let covariance = &found.covariance * chi2.max(1.0);
@@ -197,7 +197,7 @@ pub fn swept(
         let j = slopes(&place, &found.at, &h)?;
         let of_fit: DMatrix<f64> = &j * &covariance * j.transpose();
         let at = stroke.place(&found.at, pose, angle);
-        // What the calibration may be off by moves the whole stroke along the whisker.
+        // Errors of the calibration move the whole stroke along the whisker.
         let slope = (stroke.expected(a + 0.01, turn)? - stroke.expected(a - 0.01, turn)?) / 0.02;
         let of_reading = stroke.locator.noise().powi(2) * (1.0 + reading.share) / (slope * slope);
         let common = (reading.answer.located.sigma.powi(2) - of_reading).max(0.0);

@@ -91,7 +91,7 @@ impl Trace {
             rows.iter().for_each(|&i| groups[i] = rows[0]);
             let found = swept(locator, &skin, pose, &of, &asked.noise);
             for (&i, point) in rows.iter().zip(found.iter().flat_map(|found| &found.points)) {
-                // A reading that is off its stroke is where a tap would have it.
+                // An outlier of its stroke keeps the place that it has as a tap.
                 points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { *point };
             }
             let [touched_before_deg, sigma_touched_before_deg] =

@@ -99,7 +99,7 @@ impl Free {
                 signals(locator, side, setup.clone(), 0.0)?,
                 signals(locator, side, setup.clone(), self.tilt)?,
             ];
-            // The signal changes with the square of the tilt, of which the mean is that at one standard deviation.
+            // The signal changes with the square of the tilt, whose mean is its value at one standard deviation.
             let change = |k: usize| {
                 let change = tilted[k] / own[k] - 1.0;
                 [change, std::f64::consts::SQRT_2 * change]

@@ -86,7 +86,7 @@ pub fn next(
     let learned = |k: usize| locator.sides[k].learned();
     let first = (0..locator.sides.len()).find(|k| learned(*k).is_some());
     let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
-    // A tap without a distance of its own tells none together with others either.
+    // A tap without a distance alone is left out.
     let asked = |(k, tap): (usize, &Reading)| {
         let (signal, share) = (tap.signals[0], tap.shares[0]);
         let asked = locator.asked(tap.drive, signal).ok().filter(|asked| learned(asked.side).is_some())?;
@@ -177,7 +177,7 @@ impl Known<'_> {
         let tried = |shift: f64, count: usize| self.tried_at(shift, (ends, count));
         let [lo, hi] = match shifts.map(|shifts| (shifts, self.reachable(shifts))) {
             Some((_, Some(reachable))) => reachable,
-            // Where it stands it may be tapped in any case.
+            // The present place is always allowed.
             Some(([nearest, farthest], None)) if !(nearest..=farthest).contains(&stands) => {
                 let status = Status::OUTSIDE_CALIBRATION;
                 let [shift, signal, sigma] = [nearest, f64::NAN, f64::NAN];

@@ -146,7 +146,7 @@ impl<'a> Objects<'a> {
             return None;
         }
         let (locator, same_run) = (self.locator, self.locator.same_run);
-        // As the tap itself tells, from where the base stands without shift.
+        // The tap's own answer, from where the base stands without shift.
         let Located { distance, interval, .. } = alone.located;
         let own = Located {
             distance: distance + shift,
@@ -243,7 +243,7 @@ pub(super) fn hundredths(by: f64) -> f64 {
 /// Words of warning of what the taps of an object tell.
 pub(super) fn doubts(side: &Opened, object: &Object, told: &Told) -> Status {
     object.seen(told.a).into_iter().fold(Status::OK, |all, a| {
-        // Of another distance what counts is where it would be seen from the same base.
+        // The other distance is judged as seen from the same base.
         all | side.doubts(a, told.near.map(|near| near - told.a + a), told.sigma)
     })
 }

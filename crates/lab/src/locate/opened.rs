@@ -60,7 +60,7 @@ impl Opened {
         if near.is_some_and(|a| a >= lo * (1.0 - WIDENING) && a <= hi * (1.0 + WIDENING)) {
             status |= Status::AMBIGUOUS;
         }
-        // However uncertain, a distance that is half the range away is not of it.
+        // A distance half the range away is outside, however uncertain.
         let [first, last] = self.distances;
         let slack = (BEYOND * sigma).min(0.5 * (last - first)) + WIDENING * last;
         if a < first - slack || a > last + slack {

@@ -156,7 +156,7 @@ impl Locator {
         let Some(two) = &self.twofold else {
             return Ok(vec![Spatial::nothing(Status::OUTSIDE_CALIBRATION); readings.len()]);
         };
-        // The model starts where linear theory has them.
+        // Linear theory gives the start of the model's inverse.
         let mut all: Vec<_> = readings.iter().map(|reading| self.by_theory(two, reading)).collect();
         let inverted = two.invert(all.iter().flatten())?;
         for (one, found) in all.iter_mut().filter(|one| one.is_ok()).zip(inverted) {
@@ -190,7 +190,7 @@ impl Locator {
         let beyond =
             (readings[0] / per_strain[0]).hypot(readings[1] / per_strain[1]) > self.rig.strain_limit();
         let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
-        // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.
+        // No strain in the first gauge would mean a tilt of 90° or more.
         if readings[0] <= 0.0 || !side.admits(drive) {
             return Err(status | Status::OUTSIDE_CALIBRATION);
         }
@@ -215,7 +215,7 @@ impl Locator {
         let of_factor = solved.readings[1] * sigma_factor / factor;
         let ratio = factor / two.transfer.factors[0];
         let of_misalignment = solved.readings[0] * ratio * sigma_misalignment_deg.to_radians();
-        // By how much distance and tilt move with an error of the reading of one gauge.
+        // Change of distance and tilt with an error of one gauge.
         let moved = |gauge: usize, error: f64| solved.inverse.map(|by| by[gauge] * error);
         let parts = Parts {
             at: [solved.a, solved.tilt],

@@ -92,7 +92,7 @@ impl PairObject {
     pub fn add(&mut self, tap: Parts, zero: u64) -> bool {
         let Some(weight) = Matrix2::from(tap.own).try_inverse() else { return false };
         if self.zero.replace(zero).is_some_and(|before| before != zero) {
-            // No more taps stand above the zeros before: their numbers are free for other ones.
+            // The zeros before are done with: integrates over them, and their numbers are free for the new ones.
             for k in ZEROS..ALL {
                 integrate(&mut self.sums.matrix, &mut self.sums.vector, k);
             }
@@ -119,7 +119,7 @@ impl PairObject {
         if self.taps.len() < 2 {
             return None;
         }
-        // Zeros count as errors of each tap.
+        // The error of the zero counts with each tap.
         let own = |tap: &Parts| Matrix2::from(tap.with_zeros());
         let mut sums = Sums::new(ZEROS);
         for tap in &self.taps {

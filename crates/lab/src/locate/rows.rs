@@ -265,7 +265,7 @@ impl<'a> RowReader<'a> {
         for k in 0..self.header.signals.len() {
             let mut value = self.number(&cells[self.header.signals[k].1]);
             if let (0, Some(lag), Some((t, run)), false) = (k, self.who.first().lag, when, several) {
-                // A word is no time; what it settles to is not known.
+                // Without a time the settled value is unknown.
                 if t.is_infinite() {
                     return None;
                 }

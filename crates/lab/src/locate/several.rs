@@ -106,7 +106,7 @@ impl Several {
         let side = side(used[0]).ok_or(outside)?;
         let found = chosen(tap.refined(&tap.starts()), side.distances);
         let first = found.first().ok_or(status | Status::NO_ROOT)?;
-        // What the calibrations leave, where the tap is.
+        // Adds the errors of the calibrations at this tap.
         let [a, u] = tap.place(&first.at);
         for (i, k) in used.iter().enumerate() {
             noise[(i, i)] += self.locators[*k].left(a, u, signals[*k].signum()).max(0.0);
@@ -115,8 +115,8 @@ impl Several {
         let tap = ChannelTap { noise: factor(&noise).ok_or(status | Status::NO_ROOT)?, ..tap };
         let found = chosen(tap.refined(&starts), side.distances);
         let (best, others) = found.split_first().ok_or(status | Status::NO_ROOT)?;
-        // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
-        // A drive at the end of the calibrated ones was not free to follow: beyond it the misfit would be less.
+        // A large misfit refuses the tap; a smaller one widens σ.
+        // At an end of the calibrated drives the drive was not free: beyond it the misfit would be smaller.
         let at_end = tap.at_end(&best.at);
         let (misfit, freedom) = (best.chi2(), (used.len() - unknowns + usize::from(at_end)) as f64);
         if freedom > 0.0 && misfit > CONTRADICTORY + 4.0 * freedom {
@@ -222,7 +222,7 @@ impl<'a> ChannelTap<'a> {
             let [lo, hi] = self.bounds[i];
             (0..STARTS[i]).map(move |k| lo + (hi - lo) * (k as f64 + 0.5) / STARTS[i] as f64)
         };
-        // Of each distance the best drive.
+        // The best drive of each distance.
         let start = |a: f64| match self.unknowns() {
             1 => vec![a],
             _ => {

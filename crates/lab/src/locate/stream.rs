@@ -131,7 +131,7 @@ impl Kept {
             names[k] = name;
         }
         let missing = common.map(|c| !own.iter().any(|n| n == c));
-        // Of several channels each has a column of its own.
+        // Each of several channels has its own column.
         let more = [missing[0], missing[1] && !rows.who.finds_drives()];
         let kind = |k: usize| match frame.map(|frame| &frame.columns[k]) {
             Some(Values::Numbers(_) | Values::Counts(_)) => Kind::Number,
@@ -235,7 +235,7 @@ pub fn answer(
         let mut more = None;
         let answer = match row.tap {
             Err(why) => Ok(Spatial::nothing(why)),
-            // What is told together follows from each answer; of one signal that costs no more.
+            // Groups need each answer at once; with one signal that costs no more.
             Ok(tap) if group.is_some() || who.is_alone() => {
                 let alone = who.answer(std::slice::from_ref(&tap))?.remove(0);
                 more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone)), ask));
@@ -252,7 +252,7 @@ pub fn answer(
             write(&table, waiting)?;
             table = table.like();
         }
-        // Lines that were read before it was asked to stop are answered, as many as there is time for.
+        // After the stop, answers lines already read for a limited time.
         if stop.load(Ordering::Relaxed) && stopped.get_or_insert_with(Instant::now).elapsed() > GRACE {
             break;
         }

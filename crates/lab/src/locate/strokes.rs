@@ -205,7 +205,7 @@ impl<'a> Strokes<'a> {
             None => Status::NO_STRAIN,
             Some(told) => side.doubts(told.a[2], told.near, 0.5 * (told.a[3] - told.a[1])),
         };
-        // As many runs of readings are looked at as there are bins, of each of four sizes.
+        // Runs of four sizes are tested, one of each per bin.
         if told.is_some_and(|told| told.apart[1].abs() > limit(4 * count.min(64))) {
             status |= Status::INCONSISTENT;
         }

@@ -54,7 +54,7 @@ pub fn zeros(
     if all.is_empty() {
         return Ok((vec![Zero::default(); who.signals()], Vec::new()));
     }
-    // What stands for no value, or is exactly 0, is no zero where others are there.
+    // Placeholders and exact zeros are left out where other readings exist.
     let is_none = |x: f64| x == 0.0 || is_usual(x);
     let mut judged: Vec<f64> = all.iter().copied().filter(|x| !is_none(*x)).collect();
     let middle = median(if judged.is_empty() { &mut all } else { &mut judged });
@@ -94,7 +94,7 @@ fn recorded<'s>(
 ) -> Result<Option<TaredRow<'s>>, Error> {
     let (who, ask) = (rows.who, source.ask);
     let Some(line) = source.next(rows)? else { return Ok(None) };
-    // Of a line that is no reading, no field is known to be a signal.
+    // Without a row there are no fields.
     let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
     let mut read = line.row.and_then(|row| rows.parse(row, &cells));
     let cells = rows.named(cells);
@@ -148,7 +148,7 @@ impl<'a> TaredRows<'a> {
     pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
         let Self { who, source, rows, ask, .. } = self;
         let (who, ask) = (*who, *ask);
-        // Zeros that were looked for before have looked at these numbers too.
+        // The search for zeros, if there was one, has judged these numbers.
         let seen = self.thousands.as_mut();
         let unclear = Some(&mut self.unclear).filter(|_| seen.is_some());
         let Some(mut row) = recorded(source, rows, (seen, unclear))? else { return Ok(None) };

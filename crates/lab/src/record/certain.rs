@@ -180,7 +180,7 @@ fn alike(rest: &Rest, contacts: &[&Reading], inner: &[usize]) -> Option<f64> {
     let [lo, hi] = [f64::min, f64::max].map(|of| heights.iter().copied().fold(heights[0], of));
     let usual = median(&mut heights);
     let length = |[first, last]: [usize; 2]| (last - first + 1) as f64;
-    // Without its ramps, as a rest has none.
+    // Without its ramps.
     let held = |r: &&Reading| {
         let near = |k: &usize| (rest.signal[*k] - r.signal).abs() <= EQUAL * (r.signal - r.rest).abs();
         (r.contact[0]..=r.contact[1]).filter(near).count() as f64

@@ -30,7 +30,7 @@ pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); WINDOWS.len
         lengths.sort_unstable();
         if let (None, Some(long)) = (lasts, lengths.get(lengths.len() * 3 / 4)) {
             let long = Some(*long as f64);
-            // Rests that begin and end the record are those that are meant; of others a smaller window may know better.
+            // If the record begins and ends at rest, these rests are right; else a smaller window may find better ones.
             lasts = long.filter(|_| score > 0.5 && !cut);
             (score, chain, _) = self::chain(y, span, &blocks, still, long);
         }
@@ -64,7 +64,7 @@ fn chain(
     after.reverse();
     let cut =
         |k: usize, [hi, lo]: [f64; 2]| if (hi - levels[k]).max(levels[k] - lo) > away { -CUT } else { 0.0 };
-    // What the best chain that ends in a block counts, and the block before.
+    // Score of the best chain that ends in each block, and the block before.
     let mut ends: Vec<(f64, Option<usize>)> = Vec::with_capacity(blocks.len());
     for j in 0..blocks.len() {
         let mut best = (cut(j, before[j]), None);
@@ -74,7 +74,7 @@ fn chain(
                 (hi, lo) = (hi.max(*value), lo.min(*value));
             }
             let moved = (levels[j] - levels[i]).abs();
-            // How far the signal is off both levels.
+            // Excursion of the signal beyond both levels.
             let off = (hi - levels[i].max(levels[j])).max(levels[i].min(levels[j]) - lo);
             let counts = match off > away {
                 true => weight(i).min(weight(j)) * (1.0 - moved / (MOVED * off)).max(-WORST),

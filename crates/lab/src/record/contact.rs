@@ -49,7 +49,7 @@ pub fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [
         signal,
         rest: sum(&rest.level),
         sd: (square / (n - 1.0).max(1.0)).sqrt(),
-        // A plateau may hold the last sample of a ramp: not the mean.
+        // The median: a plateau may hold the last sample of a ramp.
         drive: record.drive.as_ref().map(|(_, drives)| match kind {
             Kind::Rest => 0.0,
             _ => median(&mut drives[of[0]..=of[1]].to_vec()),
@@ -83,7 +83,7 @@ pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take)
             let found = stays.into_iter().filter_map(of);
             let pushed = found.filter(|r| r.drive.is_none_or(|d| d.abs() > SAME * most));
             let mut plateaus: Vec<Reading> = pushed.collect();
-            // Of those of one drive that follow each other the last has settled most.
+            // Of neighbours of one drive the last has settled most.
             plateaus.dedup_by(|later, before| {
                 let drives = before.drive.zip(later.drive);
                 let same = drives.is_some_and(|(p, q)| (p - q).abs() <= SAME * most);
@@ -161,7 +161,7 @@ fn peak(record: &Record, rest: &Rest, contact: [usize; 2], top: usize) -> Readin
     let [xx, xxxx, xy, xxy] = sums;
     let curve = xxy / (xxxx - xx * xx / (n + 1) as f64);
     let (slope, level) = (xy / xx, -curve * xx / (n + 1) as f64);
-    // Its top lies between the samples, or is none.
+    // A top outside the samples is none.
     let at = -0.5 * slope / curve;
     match at.abs() <= 1.0 && curve.is_finite() {
         true => {

@@ -59,7 +59,7 @@ impl Record {
         let object = names.iter().position(|name| name == OBJECT);
         let labelled: Vec<usize> =
             [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
-        // By the names that a data file has for them.
+        // Named as in data files.
         let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
         let own = |k: usize| known.into_iter().find(|(place, _)| *place == Some(k)).map(|(_, name)| name);
         let label = |k: &usize| (own(*k).unwrap_or(&names[*k]).to_owned(), Vec::new());

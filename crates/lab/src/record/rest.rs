@@ -129,19 +129,19 @@ pub fn rest(record: &Record) -> Rest {
     let found = windows.map(by);
     let known = driven.is_some();
     let blocks = match known {
-        // Where the drive is known it says what is no contact; else the level to which the signal comes back.
+        // The drive, if known, tells rests; else the level to which the signal returns.
         true => found.into_iter().find(|(blocks, _)| blocks.len() > 1).unwrap_or_else(|| by(SHORT)).0,
         false => returns(&y, span, found),
     };
     let blocks: Vec<_> = blocks.into_iter().map(|block| trimmed(&y, block, scatter)).collect();
     let level = between(&y, &blocks);
-    // Of the rests, so that it has all that is in every sample of them.
+    // From the rests themselves, so that hum and drift are included.
     let by_rests = |values: &[f64], least: f64| {
         let samples = blocks.iter().flat_map(|[first, last]| *first..=*last);
         let mut off: Vec<f64> = samples.map(|k| (values[k] - level[k]).abs()).collect();
         if off.is_empty() { least } else { least.max(median(&mut off) / MEDIAN) }
     };
-    // The steps of a converter are not independent, and hardly smaller in the mean.
+    // Rounding errors are not independent: averaging hardly reduces them.
     let step = step(&record.signal);
     let (noise, scatter) =
         (by_rests(&record.signal, step), by_rests(&y, if known { step } else { scatter.max(step) }));

@@ -108,7 +108,7 @@ pub fn simulate(
                 continue;
             }
         };
-        // What is seen late, degrees: the heading is then too far on, and the drive too small.
+        // Degrees by which the touch is seen late: heading too large, drive too small.
         let late = strokes.touch_noise * recorder.dice().normal(0)[0];
         recorder.row = recorder.row.wrapping_add(1);
         let heading = pose.heading.to_degrees() + pose.sense * late;

@@ -107,7 +107,7 @@ fn off(curve: &Curve, s: &Sample) -> (f64, f64) {
 /// How many times larger than said deviations are: the median of those that are there, as of a normal distribution.
 fn spread(curve: &Curve, samples: &[Sample], free: f64) -> f64 {
     let mut sizes: Vec<f64> = samples.iter().map(|s| off(curve, s).1.abs()).collect();
-    // Parameters take up some of what points are off.
+    // Fitted parameters reduce the residuals.
     let room = (samples.len() as f64 / (samples.len() as f64 - free).max(1.0)).sqrt();
     let usual = if let Curve::Point(_) = curve { PLANE } else { 1.4826 };
     usual * median(&mut sizes) * room

@@ -107,7 +107,7 @@ impl Smooth {
     fn along(&self, p: [f64; 2]) -> f64 {
         let s = self.base.along(p);
         match self.base.circle() {
-            // The same place a turn on, where the range goes on there.
+            // Moved by whole turns into the range.
             Some((_, radius)) => {
                 let turn = std::f64::consts::TAU * radius;
                 let middle = 0.5 * (self.basis.ends[0] + self.basis.ends[1]);
@@ -128,7 +128,7 @@ impl Smooth {
             }
         }
         let offset = of(&values);
-        // A length of the base is shorter to the left, where that is where its centre is.
+        // Lengths shrink towards the centre of the base.
         let slope = of(&slopes) / (1.0 - self.base.curvature() * offset).max(0.1);
         (offset, slope, variance.max(0.0).sqrt())
     }
@@ -179,7 +179,7 @@ impl Smooth {
     }
 
     fn solve(&self, (matrix, vector): &Sums, stiffness: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        // A trace of stiffness against the base itself: a coefficient without points is that of its neighbours.
+        // A trace of stiffness against the base keeps the matrix regular where there are no points.
         let n = self.basis.len();
         let scale = (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n as f64;
         let m =
