@@ -47,7 +47,7 @@ pub fn taps(rows: &[Row]) -> usize {
     rows.iter().map(|row| row.distances.len()).sum()
 }
 
-/// Taps of `study`, and how many it has: all, or about [`LIMIT`] of them, the same ones every time. First and last distance and drive are always
+/// Taps of `study`, and how many it has: all, or about `LIMIT` of them, the same ones every time. First and last distance and drive are always
 /// among them; designs are spread by the golden ratio, which no period of a grid can meet.
 pub fn spread(study: &Study) -> (Vec<Row>, u64) {
     spread_to(&study.space, LIMIT)

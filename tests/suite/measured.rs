@@ -63,7 +63,7 @@ fn counts_that_begin_anew_are_joined_and_no_others() {
     // Wherever the range ends; taps of both sides about its end.
     (0..22).for_each(|k| joined(&rig(|_, x| 1.4 * x + 3_000.0 * f64::from(k))));
     for rest in [660.0, 65_400.0] {
-        let side = |k: usize| if k / 26 % 2 == 0 { 0.4 } else { -0.4 };
+        let side = |k: usize| if (k / 26).is_multiple_of(2) { 0.4 } else { -0.4 };
         joined(&rig(|k, x| rest + (x - 14_000.0) * side(k)));
     }
     // A dropout, a stuck sensor, a row with a wrong label, both sides about the middle, a signal that fills the range far from the zero.

@@ -222,7 +222,7 @@ fn words_of(source: &str, name: &str) -> BTreeSet<String> {
 fn every_word_is_described() {
     let parts = words::parts();
     let told = |k: usize| parts[k].entries.iter().map(|e| e.name.clone()).collect::<BTreeSet<_>>();
-    let reasons = words_of(include_str!("../../crates/lab/src/estimator/reason.rs"), "word");
+    let reasons = words_of(include_str!("../../crates/lab/src/estimator/taps.rs"), "word");
     assert_eq!(reasons, told(1), "reasons");
     let verdicts = [&FAULTS[..], &QUANTITIES[..]].concat().into_iter().map(str::to_owned).collect();
     assert_eq!(told(2), verdicts, "verdicts in src/reference/words.toml");

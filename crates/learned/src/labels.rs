@@ -18,7 +18,7 @@ const SET: f64 = 0.2;
 const BY_HAND: f64 = 0.01;
 const NARROW: f64 = 0.8;
 
-/// Prior of [`Hyper::Position`]; `wrong` is the size of a contradiction of labels ([`contradicted`]). It is limited, because a free curve is as
+/// Prior of the position; `wrong` is the size of a contradiction of labels (see `contradicted`). It is limited, because a free curve is as
 /// likely as wrong labels: of four positions 9 mm apart, errors of 6 mm were as likely as none, and every σ was 8 mm.
 pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
     let usual = Prior::new(Hyper::Position.prior(known));

@@ -161,6 +161,8 @@ fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> 
 
 /// Fits a curve to weighted samples, from another one.
 type Draw<'a> = dyn Fn(&Curve, &[f64]) -> Option<Curve> + 'a;
+/// The curves that result without each group, from the curve of all and the weights.
+type Without<'a> = dyn Fn(&Curve, &[f64]) -> Option<Vec<Curve>> + 'a;
 
 /// What curves are drawn to, and judged by.
 struct Judge<'a> {
@@ -182,7 +184,7 @@ impl Judge<'_> {
         &self,
         (kind, first, free): (Kind, Curve, f64),
         draw: &Draw<'_>,
-        without: &dyn Fn(&Curve, &[f64]) -> Option<Vec<Curve>>,
+        without: &Without<'_>,
     ) -> Option<Drawn> {
         let samples = self.samples;
         let judge = |curve: &Curve| -> (f64, Vec<bool>) {
