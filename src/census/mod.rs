@@ -90,7 +90,7 @@ impl Serialize for At {
         let lengths =
             [("D_mm", t.D), ("d_tip_mm", t.d), ("L_a_mm", t.L_a), ("x_ss_mm", t.x_ss), ("l_mm", t.l)];
         let contact = [("a_mm", t.a), (drive.column(), t.drive)];
-        let pole = [("tilt_deg", t.tilt), ("lean_deg", t.lean)].into_iter().filter(|(_, x)| *x != 0.0);
+        let pole = [("tilt_deg", t.tilt), ("lean_deg", t.lean)].into_iter().filter(|(_, x)| x.abs() > 0.0);
         to.collect_map(lengths.into_iter().chain(contact).chain(pole))
     }
 }

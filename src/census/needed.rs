@@ -45,7 +45,9 @@ pub fn bound(asked: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<
     let (why, allowed) = if spec.study.setup.rigs.is_some() {
         ("which effects rigs that differ need is not one answer", "one rig, or no --model-error".to_owned())
     } else if !(bound >= least && bound < 1.0) {
-        let allowed = format!("{least:e} ≤ E < 1: at least twice the tolerance");
+        let tolerance = choice.backend.tolerance.filter(|t| 2.0 * t > LEAST);
+        let tolerance = tolerance.map_or(String::new(), |t| format!(": at least twice the tolerance, {t:e}"));
+        let allowed = format!("{least:e} ≤ E < 1{tolerance}");
         ("no effect can be judged by this", allowed)
     } else {
         return Ok(Some(bound));

@@ -18,7 +18,12 @@ pub fn framed(name: &str, rows: impl Iterator<Item = Vec<Field>>) -> Result<Fram
 /// The rows of `frame` as JSON, each value by the name of its column.
 pub fn objects(frame: &Frame) -> Vec<Value> {
     let names = || frame.names.iter().map(|name| name.to_string()).enumerate();
-    let object = |row| names().map(|(column, name)| (name, frame.json(column, row))).collect();
+    let whole = |x: f64| x.fract() == 0.0 && x.abs() < 9e15;
+    let value = |column, row| match frame.json(column, row) {
+        Value::Number(x) => x.as_f64().filter(|x| whole(*x)).map_or(x.into(), |x| (x as i64).into()),
+        other => other,
+    };
+    let object = |row| names().map(|(column, name)| (name, value(column, row))).collect();
     (0..frame.len()).map(object).collect()
 }
 

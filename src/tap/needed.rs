@@ -27,7 +27,7 @@ pub fn find(
     let Some(bound) = bound else { return find_by(study, asked, progress) };
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
-    let (whisker, n) = (layout.design(0), layout.n_distances);
+    let (whisker, n) = (layout.stroke(&layout.design(0), 0), layout.n_distances);
     let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
     loop {
         study.setup = needed.setup.clone();

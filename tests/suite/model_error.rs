@@ -141,7 +141,10 @@ fn a_model_is_chosen_by_2000_taps_and_the_corners() {
     let small = choosing(&study("[4, 7]", "[20, 30, 40]", "[1, 2]"));
     assert_eq!((small.len(), taps(&small)), (4, 12));
     assert!(small.iter().all(|r| r.reach == [20.0, 40.0]));
-    let steps = |from: f64, to: f64, steps: u64| format!("{{ from = {from}, to = {to}, steps = {steps} }}");
+    let steps = |from: f64, to: f64, steps: u64| match steps {
+        1 => from.to_string(),
+        _ => format!("{{ from = {from}, to = {to}, steps = {steps} }}"),
+    };
     for [d, a, theta] in [[3000, 400, 80], [3100, 1, 1], [1, 40_000, 3], [1, 1, 5000], [40, 10, 10]] {
         let large = study(&steps(2.0, 9.0, d), &steps(10.0, 50.0, a), &steps(1.0, 8.0, theta));
         let rows = choosing(&large);
