@@ -13,9 +13,11 @@ use crate::status::Status;
 /// Forces and arcs may be this many times as wrong as strains: the tolerance does not bound them, they follow from it.
 const FORCE: f64 = 10.0;
 
-/// Largest share of the taps that the reference solves to which a kernel may give no answer, and of all taps that it may solve where the reference does
-/// not.
+/// Largest share of the taps solved by the reference to which a kernel may give no answer, of those far from base and gauge (`Task::is_far`) that it may
+/// leave to the reference, and of all taps that it may solve where the reference does not.
 const UNSOLVED: f64 = 0.15;
+/// So few far taps may be left by chance.
+const BY_CHANCE: usize = 4;
 
 /// Names of the compared quantities. Strain: |ε − ε_ref| / max(|ε_ref|, 1e-3 θ f_max); with a second gauge, the larger of both, whose sizes are √(ε₁² + ε₂²).
 /// K: |K − K_ref| / K_ref as a strain error, none where there is no K. Force: the larger of |P − P_ref| and |T − T_ref|, over the size of the reference's force.
@@ -150,6 +152,8 @@ pub struct Line {
     pub compared: usize,
     /// Numbers of the other taps, by [`Odd`].
     odd: [usize; 5],
+    /// Far taps that the reference solves: those left to it, and all.
+    far: [usize; 2],
     /// The first of the oddest taps, and the words of reference and backend; none where they agree.
     odd_at: Option<(Tuple, [Status; 2])>,
     /// Errors in the order of [`QUANTITIES`]; `None` where no tap has them.
@@ -171,6 +175,10 @@ impl Line {
     ) -> Self {
         let mut odd = [0; 5];
         compared.iter().filter_map(|c| c.err()).for_each(|kind| odd[kind as usize] += 1);
+        let is_far = |i: &usize| taps.tasks[*i].is_far(taps.design(*i));
+        let solved = |i: &usize| !matches!(compared[*i], Err(Odd::Neither | Odd::Unanswered));
+        let far: Vec<usize> = (0..compared.len()).filter(is_far).filter(solved).collect();
+        let left = far.iter().filter(|i| compared[**i] == Err(Odd::Referred)).count();
         let errors = std::array::from_fn(|q| {
             let of = |(i, c): (usize, &Compared)| Some((c.as_ref().ok()?[q]?, i));
             let errors = compared.iter().enumerate().filter_map(of).collect();
@@ -190,6 +198,7 @@ impl Line {
             taps: n,
             compared: compared.iter().filter(|c| c.is_ok()).count(),
             odd,
+            far: [left, far.len()],
             odd_at: oddest.map(|(_, i)| (taps.tuple(i), words(i))),
             at: errors[0].map(|f: Figures| (taps.tuple(f.at), words(f.at)[1])),
             errors,
@@ -209,8 +218,13 @@ impl Line {
         let many = |n: usize, of: usize| n as f64 > UNSOLVED * of as f64;
         let over = |q: usize| self.errors[q].is_some_and(|f| f.over > 0);
         let of_errors = (0..QUANTITIES.len()).filter(|q| over(*q)).map(|q| QUANTITIES[q]);
-        let others =
-            [self.compared + neither == 0, differ > 0, many(unsolved, solved), many(unanswered, self.taps)];
+        let left = self.far[0] > BY_CHANCE && many(self.far[0], self.far[1]);
+        let others = [
+            self.compared + neither == 0,
+            differ > 0,
+            many(unsolved, solved) || left,
+            many(unanswered, self.taps),
+        ];
         of_errors.chain((0..FAULTS.len()).filter(|k| others[*k]).map(|k| FAULTS[k])).collect()
     }
 

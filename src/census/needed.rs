@@ -42,13 +42,17 @@ const TOGETHER: usize = 1 << 12;
 pub fn bound(asked: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
     let Some(bound) = asked else { return Ok(None) };
     let least = LEAST.max(2.0 * choice.backend.tolerance.unwrap_or(0.0));
-    let (why, allowed) = if spec.study.setup.rigs.is_some() {
-        ("which effects rigs that differ need is not one answer", "one rig, or no --model-error".to_owned())
+    let (why, allowed) = if let Some(rigs) = &spec.study.setup.rigs {
+        let why = format!(
+            "{} differ from design to design: which effects they need is not one answer",
+            rigs.names()
+        );
+        (why, "one rig, or no --model-error".to_owned())
     } else if !(bound >= least && bound < 1.0) {
         let tolerance = choice.backend.tolerance.filter(|t| 2.0 * t > LEAST);
         let tolerance = tolerance.map_or(String::new(), |t| format!(": at least twice the tolerance, {t:e}"));
         let allowed = format!("{least:e} ≤ E < 1{tolerance}");
-        ("no effect can be judged by this", allowed)
+        ("no effect can be judged by this".to_owned(), allowed)
     } else {
         return Ok(Some(bound));
     };

@@ -140,10 +140,11 @@ fn render(error: &Error) -> String {
 }
 
 /// Removed options: command, flag (with a removed word of its list), and the replacement.
-const GONE: [(&str, &str, &str); 4] = [
+const GONE: [(&str, &str, &str); 5] = [
     ("calibrate", "--export python", "`import vibrissa` in Python, --export c for firmware"),
     ("calibrate", "--taps", "locate --same or --object; the exported program answers one tap"),
     ("optimise", "--resume", "the same command without it: a search lasts seconds, and finds the same again"),
+    ("sweep", "--leave-off", "--plan --model-error E, which says what may be left off for a strain within E"),
     ("optimise", "--shard", "one search; for others change seed in [optimise] of the spec"),
 ];
 

@@ -13,9 +13,10 @@ use crate::tap::few;
 
 /// Explains `spec`. Few taps: in f64 on the CPU unless something else is asked for.
 pub fn run(spec: &Spec, options: &RunOptions, context: &Context<'_>) -> Result<Reply, Error> {
-    if spec.study.setup.rigs.is_some() {
-        let error = InputError::new("what each effect changes is said of one rig").key("--explain");
-        return Err(error.allowed("one number each").into());
+    if let Some(rigs) = &spec.study.setup.rigs {
+        let why =
+            format!("what each effect changes is said of one rig, and {} have several values", rigs.names());
+        return Err(InputError::new(why).key("--explain").allowed("one number each").into());
     }
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
     let choice = if free { few(options) } else { Choice::new(options) }?;

@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::aligned::{cell, framed, objects, shown};
+use super::aligned::{aligned, cell, framed, objects, shown};
 use super::apart::{apart, cut};
 use super::{Common, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
@@ -31,6 +31,10 @@ pub struct VerifyRequest {
     /// Few taps of few configurations: seconds instead of half a minute
     #[arg(long)]
     pub quick: bool,
+    /// Print every line of the census, not only those that break a bound
+    #[arg(long)]
+    #[serde(default)]
+    pub all: bool,
     /// Random taps: of the spec [default: 1000; with --quick 100], or of each built-in configuration beside its hard
     /// cases [default: 24; with --quick 4]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000))]
@@ -153,10 +157,10 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
         "stopped": words.map(|_| json!({ "taps": done, "of": taps })),
         "census": census,
     });
-    let rows = if spec.is_some() { table.rows(|_| true) } else { bad(&table) };
+    let rows = if asked.all || spec.is_some() { table.rows(|_| true) } else { bad(&table) };
     let sum = |name: &str| (0..table.len()).map(|r| table.number(name, r) as u64).sum::<u64>();
     let reply = Reply {
-        text: if rows.is_empty() { String::new() } else { shown(&table, &rows, COLUMNS) },
+        text: summary(&table) + &if rows.is_empty() { String::new() } else { shown(&table, &rows, COLUMNS) },
         counts: json!({
             "comparisons": sum("taps"),
             "compared": sum("compared"),
@@ -176,6 +180,31 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     }
     destination.table(table)?;
     Ok(reply.filed(destination, of, body, context)?.answered())
+}
+
+/// A line for each backend.
+fn summary(census: &Frame) -> String {
+    let place = |row| ["backend", "precision"].map(|name| census.word(name, row)).join(" ");
+    let excess = |row| census.number("strain_error_worst", row) / census.number("bound", row);
+    let mut places: Vec<String> = (0..census.len()).map(place).collect();
+    places.sort();
+    places.dedup();
+    let head = "backend,configurations,taps,compared,largest strain error of its bound,in,left to the reference,verdict";
+    let mut all: Vec<Vec<String>> = vec![head.split(',').map(str::to_owned).collect()];
+    for name in places {
+        let rows = census.rows(|row| place(row) == name);
+        let worst = rows.iter().copied().filter(|r| excess(*r).is_finite());
+        let worst = worst.max_by(|p, q| excess(*p).total_cmp(&excess(*q)));
+        let sum = |column| rows.iter().map(|r| census.number(column, *r)).sum::<f64>().to_string();
+        let broken = rows.iter().filter(|r| census.word("verdict", **r) != "ok").count();
+        let (share, at) = worst.map_or_else(Default::default, |r| {
+            (format!("{:.1} %", 100.0 * excess(r)), census.word("configuration", r))
+        });
+        let verdict = if broken == 0 { "ok".to_owned() } else { format!("{broken} break a bound") };
+        let n = rows.len().to_string();
+        all.push(vec![name, n, sum("taps"), sum("compared"), share, at, sum("referred"), verdict]);
+    }
+    aligned(&all)
 }
 
 /// The lines of the census that break a bound.

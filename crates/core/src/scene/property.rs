@@ -266,6 +266,11 @@ impl Debug for Rigs {
 }
 
 impl Rigs {
+    /// Names of the properties that differ, separated by commas.
+    pub fn names(&self) -> String {
+        self.properties.iter().map(|property| property.name()).collect::<Vec<_>>().join(", ")
+    }
+
     /// The rigs of a grid; `None` if no property varies.
     pub fn crossed(factors: &[Factor]) -> Option<Self> {
         let factors: Vec<Factor> = factors.iter().filter(|f| !f.properties.is_empty()).cloned().collect();
