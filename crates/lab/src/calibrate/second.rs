@@ -1,22 +1,22 @@
 //! Second gauge: its transfer factor and misalignment, from rows with both signals (model §6).
 
-use std::f64::consts::FRAC_PI_2;
+use nalgebra::{DMatrix, DVector};
 
 use super::{Calibrated, Reason};
 use crate::curve::both;
 use crate::error::{Error, InputError};
-use crate::estimator::least::{FREE, by_values};
+use crate::estimator::least;
 use crate::estimator::model::ModelError;
 use crate::estimator::model::exact::{Extent, Opener, Values};
-use crate::estimator::model::pair::{Pair, Transfer};
+use crate::estimator::model::pair::Pair;
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::evaluate::Task;
 use crate::locate::calibration::Second;
 use crate::measure::Data;
 use crate::measure::zero::Zero;
 
-/// Relative change of squares below which the fit ends.
-const SETTLED: f64 = 1e-14;
+/// Iterations for the strain of the centreline, which depends on the factor.
+const ROUNDS: usize = 8;
 const ENOUGH: usize = 10;
 /// Smallest share of a tilted row's strain in the second signal that determines its factor: a tilt of 1°.
 const TILTED: f64 = 0.017;
@@ -125,34 +125,63 @@ fn rows(
     Ok(taps.iter().zip(strains).filter_map(row).collect())
 }
 
-/// Least squares for s₂ and δ of [`Transfer::readings`]; upright rows alone give δ with s₂ = s₁.
+/// Least squares for s₂ and δ: r₂ = s₂ e₀ + s₂ cos δ (ε₂ − e₀) − s₂ sin δ (ε₁ − e₀); upright rows alone give δ with s₂ = s₁.
 fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
-    let tilted = |Row { strains: [axial, first, second], .. }: &Row| {
-        (second - axial).abs() > TILTED * (axial - first).abs()
-    };
-    let m = if rows.iter().any(tilted) { 2 } else { 1 };
-    let factor_of = |x: &[f64]| x.get(1).copied().unwrap_or(factor);
-    let left = |x: &[f64]| {
-        let transfer = Transfer { factors: [factor, factor_of(x)], misalignment: x[0] };
-        Some(rows.iter().map(|r| r.signal - transfer.readings(r.strains)[1]).collect())
-    };
-    let (steps, bounds) = ([1e-5, 1e-5 * factor], [[-FRAC_PI_2, FRAC_PI_2], FREE]);
-    let found = by_values(&left, &[0.0, factor][..m], &steps[..m], &bounds[..m], SETTLED)?;
-    let s2 = factor_of(&found.at);
+    let across = |r: &Row| r.strains[2] - r.strains[0];
+    let along = |r: &Row| r.strains[0] - r.strains[1];
+    let tilted = rows.iter().any(|r| across(r).abs() > TILTED * along(r).abs());
+    let terms = |r: &Row| if tilted { vec![along(r), across(r)] } else { vec![along(r)] };
+    let m = if tilted { 2 } else { 1 };
+    let mut n = DMatrix::zeros(m, m);
+    for r in rows {
+        let x = DVector::from_vec(terms(r));
+        n += &x * x.transpose();
+    }
+    let (mut s2, mut angle, mut covariance) = (factor, 0.0, DMatrix::zeros(m, m));
+    for _ in 0..ROUNDS {
+        let mut b = DVector::zeros(m);
+        for r in rows {
+            // For upright rows, the strain across equals that of the centreline, to the accuracy of the model.
+            let known = if tilted { 0.0 } else { s2 * f64::cos(angle) * across(r) };
+            b += DVector::from_vec(terms(r)) * (r.signal - s2 * r.strains[0] - known);
+        }
+        let (x, inverse) = least::solve(&n, &b)?;
+        covariance = inverse;
+        (s2, angle) = match tilted {
+            true => (x[0].hypot(x[1]).copysign(x[1]), (x[0] / x[1]).atan()),
+            false => (factor, (x[0] / factor).clamp(-1.0, 1.0).asin()),
+        };
+    }
+    let (sin, cos) = angle.sin_cos();
+    let left = |r: &Row| r.signal - s2 * (r.strains[0] + cos * across(r) + sin * along(r));
+    let squares: f64 = rows.iter().map(|r| left(r).powi(2)).sum();
     let noise = match rows.len() >= ENOUGH {
-        true => (found.chi2() / (rows.len() - m) as f64).sqrt(),
+        true => (squares / (rows.len() - m) as f64).sqrt(),
         false => noise * (s2 / factor).abs(),
     };
-    let error = |k: usize| if k < m { noise * found.covariance[(k, k)].max(0.0).sqrt() } else { 0.0 };
-    let second = Second {
+    // x = (s₂ sin δ, s₂ cos δ).
+    let variance = |by: [f64; 2]| match tilted {
+        true => {
+            let by = DVector::from_row_slice(&by);
+            noise * noise * (by.transpose() * &covariance * by)[(0, 0)]
+        }
+        false => noise * noise * covariance[(0, 0)] * by[0] * by[0],
+    };
+    let of_angle = match tilted {
+        true => variance([cos / s2, -sin / s2]),
+        false => variance([1.0 / (s2 * cos), 0.0]),
+    };
+    let of_factor = if tilted { variance([sin, cos]) } else { 0.0 };
+    let named: &[&str] = if tilted { &["factor", "misalignment"] } else { &["misalignment"] };
+    let found = Second {
         factor: s2,
-        misalignment_deg: found.at[0].to_degrees(),
+        misalignment_deg: angle.to_degrees(),
         noise,
-        fitted: ["factor", "misalignment"][2 - m..].iter().map(|name| (*name).to_owned()).collect(),
-        sigma_factor: error(1),
-        sigma_misalignment_deg: error(0).to_degrees(),
+        fitted: named.iter().map(|n| (*n).to_owned()).collect(),
+        sigma_factor: of_factor.max(0.0).sqrt(),
+        sigma_misalignment_deg: of_angle.max(0.0).sqrt().to_degrees(),
         lean_deg: 0.0,
         rows: rows.len(),
     };
-    second.is_sound().then_some(second)
+    found.is_sound().then_some(found)
 }

@@ -1,7 +1,5 @@
 //! Readings of a stroke at growing drive, in bounded memory.
 
-use vibrissa_core::reduce::median;
-
 use super::Joint;
 use super::course::Place;
 
@@ -103,7 +101,11 @@ impl Stroke {
 
     /// Variance of one reading, and the part of a mean's variance that more readings do not reduce; from neighbours, so that contact does not count.
     pub(super) fn noise(&self, joint: &Joint) -> [f64; 2] {
-        let square = |of: &[f64]| of.first().map_or(0.0, |_| (1.4826 * median(&mut of.to_vec())).powi(2));
+        let square = |of: &[f64]| {
+            let mut all = of.to_vec();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).map_or(0.0, |median| (1.4826 * median).powi(2))
+        };
         let n = MEDIAN * self.differences.len() as f64;
         let before = joint.rest[1].max(f64::MIN_POSITIVE);
         let one = (BEFORE * before + n * square(&self.differences)) / (BEFORE + n);
