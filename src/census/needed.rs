@@ -26,8 +26,8 @@ use crate::status::Status;
 /// Smallest bound that two solutions in f64 can be judged by.
 const LEAST: f64 = 2e-8;
 
-/// Of so many rows one is looked at before all are: most effects are too large at any of them.
-const FIRST: usize = 8;
+/// Every seventh row is judged before all are: most effects are too large at any of them. A prime number meets every drive of an axis.
+const FIRST: usize = 7;
 
 /// So many times the bound from a threshold, a word is that of the full model.
 const DOUBT: f64 = 2.0;

@@ -21,6 +21,7 @@ pub fn objects(frame: &Frame) -> Vec<Value> {
     let whole = |x: f64| x.fract() == 0.0 && x.abs() < 9e15;
     let value = |column, row| match frame.json(column, row) {
         Value::Number(x) => x.as_f64().filter(|x| whole(*x)).map_or(x.into(), |x| (x as i64).into()),
+        Value::String(word) if word.is_empty() => Value::Null,
         other => other,
     };
     let object = |row| names().map(|(column, name)| (name, value(column, row))).collect();

@@ -68,7 +68,9 @@ impl Reply {
         if self.seconds.is_null() {
             self.seconds = context.seconds();
         }
-        body["counts"] = self.counts.clone();
+        if !self.counts.is_null() {
+            body["counts"] = self.counts.clone();
+        }
         body["seconds"] = self.seconds.clone();
         let document = run_json::document(destination.command, of, body);
         let Some(mut folder) = destination.folder else {

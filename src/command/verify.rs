@@ -10,7 +10,7 @@ use super::aligned::{aligned, cell, framed, objects, shown};
 use super::apart::{apart, cut};
 use super::{Common, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
-use crate::census::compare::Line;
+use crate::census::compare::{Line, QUANTITIES};
 use crate::census::verify::{self, Case, CensusNews};
 use crate::census::{Place, present};
 use crate::error::{Error, InputError};
@@ -217,15 +217,25 @@ fn broken(census: &Frame) -> Option<String> {
     let bad = bad(census);
     let mut told = format!("{} of {} lines of the census break a bound", bad.len(), census.len());
     for row in bad.iter().take(3) {
-        let word = |name| cell(census, name, *row);
+        let word = |name: &str| cell(census, name, *row);
         let [name, backend, precision, verdict, other] =
             ["configuration", "backend", "precision", "verdict", "other_words"].map(word);
-        let [worst, bound, over, of] = ["strain_error_worst", "bound", "strain_over", "compared"].map(word);
+        let broken = |quantity: &str| census.number(&format!("{quantity}_over"), *row) > 0.0;
+        let error = |q| {
+            format!(
+                "{q} error up to {} on {} of {} taps",
+                word(&format!("{q}_error_worst")),
+                word(&format!("{q}_over")),
+                word("compared")
+            )
+        };
+        let errors: Vec<String> = QUANTITIES.into_iter().filter(|q| broken(q)).map(error).collect();
+        let (errors, bound) = (errors.join(", "), word("bound"));
         let place = census.names.iter().skip_while(|c| *c != "D_mm").take_while(|c| *c != "verdict");
         let at = place.map(|c| format!(" {c}={}", word(c))).filter(|at| !at.ends_with('='));
         let at: String = at.collect();
         let line = format!(
-            "\n  {name} on {backend} {precision} ({verdict}): strain error up to {worst}, above {bound} on {over} of {of} taps, worst at{at}; {other}"
+            "\n  {name} on {backend} {precision} ({verdict}, bound of the strain {bound}): {errors}, worst at{at}; {other}"
         );
         told += line.trim_end_matches("; ");
     }
