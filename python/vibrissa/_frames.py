@@ -202,7 +202,12 @@ def _native_column(values: NDArray[Any]) -> Any:
         return np.array([np.nan if x is None else float(x) for x in items])
     known: dict[str, int] = {}
     codes = [-1 if x is None else known.setdefault(str(x), len(known)) for x in items]
-    return np.array(codes, dtype=np.int32), list(known)
+    return np.array(codes, dtype=np.int32), [_unicode(word) for word in known]
+
+
+def _unicode(word: str) -> str:
+    """``word`` with a question mark for each lone surrogate, which no file can hold."""
+    return word.encode("utf-8", "replace").decode()
 
 
 def _read_column(values: NDArray[Any]) -> Any:
@@ -216,7 +221,7 @@ def _read_column(values: NDArray[Any]) -> Any:
         items = [None if empty else text for empty, text in zip(np.isnat(values), values.astype(str).tolist())]
     known: dict[str, int] = {}
     codes = [-1 if x is None else known.setdefault(_word(repr(x) if isinstance(x, float) else x), len(known)) for x in items]
-    return np.array(codes, dtype=np.int32), list(known)
+    return np.array(codes, dtype=np.int32), [_unicode(word) for word in known]
 
 
 class Data(NamedTuple):

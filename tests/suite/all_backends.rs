@@ -164,13 +164,7 @@ fn a_broken_bound_exits_1_and_says_where() {
     let desk = Desk::new(SPEC);
     let line = "verify spec.toml --backend cpu --precision f32 --bound 1e-12";
     let ran = desk.line(line).exits(1);
-    let place = [
-        "spec on cpu f32 (strain+K",
-        "strain error",
-        "on 12 of 12 taps",
-        "D_mm=10",
-        "theta_deg=",
-    ];
+    let place = ["spec on cpu f32 (strain+K", "strain error", "on 12 of 12 taps", "D_mm=10", "theta_deg="];
     says(&ran.stderr, &place);
     says(&ran.stdout, &["strain+K"]);
     let table = desk.table("results/spec-verify/verify.csv");
