@@ -6,6 +6,7 @@ use super::keys;
 use super::reader::Item;
 use super::sections::{Section, Sections};
 use super::space;
+use crate::design::MOST;
 use crate::error::InputError;
 use crate::fields::plain;
 use crate::scene::{COLUMNS, Column, Drive};
@@ -15,7 +16,8 @@ fn unusual(key: &keys::Key, largest: f64) -> Option<String> {
     let [low, high] = key.usual?;
     let [from, to] = [low, high].map(plain);
     let unit = if key.unit.is_empty() { String::new() } else { format!(" {}", key.unit) };
-    let outside = largest > 0.0 && !(low..=high).contains(&largest);
+    // A number beyond every domain has a status; no other unit mends it.
+    let outside = 0.0 < largest && largest <= MOST && !(low..=high).contains(&largest);
     outside.then(|| format!("outside the usual {from} … {to}{unit}: is this number in another unit?"))
 }
 
