@@ -16,6 +16,7 @@ mod solid;
 mod space;
 mod table;
 mod tuple_file;
+mod typed;
 mod usual;
 
 use vibrissa_core::{design, error, physics, scene};
@@ -29,7 +30,8 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Search, Setup, Signal, Spec, Study};
+use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study};
+use crate::sink::format::TableFormat;
 use crate::sink::frame::Frame;
 use crate::text_file::{Limit, TextFile};
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
@@ -109,11 +111,16 @@ fn of_user(
     }
     let drive = space::drive(sections)?;
     let hub = properties::first(&sections.section("whisker").get("hub")?)?;
-    let mut gauge = sections::gauge(&sections.section("gauge"))?;
+    let section = sections.section("gauge");
+    let mut gauge: Gauge = section.read()?;
+    gauge.foil = section.optional("foil", solid::foil)?;
     let (model, fit) = model::read(sections, base)?;
-    let estimate = sections::estimate(&sections.section("estimate"))?;
-    let output = sections::output(&sections.section("output"))?;
-    let run = sections::run(&sections.section("run"), base)?;
+    let estimate: Estimate = sections.section("estimate").read()?;
+    let section = sections.section("output");
+    section.get("format")?.word(&TableFormat::WORDS)?;
+    let output = Output { by_said: section.written("by").is_some(), ..section.read()? };
+    let mut run: RunOptions = sections.section("run").read()?;
+    run.out = run.out.map(|out| base.join(out));
     let space::Read { mut space, directions, leaning, properties, rigs } = taps(sections, drive)?;
     model::leaning(&leaning, &model)?;
     let tilts = leaning.iter().any(Option::is_some);

@@ -70,11 +70,7 @@ fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
 }
 
 fn budget(item: &Item<'_>) -> Result<Budget> {
-    item.only_known()?;
-    let budget = Budget {
-        evaluations: item.or("evaluations", None, |e| e.whole().map(Some))?,
-        seconds: item.or("seconds", None, |s| s.ranged().map(Some))?,
-    };
+    let budget: Budget = item.read()?;
     if budget == Budget::default() {
         return item.wrong("this budget says neither evaluations nor seconds");
     }

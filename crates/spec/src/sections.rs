@@ -1,48 +1,15 @@
-//! `[gauge]`, `[estimate]`, `[output]` and `[run]`.
+//! Sections of a spec, with the values in force for keys that are left out.
 
 use std::cell::RefCell;
 use std::ops::Range;
-use std::path::Path;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::properties::first;
 use super::reader::{Document, Item, Result};
 use super::{keys, solid};
 use crate::error::InputError;
-use crate::scene::{
-    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
-};
-use crate::sink::format::TableFormat;
-
-pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
-    Ok(Gauge {
-        side: section.get("side")?.word(&Side::WORDS)?,
-        noise_strain: section.optional("noise_strain", first)?,
-        strain_limit: section.get("strain_limit")?.ranged()?,
-        factor: section.get("factor")?.ranged()?,
-        second: section.get("second")?.flag()?,
-        foil: section.optional("foil", solid::foil)?,
-    })
-}
-
-pub(super) fn estimate(section: &Section<'_>) -> Result<Estimate> {
-    Ok(Estimate {
-        theory: section.get("theory")?.word(&Theory::WORDS)?,
-        convention: section.get("convention")?.word(&Convention::WORDS)?,
-        range: section.optional("range", range)?,
-        k: section.optional("K", Item::ranged)?,
-    })
-}
-
-fn range(item: &Item<'_>) -> Result<[f64; 2]> {
-    let [min, max] = item.numbers()?;
-    match 0.0 < min && min < max {
-        true => Ok([min, max]),
-        false => item.wrong("this is not a range of distances"),
-    }
-}
+use crate::scene::{Estimate, Output, RankBy, Theory};
 
 pub(super) fn idle(estimate: &Estimate) -> Option<String> {
     let idle = estimate.theory == Theory::Exact && estimate.k.is_some();
@@ -61,49 +28,6 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
     let message = "with theory = \"exact\" the model inverts its own strains: beyond the peak there is no error to rank by";
     let allowed = others.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     sections.section("output").get("by")?.refuse(message, allowed)
-}
-
-/// Accepts the other name of the bias too.
-fn rank_by(by: &Item<'_>) -> Result<RankBy> {
-    match by.text() {
-        Ok(RankBy::BIAS) => Ok(RankBy::ErrorRms),
-        _ => by.word(&RankBy::WORDS),
-    }
-}
-
-pub(super) fn output(section: &Section<'_>) -> Result<Output> {
-    section.get("format")?.word(&TableFormat::WORDS)?;
-    let top = |v: &Item<'_>| {
-        let n = v.whole()?;
-        usize::try_from(n).map_err(|_| v.error("this number is too large for this machine"))
-    };
-    Ok(Output {
-        tuples: section.optional("tuples", Item::flag)?,
-        designs: section.get("designs")?.flag()?,
-        distances: section.get("distances")?.flag()?,
-        top: section.optional("top", top)?,
-        by: rank_by(&section.get("by")?)?,
-        by_said: section.written("by").is_some(),
-        per: section.get("per")?.word(&Per::WORDS)?,
-    })
-}
-
-pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
-    let backends = BackendChoice::WORDS.map(|(word, backend, _)| (word, backend));
-    let precisions = Precision::WORDS.map(|(word, precision, _)| (word, precision));
-    Ok(RunOptions {
-        out: section.optional("out", |v| Ok(base.join(v.text()?)))?,
-        force: section.optional("force", Item::flag)?,
-        backend: section.optional("backend", |v| v.word(&backends))?,
-        adapter: section.optional("adapter", |v| Ok(v.text()?.to_owned()))?,
-        precision: section.optional("precision", |v| v.word(&precisions))?,
-        tolerance: section.optional("tolerance", Item::ranged)?,
-        model_error: section.optional("model_error", Item::ranged)?,
-        threads: section.optional("threads", |v| Ok(v.whole()? as usize))?,
-        plan: section.optional("plan", Item::flag)?,
-        quiet: section.optional("quiet", Item::flag)?,
-        json: section.optional("json", Item::flag)?,
-    })
 }
 
 #[derive(Debug, Clone)]

@@ -16,8 +16,7 @@ const STRUCTURAL: &str = "unknown key|unknown section|unknown word|this must be|
     at least two signals|stands here twice";
 
 /// Messages that may concern one key or several: skipped. (A noise whose square underflows is too small; the schema accepts any above 0.)
-const EITHER: &str =
-    "this is not a range of distances|no standard deviation is larger|one of the springs|0: none";
+const EITHER: &str = "this is not a range|no standard deviation is larger|one of the springs|0: none";
 
 pub fn keep(text: &str, error: Option<&InputError>) {
     let said = error.map(ToString::to_string).unwrap_or_default();

@@ -261,7 +261,7 @@ impl Default for Model {
 }
 
 /// The strain gauge, apart from its place.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
 pub struct Gauge {
     /// Side of the whisker.
     pub side: Side,
@@ -274,6 +274,7 @@ pub struct Gauge {
     /// A second, equal gauge 90° round the whisker.
     pub second: bool,
     /// A stiff foil that carries the grid.
+    #[serde(skip)]
     pub foil: Option<Foil>,
 }
 
@@ -346,7 +347,7 @@ words! {
 }
 
 /// Estimate of the distance from strain.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Deserialize)]
 pub struct Estimate {
     /// f, f_T, or the model itself.
     pub theory: Theory,
@@ -355,5 +356,6 @@ pub struct Estimate {
     /// Distances of interest [a_min, a_max], mm, for `ambiguous`; else those of the design.
     pub range: Option<[f64; 2]>,
     /// Fixed K̄ instead of the in-sample mean.
+    #[serde(rename = "K")]
     pub k: Option<f64>,
 }

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 /// Backend asked for; `Auto` takes a hardware adapter, else a software one, else the CPU kernels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum BackendChoice {
     /// Best there is.
     Auto,
@@ -26,7 +27,8 @@ impl BackendChoice {
 }
 
 /// Floating-point type of the fast kernels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Precision {
     /// 32 bits.
     F32,
@@ -41,7 +43,7 @@ impl Precision {
 }
 
 /// `[run]` and the command line; `None` if not given.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Deserialize)]
 pub struct RunOptions {
     /// Output folder.
     pub out: Option<PathBuf>,
@@ -73,6 +75,7 @@ words! {
         /// Spread of K.
         KSd = "K_sd",
         /// Root mean square distance error.
+        #[serde(alias = "bias_rms_mm")]
         ErrorRms = "error_rms_mm",
         /// Largest absolute distance error.
         ErrorMax = "error_max_mm",
@@ -103,7 +106,7 @@ words! {
 }
 
 /// `[output]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
 pub struct Output {
     /// Write tuples.csv; `None` when not written in the spec (then true, but not beyond 10 GB).
     pub tuples: Option<bool>,
@@ -116,6 +119,7 @@ pub struct Output {
     /// Ranking column.
     pub by: RankBy,
     /// True if the user named it.
+    #[serde(skip)]
     pub by_said: bool,
     /// Rows or designs.
     pub per: Per,

@@ -72,7 +72,7 @@ pub struct Variable {
 }
 
 /// Limits of the cost of a search; the first one reached ends it.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Deserialize)]
 pub struct Budget {
     /// Evaluations, each of a (design, drive) over all distances and robust samples.
     pub evaluations: Option<u64>,
