@@ -113,9 +113,10 @@ fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tall
         note(select(select(CLEAR, AMBIGUOUS, two), ROOTLESS, none), n, j, j + 1u, words);
     }
     let share = 1.0 / f32(DISTANCES);
-    var rank = sqrt(squares * share);
-    if BY == 1u { rank = largest; }
-    if BY == 2u { rank = sqrt(noises * share); }
-    if BY == 3u { rank = sqrt((squares + noises) * share); }
+    var rank = 0.0;
+    if BY == ERROR_RMS { rank = sqrt(squares * share); }
+    if BY == ERROR_MAX { rank = largest; }
+    if BY == NOISE_RMS { rank = sqrt(noises * share); }
+    if BY == TOTAL_RMS { rank = sqrt((squares + noises) * share); }
     return Row(rank, lacking == 0u);
 }

@@ -6,6 +6,7 @@ use super::distance::DistanceChart;
 use super::gauge::asked;
 use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, shaped, slackened};
+use super::statistic::OfErrors;
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
@@ -118,9 +119,9 @@ pub struct Scope {
 impl Scope {
     /// True if charts may rank `study`.
     pub fn fits(study: &Study, layout: &Layout) -> bool {
-        let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
+        let Some(of_errors) = OfErrors::of(study.output.by) else { return false };
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        let ranked = ranked && (study.setup.built.is_none() || study.output.by == RankBy::KSd);
+        let ranked = study.setup.built.is_none() || of_errors.is_none();
         let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         charted(&study.setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }

@@ -6,7 +6,7 @@ use super::rows::{MOST, Rows};
 use super::tally::{Tally, sum};
 use super::{Found, LANES, Lanes, Scratch, Tables};
 use crate::kernel::cpu::Packed;
-use crate::scene::{Per, RankBy};
+use crate::scene::Per;
 
 /// Safety factor for rounding in a rough look.
 const SAFE: f64 = 1.01;
@@ -39,7 +39,7 @@ impl Rows {
         let of = Lanes::of;
         let m = if OWN { 1 } else { tables.points };
         let drives = if OWN { 1 } else { tables.angles.len() };
-        let estimates = tables.by != RankBy::KSd;
+        let estimates = tables.by.is_some();
         let most = Lanes::splat(if OWN { MOST } else { tables.largest() });
         let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
         // First drive at which any tap of the design has slipped: from there its rows are not complete.
@@ -80,10 +80,9 @@ impl Rows {
         for (j, rootless) in rootless.iter().enumerate() {
             rows_complete = rows_complete - of(j as f64).if_less(complete, *rootless, of(0.0));
         }
-        let floor = if !OWN && estimates && Floor::pays(tables) {
-            Some(Floor::new(tables, self, taps))
-        } else {
-            None
+        let floor = match tables.by {
+            Some(by) if !OWN && Floor::pays(tables, by) => Some(Floor::new(tables, self, taps)),
+            _ => None,
         };
         let start = found.rows.len();
         let mut none_below = false;
@@ -98,16 +97,16 @@ impl Rows {
                 }
             }
             let place = of(j as f64);
-            let mut rank = if estimates {
+            let mut rank = if let Some(by) = tables.by {
                 let row = self.row::<OWN>(tables, j);
                 if let Some(floor) = &floor {
                     let out = rootless[j].max(tally.hard).max(place.if_less(complete, of(0.0), of(1.0)));
-                    let least = of(0.5).if_less(out, never, floor.at(tables, &row));
+                    let least = of(0.5).if_less(out, never, floor.at(tables, &row, by));
                     if (bound * bound).all_at_most(least) {
                         continue;
                     }
                 }
-                let (rank, whole) = self.estimate(tables, &row, taps);
+                let (rank, whole) = self.estimate(tables, &row, taps, by);
                 let whole = place.if_less(complete, whole, of(0.0));
                 if OWN {
                     rows_complete = rows_complete + whole;

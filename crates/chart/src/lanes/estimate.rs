@@ -5,7 +5,7 @@ use super::tap::{TapSeries, Taps};
 use super::{Distance, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::FARTHEST;
-use crate::scene::RankBy;
+use crate::statistic::OfErrors;
 
 /// Steps to a root; convergence is cubic.
 const STEPS: usize = 6;
@@ -97,7 +97,7 @@ impl Rows {
 
     /// The value by which a row is ranked, of its distance errors, and 1 where every tap has a distance.
     #[inline(always)]
-    pub fn estimate(&self, tables: &Tables, row: &Row, taps: &Taps) -> (Lanes, Lanes) {
+    pub fn estimate(&self, tables: &Tables, row: &Row, taps: &Taps, by: OfErrors) -> (Lanes, Lanes) {
         let of = Lanes::of;
         let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
         let noise = self.noise(tables, row);
@@ -111,11 +111,11 @@ impl Rows {
             none = none + told.none.max(told.lost);
         }
         let share = of(1.0 / taps.len() as f64);
-        let rank = match tables.by {
-            RankBy::ErrorMax => largest,
-            RankBy::NoiseRms => (noises * share).sqrt(),
-            RankBy::TotalRms => ((squares + noises) * share).sqrt(),
-            _ => (squares * share).sqrt(),
+        let rank = match by {
+            OfErrors::Rms => (squares * share).sqrt(),
+            OfErrors::Max => largest,
+            OfErrors::Noise => (noises * share).sqrt(),
+            OfErrors::Total => ((squares + noises) * share).sqrt(),
         };
         (rank, none.if_less(of(0.5), of(1.0), of(0.0)))
     }
@@ -145,10 +145,9 @@ fn series(tables: &Tables, values: &[Lanes; ORDERS], share: Lanes) -> [Lanes; OR
 }
 
 impl Floor {
-    /// True if rows rank by a bounded value, over enough drives.
-    pub fn pays(tables: &Tables) -> bool {
-        let smooth = matches!(tables.by, RankBy::ErrorRms | RankBy::NoiseRms | RankBy::TotalRms);
-        smooth && tables.angles.len() > 2 * tables.points
+    /// True over enough drives for a ranking by a value that it bounds.
+    pub fn pays(tables: &Tables, by: OfErrors) -> bool {
+        by != OfErrors::Max && tables.angles.len() > 2 * tables.points
     }
 
     #[inline(always)]
@@ -180,14 +179,15 @@ impl Floor {
 
     /// Square of the bound of a row.
     #[inline(always)]
-    pub fn at(&self, tables: &Tables, row: &Row) -> Lanes {
+    pub fn at(&self, tables: &Tables, row: &Row, by: OfErrors) -> Lanes {
         let m = tables.points;
         let errors = row.power * row.power * row.read(&self.errors, m);
         let noises = row.read(&self.noises, m) / (row.drive * row.drive);
-        match tables.by {
-            RankBy::NoiseRms => noises,
-            RankBy::TotalRms => errors + noises,
-            _ => errors,
+        match by {
+            OfErrors::Rms => errors,
+            OfErrors::Max => Lanes::of(0.0),
+            OfErrors::Noise => noises,
+            OfErrors::Total => errors + noises,
         }
     }
 }

@@ -53,7 +53,8 @@ use crate::kernel::cpu::{Pack, Packed, VECTORS};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
-use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory};
+use crate::scene::{Convention, Drive, Foil, Per, Theory};
+use crate::statistic::OfErrors;
 
 pub use crate::kernel::ranking::{Found, Words};
 pub use dispatch::has_lanes;
@@ -111,7 +112,8 @@ pub struct Tables {
     fixed: Option<f32>,
     elongation: bool,
     kind: Drive,
-    by: RankBy,
+    /// The statistic that ranks; `None` is the spread of K.
+    by: Option<OfErrors>,
     per: Per,
 }
 
@@ -172,6 +174,7 @@ impl Tables {
             return None;
         }
         let setup = &scope.setup;
+        let by = OfErrors::of(scope.rank.by)?;
         let power = scope.charts.first()?.power;
         // Taps that may stick have no series over the drive.
         let chooses = scope.charts.iter().any(|c| !c.ratios.is_empty());
@@ -191,7 +194,7 @@ impl Tables {
         let drives: Vec<f64> = points(n).into_iter().map(|x| map.back(placed(common, x))).collect();
         let shared = if own { Vec::new() } else { drives.clone() };
         let charted = |chart: &DistanceChart| Charted::new(chart, setup.drive, &shared);
-        let roughly = scope.drives.is_empty() && scope.between.is_none() && scope.rank.by == RankBy::KSd;
+        let roughly = scope.drives.is_empty() && scope.between.is_none() && by.is_none();
         let charts: Vec<Charted> = scope.charts.iter().map(charted).collect();
         let rough = |(chart, exact)| Charted::roughly(chart, exact, setup.drive, ROUGH);
         let stroke = |drive: f64, t: &[f64]| Stroke {
@@ -244,7 +247,7 @@ impl Tables {
             fixed: setup.estimate.k.map(|k| (k - 1.0) as f32),
             elongation: setup.estimate.convention == Convention::Elongation,
             kind: setup.drive,
-            by: scope.rank.by,
+            by,
             per: scope.rank.per,
         })
     }

@@ -8,7 +8,6 @@ use super::words::Calibrations;
 use super::{LANES, Lanes, Scratch, Tables};
 use crate::between;
 use crate::kernel::cpu::Packed;
-use crate::scene::RankBy;
 
 /// Orders over the distances that are bounded group by group; higher ones are small, and count with their largest value.
 const TOLD_APART: usize = 8;
@@ -58,7 +57,7 @@ impl Rows {
     #[inline(always)]
     pub fn count_together(&self, tables: &Tables, row: &Row, scratch: &Scratch, tally: &mut Tally) -> bool {
         let Some(between) = &tables.between else { return false };
-        if tables.by != RankBy::KSd || !self.still {
+        if tables.by.is_some() || !self.still {
             return false;
         }
         // Every row counts as complete, so no single tap is read.

@@ -6,9 +6,10 @@ use crate::axis::{AXES, Quantity};
 use crate::distance::{Function, lobatto, matrix_at};
 use crate::estimate::FAR;
 use crate::kernel::ranking::{BEYOND, FARTHEST, HEAD, Sheet};
-use crate::scene::{Drive, Per, RankBy};
+use crate::scene::{Drive, Per};
 use crate::scope::Scope;
 use crate::series::Series;
+use crate::statistic::OfErrors;
 
 const GROUP: usize = 4;
 
@@ -108,7 +109,7 @@ impl Tables {
         let (n, points, places) = (charts.len(), self.points, most(Quantity::Place));
         let (drives, pairs) = (self.angles.len().max(1), points * (points + 1) / 2);
         let own = self.angles.is_empty() || self.apart;
-        let counts = vec![
+        let counts = [
             ("DISTANCES", n),
             ("DRIVES", drives),
             ("ROW_DRIVES", if own { 1 } else { drives }),
@@ -129,15 +130,17 @@ impl Tables {
             ("BACK", back),
             ("POWERS", powers),
             ("AT_POINTS", at_points),
-            ("BY", by(self.by)),
+            ("BY", self.by.unwrap_or(OfErrors::Rms) as usize),
         ];
+        let counts =
+            counts.into_iter().chain(OfErrors::NAMED.map(|(name, by)| (name, by as usize))).collect();
         let switches = vec![
             ("OWN", own),
             ("FOURTH", self.fourth),
             ("APART", own && !self.angles.is_empty()),
             ("PLAIN", self.theory.plain),
             ("DISPLACED", self.theory.displaced),
-            ("ESTIMATES", self.by != RankBy::KSd),
+            ("ESTIMATES", self.by.is_some()),
             ("PER_DESIGN", self.per == Per::Design),
             ("ELONGATION", self.elongation),
             ("FIXED_GIVEN", self.fixed.is_some()),
@@ -183,16 +186,6 @@ impl Tables {
             rounds: if own { drives * (read + n * 16) } else { read + ranked },
             unit: if self.kind == Drive::Angle { 1f32.to_radians() } else { 1.0 },
         }
-    }
-}
-
-fn by(by: RankBy) -> usize {
-    match by {
-        RankBy::KSd | RankBy::ErrorRms => 0,
-        RankBy::ErrorMax => 1,
-        RankBy::NoiseRms => 2,
-        RankBy::TotalRms => 3,
-        RankBy::StrainMax | RankBy::ForceMax => unreachable!("charts rank by neither"),
     }
 }
 

@@ -8,7 +8,7 @@ use super::{Charted, LANES, Lanes, ORDERS, Scratch, Tables};
 use crate::design::amount;
 use crate::distance::Function;
 use crate::kernel::cpu::Packed;
-use crate::scene::{RankBy, Tuple};
+use crate::scene::Tuple;
 
 /// Slack of a tap without a known bound.
 const UNKNOWN: f64 = 1e6;
@@ -82,7 +82,7 @@ impl Taps {
         for (strain, distance) in self.strain.iter_mut().zip(&tables.distances) {
             *strain = design.strain(tables, Lanes::splat(distance.inverse));
         }
-        if FIGURES || tables.by != RankBy::KSd {
+        if FIGURES || tables.by.is_some() {
             for (growth, distance) in self.growth.iter_mut().zip(&tables.distances) {
                 *growth = design.growth(tables, distance);
             }
