@@ -1,8 +1,11 @@
 //! The reference rod against published numbers; limits and symmetries (model §5).
 
+use std::f64::consts::PI;
+
 use crate::common::{all_effects, configuration, model, tap};
 use glam::DVec2;
 use vibrissa::physics::rod::{RodError, RodProblem, RodTap, bend};
+use vibrissa::physics::taper::Taper;
 use vibrissa::scene::{Contact, Material, Model};
 
 fn hooke() -> Model {
@@ -34,7 +37,7 @@ fn uniform_rod_has_the_exact_elastica() {
     ] {
         let problem = RodProblem { gauge: [0.0, 1e-8], ..tap(&model, 10.0, 40.0, degrees) };
         let (a, theta) = (problem.distance, problem.amount);
-        let stiffness = 3.2 * std::f64::consts::PI * 10.0_f64.powi(4) / 64.0;
+        let stiffness = 3.2 * PI * 10.0_f64.powi(4) / 64.0;
         let tap = problem.solve().unwrap();
         assert_close(tap.base_angle.to_degrees(), base, 0.51e-5);
         assert_close(tap.strain / (30.0 * theta / (2.0 * a)), strain, 0.51e-7);
@@ -44,8 +47,8 @@ fn uniform_rod_has_the_exact_elastica() {
 }
 
 /// Tip angle and position of a clamped rod under a dead load on its tip, by the secant method in the angle.
-fn cantilever(length: f64, stiffness: impl Fn(f64) -> f64, load: DVec2) -> (f64, DVec2) {
-    let bent = |angle: f64| bend(length, &stiffness, DVec2::from_angle(-angle).rotate(load)).unwrap();
+fn cantilever(length: f64, taper: Taper, modulus: f64, load: DVec2) -> (f64, DVec2) {
+    let bent = |angle: f64| bend(taper, modulus, length, DVec2::from_angle(-angle).rotate(load)).unwrap();
     let lack = |angle: f64| bent(angle).angle + angle;
     let (mut before, mut now) = (0.0, -lack(0.0).signum() * 0.1);
     while (now - before).abs() > 1e-12 {
@@ -66,8 +69,9 @@ fn cantilevers_under_a_dead_load_are_the_published_ones() {
         (0.7, 1.0, 0.6858840, 0.3879646, 0.1027618, 1e-7),
         (0.4, 1.0, 1.1270460, 0.4925373, 0.2017951, 1e-7),
     ] {
-        let (tip_angle, tip) =
-            cantilever(1.0, |s| (1.0 - (1.0 - slenderness) * s).powi(4), DVec2::new(0.0, load));
+        // EI = 1 at the clamp.
+        let taper = Taper::new(1.0, slenderness, 1.0);
+        let (tip_angle, tip) = cantilever(1.0, taper, 64.0 / PI, DVec2::new(0.0, load));
         assert_close(tip_angle, angle, 0.51 * digits);
         assert_close(tip.y, deflection, 0.51 * digits);
         assert_close(1.0 - tip.x, shortening, 0.51 * digits);
@@ -76,8 +80,9 @@ fn cantilevers_under_a_dead_load_are_the_published_ones() {
 
 #[test]
 fn square_cantilever_is_where_abaqus_has_it() {
-    let stiffness = |s: f64| 210e3 * (10.0 - 5.0 * s / 1000.0).powi(4) / 12.0;
-    let (_, tip) = cantilever(1000.0, stiffness, DVec2::new(-100.0, 100.0));
+    // A square of side b has EI = E b⁴/12, a circle of diameter b π E b⁴/64.
+    let modulus = 210e3 * 64.0 / (12.0 * PI);
+    let (_, tip) = cantilever(1000.0, Taper::new(10.0, 5.0, 1000.0), modulus, DVec2::new(-100.0, 100.0));
     println!("tip at {tip} mm");
     assert!(tip.distance(DVec2::new(821.444, 468.253)) < 0.1, "{tip}");
 }
@@ -154,7 +159,7 @@ fn tiny_taps_are_linear() {
         let [r1, r2] = problem.gauge.map(|x| (a - x) / (1.0 - tau * x));
         let [x1, x2] = problem.gauge;
         let strain = 30.0 / (4.0 * a * a) * (r1 - r2) * (r1 + r2) / (x2 - x1) * problem.amount;
-        let force = 3.0 * std::f64::consts::PI * 3.2e4 * (1.0 - tau * a) / (64.0 * a * a) * problem.amount;
+        let force = 3.0 * PI * 3.2e4 * (1.0 - tau * a) / (64.0 * a * a) * problem.amount;
         let tap = problem.solve().unwrap();
         assert_close(tap.strain / strain, 1.0, 1e-8);
         assert_close(tap.normal_force / force, 1.0, 1e-8);

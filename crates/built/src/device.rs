@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use super::newton;
 use super::shot::GAUSS;
-use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Job, Rod, Shape, Solution, Tap, lanes};
 use vibrissa_core::error::SolveError;
+use vibrissa_core::physics::tableau::{A, B, C, STAGES};
 use vibrissa_core::scene::Precision;
 use vibrissa_kernel::gpu::shader::{library, reals, rounding, structures, validate};
 use vibrissa_kernel::gpu::{Gpu, Program};

@@ -1,10 +1,10 @@
 //! Taps in lanes: what stays constant during a solve, and the rod under a trial load.
 
+use vibrissa_core::physics::tableau::{A, B, C, STAGES};
 use vibrissa_kernel::cpu::law::{Law, polynomial};
 use vibrissa_kernel::cpu::{Packed, Scalar, series};
 use vibrissa_kernel::{Chart, rule::limits::TINY};
 
-use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Piece, Shape, Tap, newton};
 
 /// Accurate up to |x| = 2 rad.

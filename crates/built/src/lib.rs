@@ -1,7 +1,7 @@
 //! The fast kernel of built whiskers, all but a cone clamped at its base (model §7): in lanes in f64, and on devices.
 //!
 //! From the contact to the base the rod is an initial value problem in two unknowns: the force P, and the contact arc c or the friction T. Each piece
-//! is integrated with the explicit method of order 8 of [`tableau`]; within a step 1/R is linear, so that on a cone the integrands of linear theory
+//! is integrated with the explicit method of order 8 of [`tableau`](vibrissa_core::physics::tableau); within a step 1/R is linear, so that on a cone the integrands of linear theory
 //! are quadratic. The state is the *difference to the resting whisker*, and the closure avoids lengths that cancel, so that small taps keep their
 //! digits in f32. Broyden's method, started from a finite-difference Jacobian, closes the tap; large drives are reached in strides.
 //!
@@ -18,7 +18,6 @@ mod lanes;
 mod newton;
 mod rod;
 mod shot;
-pub mod tableau;
 
 use std::collections::BTreeMap;
 

@@ -73,7 +73,6 @@ impl Contact {
         amount: f64,
         interesting: impl Fn(f64) -> bool,
     ) -> Estimated {
-        let nothing = Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
         let white = |x: &PerChannel| self.channels.white(x, readings);
         let scaled = |s: &PerChannel| white(&std::array::from_fn(|j| amount * s[j] / k[j]));
         let at = |a: f64| scaled(&self.linear(curve, a));
@@ -95,7 +94,7 @@ impl Contact {
             .map(|(a, fit)| (fit.misfit, a, fit))
             .collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((misfit, a, fit)) = found.first().copied() else { return nothing };
+        let Some((misfit, a, fit)) = found.first().copied() else { return Estimated::NO_ROOT };
         let noisy = self.channels.covariance.is_some();
         let apart = |b: f64| (b - a).abs() > 1e-3 * a;
         let twice =

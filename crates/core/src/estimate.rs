@@ -30,6 +30,9 @@ impl Estimated {
     /// No distance and no status word.
     pub const NOTHING: Self =
         Self { distance: f64::NAN, sigma: f64::NAN, force: f64::NAN, status: Status::OK };
+
+    /// No distance gives the reading.
+    pub const NO_ROOT: Self = Self { status: Status::NO_ROOT, ..Self::NOTHING };
 }
 
 /// Estimator of one design.
@@ -74,18 +77,15 @@ impl<'a> Estimator<'a> {
     /// Distance from |ε| = `strain` of a tap at `a` mm by `amount` (rad or mm), with the calibration `k`. Where f levels off a
     /// single root is `outside_calibration` beyond the tip if the tap is before the peak of f, else beyond [`FAR`].
     pub fn estimate(&self, k: f64, strain: f64, amount: f64, a: f64) -> Estimated {
-        let Some(roots) = self.shared.theory.roots(k * strain / amount) else {
-            return Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
+        let Some(roots) = self.shared.theory.roots(k * strain / amount) else { return Estimated::NO_ROOT };
+        let slope = self.shared.theory.curve().slope(roots.far);
+        let told = self.estimated(roots.far, amount * slope / k, roots.near);
+        let status = match told.status {
+            _ if roots.unseen => Status::AMBIGUOUS,
+            Status::OK if self.beyond(&roots, a) => Status::OUTSIDE_CALIBRATION,
+            status => status,
         };
-        let slope = self.shared.theory.curve().slope(roots.far).abs();
-        let twice = roots.unseen || roots.near.is_some_and(|a| self.interesting(a));
-        let status = match () {
-            () if twice => Status::AMBIGUOUS,
-            () if self.beyond(&roots, a) => Status::OUTSIDE_CALIBRATION,
-            () => Status::OK,
-        };
-        let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
-        Estimated { distance: roots.far, sigma, status, ..Estimated::NOTHING }
+        Estimated { status, ..told }
     }
 
     fn beyond(&self, roots: &Roots, a: f64) -> bool {

@@ -8,54 +8,51 @@ use std::fmt;
 )]
 pub struct Status(u16);
 
+macro_rules! status {
+    ($($(#[$doc:meta])+ $name:ident = $bit:literal, $word:literal;)+) => {
+        impl Status {
+            $($(#[$doc])+ pub const $name: Self = Self(1 << $bit);)+
+
+            /// All words in the order in which tables join them.
+            pub const ALL: [(Self, &str); [$($bit),+].len()] = [$((Self::$name, $word)),+];
+        }
+    };
+}
+
+status! {
+    /// The tuple lies outside its domain.
+    INVALID_GEOMETRY = 0, "invalid_geometry";
+    /// The contact is at or inside the gauge's near end.
+    NO_STRAIN = 1, "no_strain";
+    /// The tolerance was not met.
+    NOT_CONVERGED = 2, "not_converged";
+    /// A fibre leaves the range of its material law.
+    MATERIAL_LIMIT = 3, "material_limit";
+    /// The contact has reached a corner of a tabled profile, which is not modelled.
+    AT_KNOT = 10, "at_knot";
+    /// The contact has run past the tip (c > L_a); values are those of a continued taper.
+    SLIPPED_OFF = 4, "slipped_off";
+    /// |strain| exceeds the gauge's limit.
+    STRAIN_LIMIT = 5, "strain_limit";
+    /// No distance gives this reading.
+    NO_ROOT = 6, "no_root";
+    /// A second distance in the range of interest gives this reading, or one beyond the farthest that is known.
+    AMBIGUOUS = 7, "ambiguous";
+    /// The drive, the side or the distance lies outside the calibration, or beyond a widening whisker.
+    OUTSIDE_CALIBRATION = 8, "outside_calibration";
+    /// Taps of one object contradict each other.
+    INCONSISTENT = 11, "inconsistent";
+    /// The input line could not be read.
+    BAD_INPUT = 9, "bad_input";
+}
+
 impl Status {
     /// Nothing to report.
     pub const OK: Self = Self(0);
-    /// The tuple lies outside its domain.
-    pub const INVALID_GEOMETRY: Self = Self(1);
-    /// The contact is at or inside the gauge's near end.
-    pub const NO_STRAIN: Self = Self(1 << 1);
-    /// The tolerance was not met.
-    pub const NOT_CONVERGED: Self = Self(1 << 2);
-    /// A fibre leaves the range of its material law.
-    pub const MATERIAL_LIMIT: Self = Self(1 << 3);
-    /// The contact has run past the tip (c > L_a); values are those of a continued taper.
-    pub const SLIPPED_OFF: Self = Self(1 << 4);
-    /// |strain| exceeds the gauge's limit.
-    pub const STRAIN_LIMIT: Self = Self(1 << 5);
-    /// No distance gives this reading.
-    pub const NO_ROOT: Self = Self(1 << 6);
-    /// A second distance in the range of interest gives this reading, or one beyond the farthest that is known.
-    pub const AMBIGUOUS: Self = Self(1 << 7);
-    /// The drive, the side or the distance lies outside the calibration, or beyond a widening whisker.
-    pub const OUTSIDE_CALIBRATION: Self = Self(1 << 8);
-    /// The input line could not be read.
-    pub const BAD_INPUT: Self = Self(1 << 9);
-    /// The contact has reached a corner of a tabled profile, which is not modelled.
-    pub const AT_KNOT: Self = Self(1 << 10);
-
-    /// Taps of one object contradict each other.
-    pub const INCONSISTENT: Self = Self(1 << 11);
 
     /// Words of taps without a strain that changes smoothly with its inputs. Past the tip it does, on the continued taper.
     pub const NO_READING: Self =
         Self(Self::INVALID_GEOMETRY.0 | Self::NO_STRAIN.0 | Self::NOT_CONVERGED.0 | Self::MATERIAL_LIMIT.0);
-
-    /// All words in the order in which tables join them.
-    pub const ALL: [(Self, &str); 12] = [
-        (Self::INVALID_GEOMETRY, "invalid_geometry"),
-        (Self::NO_STRAIN, "no_strain"),
-        (Self::NOT_CONVERGED, "not_converged"),
-        (Self::MATERIAL_LIMIT, "material_limit"),
-        (Self::AT_KNOT, "at_knot"),
-        (Self::SLIPPED_OFF, "slipped_off"),
-        (Self::STRAIN_LIMIT, "strain_limit"),
-        (Self::NO_ROOT, "no_root"),
-        (Self::AMBIGUOUS, "ambiguous"),
-        (Self::OUTSIDE_CALIBRATION, "outside_calibration"),
-        (Self::INCONSISTENT, "inconsistent"),
-        (Self::BAD_INPUT, "bad_input"),
-    ];
 
     /// A bit a word. Python has the same: a new word takes the next bit, wherever it stands among the words.
     pub fn bits(self) -> u16 {
@@ -88,14 +85,7 @@ impl Status {
 
     /// True if the tap enters the statistics of its row.
     pub fn counts(self) -> bool {
-        !self.has(
-            Self::INVALID_GEOMETRY
-                | Self::NO_STRAIN
-                | Self::NOT_CONVERGED
-                | Self::MATERIAL_LIMIT
-                | Self::AT_KNOT
-                | Self::SLIPPED_OFF,
-        )
+        !self.has(Self::NO_READING | Self::AT_KNOT | Self::SLIPPED_OFF)
     }
 
     /// True if a tap strains the gauge beyond its limit.

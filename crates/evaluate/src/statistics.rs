@@ -291,11 +291,7 @@ impl<'a> Reduction<'a> {
             }),
             Told::Own(curve) => curve.map(|p| p.estimate(e, Some(a), strain)),
             Told::Other(curve) => Some(curve.estimate(e, None, strain)),
-            Told::Both(found) => {
-                Some(found.map_or(Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING }, |both| {
-                    both.estimate(e)
-                }))
-            }
+            Told::Both(found) => Some(found.map_or(Estimated::NO_ROOT, |both| both.estimate(e))),
         });
         let mut estimated = estimated.unwrap_or(Estimated::NOTHING);
         if tap.status.has(Status::SLIPPED_OFF) {

@@ -109,11 +109,6 @@ pub fn every_rule(precision: Precision) -> Vec<Rule> {
     }
 }
 
-/// The rungs that devices have kernels for.
-pub fn rules_of_devices(precision: Precision) -> Vec<Rule> {
-    every_rule(precision).into_iter().filter(|rule| !rule.full).collect()
-}
-
 /// Range of the section chart on this rung: largest axial strain, and largest bending strain b₀ + b₁ t. Most whiskers stay within the first; the
 /// last, of f64, reaches to the ends of the material's range.
 pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {

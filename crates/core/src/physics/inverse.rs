@@ -110,32 +110,26 @@ impl Inverse {
 
     /// Roots of f(a) = `reading` > 0 (strain per rad or mm); `None` above the peak. Below f(∞) a widening whisker has its near root only.
     pub fn roots(&self, reading: f64) -> Option<Roots> {
-        let mut found = if plain(&self.curve) { self.plain_roots(reading) } else { [None; 2] };
-        if !plain(&self.curve) {
-            let mut next = 0;
-            for w in self.cut().pieces.windows(2) {
-                let miss = |u: f64| self.curve.at_inverse(u).0 - reading;
-                let (lo, hi) = (miss(w[0]), miss(w[1]));
-                if next < 2 && (lo == 0.0 || lo * hi < 0.0) && w[0].max(w[1]) > 0.0 {
-                    let u = match self.curve.is_plain() {
-                        true => bracketed(miss, w[0], w[1]),
-                        false => self.newton(reading, [w[0], w[1]], [lo, hi]),
-                    };
-                    if u > 0.0 {
-                        found[next] = Some(u);
-                        next += 1;
-                    }
-                }
+        let root = |u: &[f64]| {
+            let [lo, hi] = [u[0], u[1]].map(|u| self.curve.at_inverse(u).0 - reading);
+            let crosses = (lo == 0.0 || lo * hi < 0.0) && u[0].max(u[1]) > 0.0;
+            crosses.then(|| self.newton(reading, [u[0], u[1]], [lo, hi])).filter(|u| *u > 0.0)
+        };
+        let [far, near] = match plain(&self.curve) {
+            true => self.plain_roots(reading),
+            false => {
+                let mut found = self.cut().pieces.windows(2).filter_map(root);
+                [found.next(), found.next()]
             }
-        }
+        };
         let Cut { peak: (peak, _), farthest, .. } = *self.cut();
-        found[0].map(|far| {
+        far.map(|far| {
             let unseen = peak > 0.0 && far > peak && reading >= farthest;
-            Roots { far: 1.0 / far, near: found[1].map(|u| 1.0 / u), unseen, levels_off: farthest > 0.0 }
+            Roots { far: 1.0 / far, near: near.map(|u| 1.0 / u), unseen, levels_off: farthest > 0.0 }
         })
     }
 
-    /// Root between two u where f − `reading` is `lo` and `hi`: Newton, or a halving outside the bracket; a quadrature's slope costs nothing.
+    /// Root between two u where f − `reading` is `lo` and `hi`: Newton, or a halving outside the bracket.
     fn newton(&self, reading: f64, [mut from, mut to]: [f64; 2], [lo, hi]: [f64; 2]) -> f64 {
         let mut u = from - lo * (to - from) / (hi - lo);
         for _ in 0..100 {

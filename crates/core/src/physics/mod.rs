@@ -14,4 +14,5 @@ pub mod real;
 pub mod rod;
 pub mod section;
 pub mod solid;
+pub mod tableau;
 pub mod taper;

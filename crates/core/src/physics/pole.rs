@@ -56,10 +56,8 @@ impl<T: Real> Pole<T> {
     pub fn new(rig: &Rig<'_, T>, [tilt, lean]: [T; 2], a: T, amount: T) -> Self {
         let Rig { taper, hub, drive, model } = *rig;
         let (zero, one) = (T::of(0.0), T::of(1.0));
-        let (height, sin, cos, slope) = match model.surface {
-            true => (taper.radius(a), taper.sin_alpha(), taper.cos_alpha(), taper.tan_alpha),
-            false => (zero, zero, one, zero),
-        };
+        let [height, sin, cos] = taper.touched(a, model.surface);
+        let slope = if model.surface { taper.tan_alpha } else { zero };
         let (hub, turn, moved) = match drive {
             Drive::Angle => (hub, amount, zero),
             Drive::Displacement => (zero, zero, amount),

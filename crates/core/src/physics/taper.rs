@@ -58,6 +58,14 @@ impl<T: Number> Taper<T> {
         self.tan_alpha / self.secant()
     }
 
+    /// R, sin α and cos α of a contact at `a` on the `surface`; of one on the centreline 0, 0 and 1.
+    pub fn touched(&self, a: T, surface: bool) -> [T; 3] {
+        match surface {
+            true => [self.radius(a), self.sin_alpha(), self.cos_alpha()],
+            false => [0.0, 0.0, 1.0].map(T::of),
+        }
+    }
+
     /// Axial span [x1, x2] of a gauge whose grid of length `l` is bonded along the surface from `x_ss`, mm.
     #[inline(always)]
     pub fn gauge(&self, x_ss: T, l: T) -> [T; 2] {

@@ -14,6 +14,9 @@ macro_rules! words {
         pub enum $name { $($(#[$doc])* #[serde(rename = $word)] $variant,)+ }
 
         impl $name {
+            /// All, in order.
+            pub const ALL: [Self; [$($word),+].len()] = [$(Self::$variant),+];
+
             /// All, with their words.
             pub const WORDS: [(&'static str, Self); [$($word),+].len()] =
                 [$(($word, Self::$variant)),+];

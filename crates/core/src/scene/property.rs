@@ -17,11 +17,12 @@ pub const PROPERTIES: usize = 17;
 
 /// The properties in row order: name, column, section, key, unit, meaning, and allowed values in words and as an interval.
 macro_rules! properties {
-    ($($(#[$doc:meta])* $name:ident: $about:expr, $allowed:expr, $ends:expr, $open:expr;)+) => {
+    ($($name:ident: [$column:literal, $section:literal, $key:literal, $unit:literal, $what:literal],
+       $allowed:literal, $ends:expr, $open:expr;)+) => {
         /// A property, in row order: after l, before a.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Property {
-            $($(#[$doc])* $name,)+
+            $(#[doc = $what] $name,)+
         }
 
         impl Property {
@@ -30,7 +31,15 @@ macro_rules! properties {
         }
 
         /// All, in the order of [`Property::ALL`].
-        const DESCRIPTIONS: [Description; PROPERTIES] = [$(description($about, ($allowed, Interval::new($ends, $open)))),+];
+        const DESCRIPTIONS: [Description; PROPERTIES] = [$(Description {
+            column: $column,
+            section: $section,
+            key: $key,
+            unit: $unit,
+            what: $what,
+            allowed: $allowed,
+            range: Interval::new($ends, $open),
+        }),+];
     };
 }
 
@@ -53,67 +62,43 @@ pub struct Description {
     pub range: Interval,
 }
 
-const fn description(
-    [column, section, key, unit, what]: [&'static str; 5],
-    (allowed, range): (&'static str, Interval),
-) -> Description {
-    Description { column, section, key, unit, what, allowed, range }
-}
-
 properties! {
-    /// n of the diameter's power law.
     Exponent: ["exponent", "whisker", "exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ"],
         "0.25 … 4 (1: the cone)", [0.25, 4.0], [false; 2];
-    /// Factor of a profile's diameters.
     Scale: ["scale", "whisker", "scale", "", "factor of the profile's diameters"],
         "0 < scale ≤ 1000", [0.0, 1e3], [true, false];
-    /// Diameter of a bore; 0: none.
     Bore: ["bore_mm", "whisker", "bore", "mm", "diameter of the bore"],
         "≥ 0 mm (0: none)", [0.0, MOST], [false; 2];
-    /// Diameter of a core; 0: none.
     Core: ["core_mm", "whisker", "core.diameter", "mm", "diameter of the core"],
         "≥ 0 mm (0: none)", [0.0, MOST], [false; 2];
-    /// Modulus of a core.
     CoreModulus: ["E_core_MPa", "whisker", "core.modulus", "MPa", "modulus of the core"],
         "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", [0.0, 1e7], [true; 2];
-    /// Curvature at rest κ_base.
     Curvature: ["kappa_base_per_mm", "whisker", "curvature", "1/mm", "curvature at rest κ_base"],
         "-1 … 1 per mm", [-1.0, 1.0], [false; 2];
-    /// Its growth along the whisker κ_slope.
     CurvatureSlope: ["kappa_slope_per_mm2", "whisker", "curvature_slope", "1/mm²",
         "its growth along the whisker κ_slope"],
         "-1 … 1 per mm²", [-1.0, 1.0], [false; 2];
-    /// Stiffness of the root against turning.
     Turn: ["k_theta_Nmm_per_rad", "whisker", "root.k_theta", "N mm/rad",
         "stiffness of the root against turning"],
         "> 0 N mm/rad", [0.0, MOST], [true, false];
-    /// Stiffness of the root across the whisker.
     Across: ["k_y_N_per_mm", "whisker", "root.k_y", "N/mm", "stiffness of the root across the whisker"],
         "> 0 N/mm", [0.0, MOST], [true, false];
-    /// Stiffness of the root along the whisker.
     Along: ["k_x_N_per_mm", "whisker", "root.k_x", "N/mm", "stiffness of the root along the whisker"],
         "> 0 N/mm", [0.0, MOST], [true, false];
-    /// Hub r₀.
     Hub: ["hub_mm", "whisker", "hub", "mm", "distance of the motor's axis behind the clamp r₀"],
         "≥ 0 mm", [0.0, MOST], [false; 2];
-    /// E, of a hooke or neo-hookean material.
     Modulus: ["E_MPa", "model", "material", "MPa", "E of a hooke material, E₀ of a neo-hookean one"],
         "> 0 MPa", [0.0, MOST], [true, false];
-    /// Poisson's ratio ν.
     Nu: ["nu", "model", "nu", "", "Poisson's ratio ν"],
         "0 … 0.5", [0.0, 0.5], [false; 2];
-    /// Radius of the object ρ.
     PoleRadius: ["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"],
         "≥ 0 mm", [0.0, MOST], [false; 2];
-    /// Coefficient of friction μ.
     Friction: ["mu", "model", "contact.coulomb", "", "coefficient of friction μ"],
         "≥ 0", [0.0, MOST], [false; 2];
-    /// Modulus times thickness of a foil.
     Foil: ["foil_N_per_mm", "gauge", "foil.stiffness", "N/mm",
         "stiffness of the foil, modulus times thickness"],
         "0 < stiffness < 50000 N/mm (modulus times thickness: 3000 MPa of 0.033 mm are 100 N/mm)",
         [0.0, 5e4], [true; 2];
-    /// Standard deviation of one reading.
     Noise: ["noise", "gauge", "noise_strain", "",
         "standard deviation of one reading: strain, or N mm or N of a moment or a force"],
         "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6; 0: none)",
@@ -137,34 +122,21 @@ impl Property {
 
     /// Its value in `setup`; for a bore or a core that at the base.
     pub fn get(self, setup: &Setup) -> f64 {
-        let built = setup.built.as_deref().unwrap_or(&Built::CONE);
-        let inner = |hollow: bool| built.inner.as_ref().filter(|inner| (inner.modulus == 0.0) == hollow);
-        let diameter = |inner: Option<&Inner>| inner.map_or(0.0, |inner| inner.diameter[0][1]);
+        let mut built = setup.built.as_deref().cloned().unwrap_or(Built::CONE);
+        let bored = built.inner.as_ref().map(|inner| inner.modulus == 0.0);
         match self {
-            Self::Exponent => match built.profile {
-                Profile::Power(n) => n,
-                Profile::Table(_) => f64::NAN,
-            },
-            Self::Scale => 1.0,
-            Self::Bore => diameter(inner(true)),
-            Self::Core => diameter(inner(false)),
-            Self::CoreModulus => inner(false).map_or(f64::NAN, |inner| inner.modulus),
-            Self::Curvature => built.curvature[0],
-            Self::CurvatureSlope => built.curvature[1],
-            Self::Turn => built.root.k_theta,
-            Self::Across => built.root.k_y,
-            Self::Along => built.root.k_x,
-            Self::Hub => setup.hub,
-            Self::Modulus => setup.model.material.e0(),
-            Self::Nu => setup.model.nu,
-            Self::PoleRadius => setup.model.pole_radius,
-            Self::Friction => match setup.model.contact {
-                Contact::Coulomb(mu) => mu,
-                Contact::Frictionless | Contact::Stick => f64::NAN,
-            },
-            Self::Foil => setup.gauge.foil.map_or(f64::NAN, |foil| foil.stiffness),
-            Self::Noise => setup.gauge.noise_strain.unwrap_or(0.0),
+            Self::Scale => return 1.0,
+            Self::Bore | Self::Core if bored != Some(self == Self::Bore) => return 0.0,
+            Self::CoreModulus if bored == Some(true) => return f64::NAN,
+            Self::Modulus => return setup.model.material.e0(),
+            Self::Noise => return setup.gauge.noise_strain.unwrap_or(0.0),
+            _ => {}
         }
+        let (mut hub, mut model, mut foil, mut found) = (setup.hub, setup.model, setup.gauge.foil, None);
+        self.each((&mut hub, &mut model, foil.as_mut()), Some(&mut built), |x| {
+            found.get_or_insert(*x);
+        });
+        found.unwrap_or(f64::NAN)
     }
 
     /// Gives it a value in `setup`.

@@ -2,44 +2,36 @@
 
 use std::path::PathBuf;
 
-/// Backend asked for; `Auto` takes a hardware adapter, else a software one, else the CPU kernels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BackendChoice {
-    /// Best there is.
-    Auto,
-    /// WGSL kernels through wgpu.
-    Gpu,
-    /// Vectorised CPU kernels.
-    Cpu,
-    /// Adaptive f64 shooting: slow, the yardstick.
-    Reference,
+macro_rules! choices {
+    ($(#[$doc:meta])+ $name:ident { $($variant:ident = $word:literal, $about:literal;)+ }) => {
+        $(#[$doc])+
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Deserialize)]
+        pub enum $name { $(#[doc = $about] #[serde(rename = $word)] $variant,)+ }
+
+        impl $name {
+            /// All, with their words and descriptions.
+            pub const WORDS: [(&'static str, Self, &'static str); [$($word),+].len()] =
+                [$(($word, Self::$variant, $about)),+];
+        }
+    };
 }
 
-impl BackendChoice {
-    /// All, with their words and descriptions.
-    pub const WORDS: [(&'static str, Self, &'static str); 4] = [
-        ("auto", Self::Auto, "Best there is"),
-        ("gpu", Self::Gpu, "WGSL kernels through wgpu"),
-        ("cpu", Self::Cpu, "Vectorised CPU kernels"),
-        ("reference", Self::Reference, "Adaptive f64 shooting: slow, the yardstick"),
-    ];
+choices! {
+    /// Backend asked for; `Auto` takes a hardware adapter, else a software one, else the CPU kernels.
+    BackendChoice {
+        Auto = "auto", "Best there is";
+        Gpu = "gpu", "WGSL kernels through wgpu";
+        Cpu = "cpu", "Vectorised CPU kernels";
+        Reference = "reference", "Adaptive f64 shooting: slow, the yardstick";
+    }
 }
 
-/// Floating-point type of the fast kernels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Precision {
-    /// 32 bits.
-    F32,
-    /// 64 bits.
-    F64,
-}
-
-impl Precision {
-    /// All, with their words and descriptions.
-    pub const WORDS: [(&'static str, Self, &'static str); 2] =
-        [("f32", Self::F32, "Single"), ("f64", Self::F64, "Double")];
+choices! {
+    /// Floating-point type of the fast kernels.
+    Precision {
+        F32 = "f32", "Single";
+        F64 = "f64", "Double";
+    }
 }
 
 /// `[run]` and the command line; `None` if not given.

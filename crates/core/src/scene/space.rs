@@ -13,56 +13,35 @@ pub const COLUMNS: usize = 9;
 /// Most taps of one design of a grid, which are held in memory together: some 160 bytes a tap.
 pub const MOST_TAPS: u64 = 1 << 24;
 
-/// A quantity that varies between tuples, in row order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Column {
-    /// Base diameter, mm.
-    BaseDiameter,
-    /// Tip diameter, mm.
-    TipDiameter,
-    /// Length, mm.
-    Length,
-    /// Gauge position, mm.
-    GaugePosition,
-    /// Gauge grid length, mm.
-    GridLength,
-    /// Contact distance, mm.
-    Distance,
-    /// Tilt of the pole round the whisker's axis, degrees.
-    Tilt,
-    /// Lean of the pole along the whisker, degrees.
-    Lean,
-    /// Tap angle, degrees, or displacement, mm.
-    Drive,
+words! {
+    /// A quantity that varies between tuples, in row order, with its column in tuple files.
+    #[derive(PartialOrd, Ord, Hash)]
+    Column {
+        /// Base diameter, mm.
+        BaseDiameter = "D_mm",
+        /// Tip diameter, mm.
+        TipDiameter = "d_mm",
+        /// Length, mm.
+        Length = "L_a_mm",
+        /// Gauge position, mm.
+        GaugePosition = "x_ss_mm",
+        /// Gauge grid length, mm.
+        GridLength = "l_mm",
+        /// Contact distance, mm.
+        Distance = "a_mm",
+        /// Tilt of the pole round the whisker's axis, degrees.
+        Tilt = "tilt_deg",
+        /// Lean of the pole along the whisker, degrees.
+        Lean = "lean_deg",
+        /// Tap angle, degrees, or displacement, mm.
+        Drive = "theta_deg",
+    }
 }
 
 impl Column {
-    /// All, in row order.
-    pub const ALL: [Self; COLUMNS] = [
-        Self::BaseDiameter,
-        Self::TipDiameter,
-        Self::Length,
-        Self::GaugePosition,
-        Self::GridLength,
-        Self::Distance,
-        Self::Tilt,
-        Self::Lean,
-        Self::Drive,
-    ];
-
     /// Column name in tuple files; tables of results call `d_mm` `d_tip_mm`, which databases do not confuse with `D_mm`.
     pub fn name(self, drive: Drive) -> &'static str {
-        match self {
-            Self::BaseDiameter => "D_mm",
-            Self::TipDiameter => "d_mm",
-            Self::Length => "L_a_mm",
-            Self::GaugePosition => "x_ss_mm",
-            Self::GridLength => "l_mm",
-            Self::Distance => "a_mm",
-            Self::Tilt => "tilt_deg",
-            Self::Lean => "lean_deg",
-            Self::Drive => drive.column(),
-        }
+        if self == Self::Drive { drive.column() } else { self.word() }
     }
 }
 

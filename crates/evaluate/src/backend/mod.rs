@@ -131,12 +131,9 @@ impl Choice {
             return Err(Error::Run(why.into()));
         }
         match asked {
+            _ if wanted => Self::among(options, &adapters(true)?)?.opened(),
             BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
-            BackendChoice::Gpu => Self::among(options, &adapters(true)?)?.opened(),
-            BackendChoice::Auto if options.adapter.is_some() => {
-                Self::among(options, &adapters(true)?)?.opened()
-            }
-            BackendChoice::Auto => {
+            BackendChoice::Auto | BackendChoice::Gpu => {
                 if let Some(why) = cramped().or(gpu::forked().map(str::to_owned)) {
                     return Self::instead(options, why);
                 }

@@ -2,15 +2,14 @@
 //! polynomials over pieces of u; f is a closed form with its peak and its kink at the gauge's far end.
 
 pub mod both;
-mod piece;
-mod places;
 mod solve;
 
-pub use piece::{LOOKS, NODES, Piece, Ratio, look};
-pub use places::Reach;
-pub use solve::{Ask, solve};
+pub use solve::{Ask, Reach, solve};
+
+use std::sync::LazyLock;
 
 use crate::estimate::{Estimated, Estimator};
+use crate::physics::chebyshev::{basis, placed, scaled, series, transpose};
 use crate::physics::inverse::bracketed;
 use crate::physics::linear::StrainCurve;
 use crate::status::Status;
@@ -94,40 +93,26 @@ impl Curve {
 
     /// The largest distance with this |ε|, and the next one; `None` if none is within reach.
     pub fn roots(&self, strain: f64) -> Option<(f64, Option<f64>)> {
-        let mut found = [None; 2];
-        let mut next = 0;
-        // Known end values are not computed again: rounded differently they could lie on the other side of `strain`.
-        let mut take = |(lo, e): (f64, f64), (hi, f): (f64, f64)| {
-            if next < 2 {
-                let at = |u| {
-                    if u == lo {
-                        e
-                    } else if u == hi {
-                        f
-                    } else {
-                        self.at(u).0
-                    }
-                };
-                found[next] = Some(1.0 / bracketed(|u| at(u) - strain, lo, hi));
-                next += 1;
-            }
+        let root = |[(lo, e), (hi, f)]: [(f64, f64); 2]| {
+            // Known end values are not computed again: rounded differently they could lie on the other side of `strain`.
+            let at = |u| if u == lo { Some(e) } else { Some(f).filter(|_| u == hi) };
+            1.0 / bracketed(|u| at(u).unwrap_or_else(|| self.at(u).0) - strain, lo, hi)
         };
-        for (i, w) in self.looks.windows(2).enumerate() {
-            let ((_, e), (_, f)) = (w[0], w[1]);
-            if e.is_nan() || f.is_nan() {
-                continue;
-            }
-            if (e <= strain) != (f <= strain) {
-                take(w[0], w[1]);
-            } else if e < strain && self.may_peak(i) {
-                // Both ends lie below; the peak between them may lie above.
-                if let Some(top) = self.top(i).filter(|(_, top)| *top >= strain) {
-                    take(w[0], top);
-                    take(top, w[1]);
+        let parts = |(i, w): (usize, &[(f64, f64)])| {
+            let (e, f) = (w[0].1, w[1].1);
+            match () {
+                () if e.is_nan() || f.is_nan() => [None; 2],
+                () if (e <= strain) != (f <= strain) => [Some([w[0], w[1]]), None],
+                // Both ends may lie below, and the peak between them above.
+                () => {
+                    let below = Some(i).filter(|_| e < strain && self.may_peak(i));
+                    let top = below.and_then(|i| self.top(i)).filter(|(_, top)| *top >= strain);
+                    top.map_or([None; 2], |top| [Some([w[0], top]), Some([top, w[1]])])
                 }
             }
-        }
-        found[0].map(|far| (far, found[1]))
+        };
+        let mut found = self.looks.windows(2).enumerate().flat_map(parts).flatten().map(root);
+        found.next().map(|far| (far, found.next()))
     }
 
     /// |ε| at infinite distance: from the farthest one known it changes as f does.
@@ -161,7 +146,94 @@ impl Curve {
                 let status = if strain < self.farthest() { Status::OK } else { Status::AMBIGUOUS };
                 Estimated { status, ..by.estimated(a, self.slope(a), None) }
             }
-            (None, None) => Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING },
+            (None, None) => Estimated::NO_ROOT,
+        }
+    }
+}
+
+/// Most coefficients of a smooth piece.
+pub const NODES: usize = 16;
+/// Steps of a smooth piece between whose ends there is at most one extremum.
+pub const LOOKS: usize = 12;
+const SAME: f64 = 1e-14;
+/// T_i at the looks of a piece: row i, column of the look.
+static AT_LOOKS: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| {
+    let at = |k| basis(NODES, look([-1.0, 1.0], k));
+    transpose(&(0..=LOOKS).map(at).collect::<Vec<_>>())
+});
+
+/// Look `k` of a piece over `range`.
+pub fn look(range: [f64; 2], k: usize) -> f64 {
+    placed(range, 2.0 * k as f64 / LOOKS as f64 - 1.0)
+}
+
+/// The ratio over one interval of u.
+#[derive(Debug, Clone)]
+pub struct Piece {
+    /// The interval.
+    pub u: [f64; 2],
+    /// The ratio.
+    pub ratio: Ratio,
+}
+
+/// Representation of the ratio.
+#[derive(Debug, Clone)]
+pub enum Ratio {
+    /// Chebyshev coefficients.
+    Smooth([f64; NODES]),
+    /// (u, ratio) of taps, NaN without a solution: the piece holds a boundary between sticking and sliding, or the end of the model's solutions.
+    Rough(Vec<(f64, f64)>),
+}
+
+impl Ratio {
+    /// From at most `NODES` coefficients.
+    pub fn smooth(coefficients: &[f64]) -> Self {
+        Self::Smooth(std::array::from_fn(|k| coefficients.get(k).copied().unwrap_or(0.0)))
+    }
+}
+
+impl Piece {
+    /// The ratio and its slope over u; in a rough piece interpolated between taps, with the slope of the chord of all.
+    fn at(&self, u: f64) -> (f64, f64) {
+        match &self.ratio {
+            Ratio::Smooth(c) => {
+                let (r, slope) = series(c, scaled(self.u, u));
+                (r, slope * 2.0 / (self.u[1] - self.u[0]))
+            }
+            Ratio::Rough(taps) => {
+                let solved: Vec<(f64, f64)> = taps.iter().copied().filter(|(_, r)| r.is_finite()).collect();
+                let chord = |(v, r): (f64, f64), (w, s): (f64, f64)| (s - r) / (w - v);
+                let [first, .., last] = solved[..] else { return (f64::NAN, f64::NAN) };
+                let next = solved.partition_point(|(v, _)| *v <= u).clamp(1, solved.len() - 1);
+                let (v, r) = solved[next - 1];
+                (r + chord(solved[next - 1], solved[next]) * (u - v), chord(first, last))
+            }
+        }
+    }
+
+    fn strain(&self, of: &StrainCurve, amount: f64, u: f64) -> (f64, f64) {
+        let ((r, dr), (f, df)) = (self.at(u), of.at_inverse(u));
+        (amount * f * r, amount * (df * r + f * dr))
+    }
+
+    /// Appends (u, |ε|) at the looks of this piece, with `f` at those of a smooth one; NaN where nothing is solved.
+    fn look_into(&self, looks: &mut Vec<(f64, f64)>, of: &StrainCurve, amount: f64, f: &[f64; LOOKS + 1]) {
+        match &self.ratio {
+            Ratio::Smooth(coefficients) => {
+                let mut ratios = [0.0; LOOKS + 1];
+                for (c, row) in coefficients.iter().zip(AT_LOOKS.iter()) {
+                    ratios.iter_mut().zip(row).for_each(|(sum, t)| *sum += c * t);
+                }
+                let known = |(u, _): &(f64, f64)| (u - self.u[0]).abs() <= SAME * u;
+                let from = usize::from(looks.last().is_some_and(known));
+                looks.extend((from..=LOOKS).map(|k| (look(self.u, k), amount * f[k] * ratios[k])));
+            }
+            Ratio::Rough(taps) => {
+                let strain = |u| self.strain(of, amount, u).0;
+                looks.extend(
+                    taps.iter().map(|(u, r)| (*u, if r.is_finite() { strain(*u) } else { f64::NAN })),
+                );
+            }
         }
     }
 }

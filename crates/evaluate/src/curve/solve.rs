@@ -1,17 +1,18 @@
 //! Solves the model at Chebyshev points of pieces that are halved until the ratio is smooth in each. A frictionless or sticking contact mostly needs
 //! one piece: 12 taps in f32, 16 in f64, for each design and drive.
 
+use std::sync::LazyLock;
+
 use rayon::prelude::*;
 
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Task};
-use crate::physics::chebyshev::{placed, points};
+use crate::physics::chebyshev::{matrix, placed, points};
 use crate::physics::linear::StrainCurve;
-use crate::scene::{Geometry, Setup, Theory};
+use crate::scene::{Direction, Geometry, Setup, Theory};
 
-use super::places::{Reach, between, distance, ends, halves, transform};
-use super::{Curve, LOOKS, Piece, Ratio, look};
+use super::{Curve, LOOKS, NODES, Piece, Ratio, look};
 
 /// Largest last coefficient of a smooth piece, relative to the first: absolute, and as a share of the tolerance.
 const FINE: (f64, f64) = (1e-9, 0.3);
@@ -21,6 +22,30 @@ const HALVINGS: u32 = 8;
 /// The same of an unrequested piece next to the gauge.
 const FEW: u32 = 2;
 const TOGETHER: usize = 1 << 13;
+/// A piece narrower than this share of its distance is left out.
+const NARROW: f64 = 1e-3;
+
+/// Tolerance from which a piece has fewer points, and both numbers of points.
+const POINTS: (f64, [usize; 2]) = (1e-6, [12, NODES]);
+static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| POINTS.1.map(matrix));
+
+/// The extent of a wanted curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reach {
+    /// Around these distances (smallest and largest, mm) and the range of interest; to the tip where |ε| rises at the smallest.
+    Asked([f64; 2]),
+    /// The same, starting before the peak.
+    Peak([f64; 2]),
+    /// From the gauge to the tip.
+    Whole([f64; 2]),
+}
+
+impl Reach {
+    /// For taps between these distances (mm) at a pole of this direction: readings of a tilted one may lie anywhere on the curve.
+    pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
+        if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
+    }
+}
 
 /// A curve that is wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +107,7 @@ impl<'w, 'a> Work<'w, 'a> {
         designs: &'w [Design],
         asks: &'w [Ask],
     ) -> Self {
-        let transform = transform(evaluator.tolerance());
+        let transform: &[Vec<f64>] = &TRANSFORMS[usize::from(evaluator.tolerance() < POINTS.0)];
         let (nodes, pieces) = (points(transform.len()), vec![Vec::new(); asks.len()]);
         Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0, beyond: false }
     }
@@ -111,7 +136,7 @@ impl<'w, 'a> Work<'w, 'a> {
         let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
         let rough = |far: f64| matches!(reach, Reach::Whole(_)) && far < least;
         let depth = |far| if rough(far) { HALVINGS - FEW } else { 0 };
-        let open = |w: &[f64]| Open { ask, u: between(w), depth: depth(w[0]) };
+        let open = |w: &[f64]| Open { ask, u: [1.0 / w[0], 1.0 / w[1]], depth: depth(w[0]) };
         ends.windows(2).map(open).collect()
     }
 
@@ -146,7 +171,8 @@ impl<'w, 'a> Work<'w, 'a> {
                     Some(c) => self.put(o, Ratio::smooth(&c)),
                     None if o.depth < HALVINGS && ratios.iter().any(|r| r.is_finite()) => {
                         let depth = o.depth + 1;
-                        for (u, lost) in halves(o.u).into_iter().zip(lost(ratios)) {
+                        let middle = 0.5 * (o.u[0] + o.u[1]);
+                        for (u, lost) in [[o.u[0], middle], [middle, o.u[1]]].into_iter().zip(lost(ratios)) {
                             match lost {
                                 true => self.put(o, Ratio::Rough(vec![(0.5 * (u[0] + u[1]), f64::NAN)])),
                                 false => next.push(Open { u, depth, ..*o }),
@@ -172,7 +198,7 @@ impl<'w, 'a> Work<'w, 'a> {
     fn ratios(&mut self, open: &[Open]) -> Result<Vec<f64>, SolveError> {
         let task = |o: &Open, x: f64| {
             let Ask { design, drive, .. } = self.asks[o.ask];
-            Task { design, a: distance(o.u, x), drive, ..Task::default() }
+            Task { design, a: 1.0 / placed(o.u, x), drive, ..Task::default() }
         };
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
@@ -221,4 +247,32 @@ fn curve(of: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Curve {
     let f: Vec<[f64; LOOKS + 1]> =
         pieces.iter().map(|p| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0)).collect();
     Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0)
+}
+
+/// Ends of the first pieces of the curve of `design`, mm, falling; a little beyond the request, as a polynomial's slopes are poor at its ends.
+fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
+    let Some(shared) = &design.shared else { return Vec::new() };
+    let ([x1, x2], tip) = (shared.gauge, design.tuple.L_a);
+    let start = x1 + 0.02 * (x2 - x1);
+    let (Reach::Asked([least, most]) | Reach::Peak([least, most]) | Reach::Whole([least, most])) = reach;
+    let [from, to] = setup.estimate.range.unwrap_or([least, most]);
+    let (least, most) = (least.min(from).max(start), most.max(to).min(tip));
+    let whole = matches!(reach, Reach::Whole(_));
+    let hi = if whole { tip } else { most.max(1.2 * least).min(tip) };
+    // A contact on the gauge is another branch of f.
+    let clear = |a: f64| if least > x2 { a.max(0.5 * (x2 + least)).min(least) } else { least };
+    let mut ends = vec![hi, clear(0.7 * hi)];
+    if !matches!(reach, Reach::Asked(_)) {
+        ends.push(x2 + 0.5 * (shared.theory.peak().0 - x2));
+    }
+    if whole {
+        ends.push(start);
+    }
+    ends.retain(|a| (start..=tip).contains(a));
+    ends.sort_by(|p, q| q.total_cmp(p));
+    if let Some(place) = ends.windows(2).position(|w| w[1] < x2 && x2 < w[0]) {
+        ends.insert(place + 1, x2);
+    }
+    ends.dedup_by(|next, last| *next > *last * (1.0 - NARROW));
+    ends
 }

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::outcome::{Asked, Found, reading, reference};
+use super::outcome::{Asked, Found, reading};
 use super::solve::ROUGH;
-use super::{Evaluator, Method, Outcome, Outcomes, Task};
+use super::{Evaluator, Method, Outcome, Outcomes, Task, referred};
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::rule::limits::EDGE;
@@ -29,7 +29,7 @@ pub(super) fn asked(setup: &Setup) -> bool {
 }
 
 impl Evaluator<'_> {
-    /// Outcomes of upright `tasks`, with contacts of `grip`, or as the model says; `expected`: the reference's answers, if known.
+    /// Outcomes of `tasks`, tilted ones by the reference; contacts of `grip`, or as the model says; `expected`: the answers of the reference, if known.
     pub(super) fn built(
         &mut self,
         designs: &[Design],
@@ -105,12 +105,12 @@ impl Evaluator<'_> {
                     Outcome { sweeps: s.shots as f32, ..asked.outcome(found) }
                 }
                 Some(Err(Open::Ended(why))) => asked.unsolved(*why),
+                None => Outcome {
+                    referred: false,
+                    ..referred(stop, expected.map(|known| &known[i]), (setup, design, task))
+                },
                 _ if samples && matches!(grip, Grip::Slide(_)) => asked.unsolved(Status::NOT_CONVERGED),
-                _ if stop.load(std::sync::atomic::Ordering::Relaxed) => Outcome::NOTHING,
-                _ => {
-                    let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
-                    Outcome { referred: true, ..answer }
-                }
+                _ => referred(stop, expected.map(|known| &known[i]), (setup, design, task)),
             }
         };
         Ok(tasks.par_iter().zip(&known).zip(&held).enumerate().map(finish).collect())
@@ -130,10 +130,10 @@ impl Evaluator<'_> {
         let model = &setup.model;
         if stick && model.pole_radius > 0.0 {
             // Only the reference can roll a contact.
-            let lost = |task: &Task| {
-                Asked::new(setup, &designs[task.design as usize], task).map(|_| Solution::FAILED)
-            };
-            return Ok(tasks.iter().map(lost).collect());
+            return Ok(tasks
+                .iter()
+                .map(|task| upright(setup, designs, task).map(|_| Solution::FAILED))
+                .collect());
         }
         let effects = Effects {
             shear: model.shear,
@@ -144,8 +144,7 @@ impl Evaluator<'_> {
             far: setup.gauge.side == Side::Far,
         };
         let tap = |(task, grip): (&Task, &Grip)| {
-            let Asked { setup, shared, amount, .. } =
-                Asked::new(setup, &designs[task.design as usize], task)?;
+            let Asked { setup, shared, amount, .. } = upright(setup, designs, task)?;
             let model = &setup.model;
             let (turn, lift) = match setup.drive {
                 Drive::Angle => (amount, 0.0),
@@ -171,6 +170,12 @@ impl Evaluator<'_> {
         let mut solved = solved.into_iter();
         Ok(framed.iter().map(|tap| tap.as_ref().and_then(|_| solved.next())).collect())
     }
+}
+
+/// The tap, unless it is tilted or outside the domain.
+fn upright<'a>(setup: &'a Setup, designs: &'a [Design], task: &'a Task) -> Option<Asked<'a>> {
+    let asked = Asked::new(setup, &designs[task.design as usize], task);
+    asked.filter(|_| !task.is_spatial(setup))
 }
 
 /// True if it is certain whether the sticking contact of `s` would slide at `mu`.

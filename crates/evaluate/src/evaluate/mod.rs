@@ -7,12 +7,12 @@ mod outcome;
 mod rigs;
 mod solid;
 mod solve;
-mod source;
 mod strains;
 mod task;
 mod tilted;
 mod trial;
 
+use std::fmt::Debug;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -30,11 +30,10 @@ use crate::scene::{Contact, Geometry, Layout, Material, Setup};
 use crate::status::Status;
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
-pub use outcome::outcome_of_chart;
+pub use outcome::{beside_linear, outcome_of_chart, path};
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
 use solve::{Solutions, Solved};
-pub use source::{Source, beside_linear, path};
 pub use strains::{closed, closed_gradient, is_closed};
 pub use task::{Outcome, Outcomes, Task};
 
@@ -57,6 +56,12 @@ pub struct Evaluator<'a> {
     guard: Option<Box<Guard<'a>>>,
     /// Set from outside to stop early: work then fails with [`SolveError::Stopped`].
     pub stop: &'a AtomicBool,
+}
+
+/// A source of outcomes: charts.
+pub trait Source: Debug + Send + Sync {
+    /// Outcomes of `tasks`; `None` of those that must be solved.
+    fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>>;
 }
 
 /// Method of solving taps.
@@ -116,6 +121,23 @@ impl<'a> Evaluator<'a> {
         done
     }
 
+    /// With a `reader` for [`Self::read`], if there is one.
+    pub fn reading(self, reader: Option<Arc<impl Source + 'static>>) -> Self {
+        Self { reader: reader.map(|reader| reader as Arc<dyn Source>), ..self }
+    }
+
+    /// Outcomes of `tasks`, in their order: read where possible, else as [`Self::run`].
+    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
+        let Some(reader) = &self.reader else { return self.run(designs, tasks) };
+        let found = reader.read(self.setup, designs, tasks);
+        let open: Vec<usize> = (0..tasks.len()).filter(|&i| found[i].is_none()).collect();
+        let again: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
+        let solved = self.unguarded(|one| one.run(designs, &again))?;
+        let mut all: Vec<Outcome> = found.into_iter().map(|o| o.unwrap_or(Outcome::NOTHING)).collect();
+        open.iter().zip(solved).for_each(|(&i, outcome)| all[i] = outcome);
+        self.mend(designs, tasks, all)
+    }
+
     fn mend(&mut self, designs: &[Design], tasks: &[Task], mut outcomes: Vec<Outcome>) -> Outcomes {
         if let Some(guard) = &mut self.guard {
             guard.mend(designs, tasks, &mut outcomes)?;
@@ -170,30 +192,16 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// True if no kernel answers `tasks`: by the reference, as for a built whisker at a tilted pole, or by the closed forms of a linear geometry.
-    fn needs_no_kernel(&self, tasks: &[Task]) -> bool {
-        matches!(self.method, Method::Reference)
-            || self.setup.model.geometry == Geometry::Linear
-            || self.setup.built.is_some() && tasks.iter().any(|task| task.is_spatial(self.setup))
+    /// True if no kernel is used: for the reference, or the closed forms of a linear geometry.
+    fn needs_no_kernel(&self) -> bool {
+        matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
     }
 
     /// [`Self::run`] for designs with rigs of one kind, without the guard.
     fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         go_on(self.stop)?;
-        // Which solver answers a tap does not depend on the other taps.
-        let (tilted, upright): (Vec<usize>, Vec<usize>) =
-            (0..tasks.len()).partition(|&i| tasks[i].is_spatial(self.setup));
-        if self.setup.built.is_some() && !tilted.is_empty() && !upright.is_empty() {
-            let mut all = vec![Outcome::NOTHING; tasks.len()];
-            for places in [tilted, upright] {
-                let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-                let found = self.run_alike(designs, &these)?;
-                places.iter().zip(found).for_each(|(&i, outcome)| all[i] = outcome);
-            }
-            return Ok(all);
-        }
         let (setup, stop) = (self.setup, self.stop);
-        let outcomes = if self.needs_no_kernel(tasks) {
+        let outcomes = if self.needs_no_kernel() {
             let answer = |t: &Task| match stop.load(Ordering::Relaxed) {
                 true => Outcome::NOTHING,
                 false => reference(setup, &designs[t.design as usize], t),
@@ -238,7 +246,7 @@ impl<'a> Evaluator<'a> {
 
     /// [`run`](Self::run) where the reference's answers are known, so that it need not be used again.
     pub fn run_beside(&mut self, designs: &[Design], tasks: &[Task], expected: &[Outcome]) -> Outcomes {
-        if self.needs_no_kernel(tasks) {
+        if self.needs_no_kernel() {
             return self.run(designs, tasks);
         }
         if built::asked(self.setup) {
@@ -277,17 +285,28 @@ impl<'a> Evaluator<'a> {
             if leaves && task.is_far(design) && solved.as_ref().is_some_and(astray) {
                 return Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING };
             }
-            if solved.as_ref().is_some_and(open) {
-                if stop.load(Ordering::Relaxed) {
-                    return Outcome::NOTHING;
-                }
-                let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
-                return Outcome { referred: true, ..answer };
+            match solved.as_ref().is_some_and(open) {
+                true => referred(stop, expected.map(|known| &known[i]), (setup, design, task)),
+                false => fast(setup, tolerance, design, task, solved.as_ref()),
             }
-            fast(setup, tolerance, design, task, solved.as_ref())
         };
         let outcomes = tasks.par_iter().zip(solved).enumerate().map(finish).collect();
         go_on(self.stop)?;
         Ok(outcomes)
+    }
+}
+
+/// The answer of the reference, if it is not known, to a tap that a kernel leaves open; nothing once work must stop.
+fn referred(
+    stop: &AtomicBool,
+    known: Option<&Outcome>,
+    (setup, design, task): (&Setup, &Design, &Task),
+) -> Outcome {
+    match stop.load(Ordering::Relaxed) {
+        true => Outcome::NOTHING,
+        false => {
+            let answer = known.copied().unwrap_or_else(|| reference(setup, design, task));
+            Outcome { referred: true, ..answer }
+        }
     }
 }

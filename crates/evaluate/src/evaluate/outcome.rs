@@ -1,12 +1,12 @@
 //! From solutions to outcomes: values in users' units, and the statuses of the physics.
 
 use super::solve::{Plane, Solved};
-use super::{Outcome, Task, beside_linear, path};
+use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::tap::Response;
 use crate::physics::onset::Grip;
-use crate::physics::rod::{RodError, RodProblem, TiltedTap};
-use crate::scene::{Drive, Geometry, Setup, Side, Signal};
+use crate::physics::rod::{RodError, RodProblem};
+use crate::scene::{Direction, Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
 #[derive(Clone, Copy)]
@@ -95,10 +95,7 @@ pub(super) fn fast(
 fn wrench(asked: &Asked<'_>, response: &Response, base: f64) -> [f64; 3] {
     let Asked { setup, shared, task, amount, .. } = *asked;
     let (model, taper) = (&setup.model, &shared.taper);
-    let (height, sin, cos) = match model.surface {
-        true => (taper.radius(task.a), taper.sin_alpha(), taper.cos_alpha()),
-        false => (0.0, 0.0, 1.0),
-    };
+    let [height, sin, cos] = taper.touched(task.a, model.surface);
     let [x, y] = [task.a + model.pole_radius * sin, height + model.pole_radius * cos];
     let [x, y] = match setup.drive {
         Drive::Angle => {
@@ -165,6 +162,20 @@ pub fn outcome_of_chart(
     Some(asked.outcome(found))
 }
 
+/// ε₂/(θ f), φ (rad) and λ over the path of the pole, in linear theory, for a pole of `direction` (model §6).
+pub fn beside_linear(direction: Direction) -> [f64; 3] {
+    let [tilt, lean] = radians(direction);
+    [tilt.cos() * tilt.sin(), tilt, -tilt.sin() / lean.cos()]
+}
+
+/// Path of the pole towards the base, mm per unit of the drive: rad, or mm.
+pub fn path(setup: &Setup, a: f64) -> f64 {
+    match setup.drive {
+        Drive::Angle => a + setup.hub,
+        Drive::Displacement => 1.0,
+    }
+}
+
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
 fn theories_apart(shared: &Shared, task: &Task) -> f64 {
     if !shared.model.is_plain() {
@@ -193,23 +204,12 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         };
         return asked.outcome(if task.is_spatial(setup) { upright.tilted(&asked) } else { upright });
     }
-    let problem = RodProblem {
-        taper: shared.taper,
-        gauge: shared.gauge,
-        side: setup.gauge.side,
-        distance: task.a,
-        hub: setup.hub,
-        drive: setup.drive,
-        amount,
-        foil: shared.foil,
-        body: shared.body.as_deref().filter(|_| setup.built.is_some()),
-        model: &setup.model,
-    };
+    let problem = problem(setup, shared, task.a, amount);
     let solved = if task.is_spatial(setup) {
         problem.solve_tilted(radians(task.direction)).map(|one| {
             let plane = Plane { azimuth: one.azimuth, slide: one.slide };
-            let axial = sign(setup) * axial(setup, task, &problem, &one);
-            (one.tap, Some(Beside { strain_2: sign(setup) * one.strain_2, axial, plane }))
+            let [strain_2, axial] = [one.strain_2, one.axial].map(|strain| sign(setup) * strain);
+            (one.tap, Some(Beside { strain_2, axial, plane }))
         })
     } else {
         problem.solve().map(|tap| (tap, None))
@@ -235,6 +235,22 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
             RodError::AtKnot => Status::AT_KNOT,
             RodError::SlippedOff => Status::SLIPPED_OFF,
         }),
+    }
+}
+
+/// The rod of a tap at `a` mm.
+pub(super) fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) -> RodProblem<'a> {
+    RodProblem {
+        taper: shared.taper,
+        gauge: shared.gauge,
+        side: setup.gauge.side,
+        distance: a,
+        hub: setup.hub,
+        drive: setup.drive,
+        amount,
+        foil: shared.foil,
+        body: shared.body.as_deref().filter(|_| setup.built.is_some()),
+        model: &setup.model,
     }
 }
 
@@ -274,20 +290,6 @@ impl Found {
             ..self
         }
     }
-}
-
-/// |sin φ − cos φ| below which two gauges 90° apart cannot separate the strain of the centreline from bending.
-const EVEN: f64 = 0.1;
-
-/// Mean strain of the centreline: ε₁ = e₀ + B cos φ, ε₂ = e₀ + B sin φ; where these hardly differ, half the sum of the strains on both sides.
-fn axial(setup: &Setup, task: &Task, problem: &RodProblem<'_>, one: &TiltedTap) -> f64 {
-    let (sin, cos) = one.azimuth.sin_cos();
-    if (sin - cos).abs() > EVEN {
-        return (one.tap.strain * sin - one.strain_2 * cos) / (sin - cos);
-    }
-    let side = if setup.gauge.side == Side::Far { Side::Contact } else { Side::Far };
-    let other = RodProblem { side, ..*problem }.solve_tilted(radians(task.direction));
-    other.map_or(f64::NAN, |other| 0.5 * (one.tap.strain + other.tap.strain))
 }
 
 /// The sensor's reading for this wrench and strain, positive as on the contact side.

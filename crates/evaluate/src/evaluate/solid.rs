@@ -2,6 +2,7 @@
 //! stiffened by a foil is one without foil whose base is moved. δ and the base follow from the forces, so that each tap is solved two or three times.
 //! The skin strain next to the clamp follows from the force and its line of action.
 
+use super::outcome::problem;
 use super::solve::Solutions;
 use super::trial::{self, Turn};
 use super::{Evaluator, Task};
@@ -10,12 +11,11 @@ use crate::kernel::tap::Frame;
 use crate::kernel::{Chart, Solution};
 use crate::physics::inverse::bracketed;
 use crate::physics::linear::StrainCurve;
+use crate::physics::real::Vector;
+use crate::physics::rod::{Borne, Changed};
+use crate::physics::section::SectionStrain;
 use crate::physics::solid::{Soft, is_solid};
 use crate::scene::{Drive, Model, Setup};
-
-mod base;
-
-use base::{Base, Load};
 
 /// Share of the tolerance for the strain error due to the residual angle.
 const SHARE: f64 = 0.03;
@@ -66,12 +66,9 @@ impl<'a> Trial<'a> {
         let (model, rod) = (&setup.model, shared.rod());
         let amount = amount(setup.drive, task.drive);
         let soft = Soft::new(model, &shared.taper, task.a);
-        let (tilt, radius) = match model.surface {
-            true => ([rod.taper.sin_alpha(), rod.taper.cos_alpha()], rod.taper.radius(task.a - shared.start)),
-            false => ([0.0, 1.0], 0.0),
-        };
-        let from_base =
-            [task.a - shared.start + model.pole_radius * tilt[0], radius + model.pole_radius * tilt[1]];
+        let from = task.a - shared.start;
+        let [height, sin, cos] = rod.taper.touched(from, model.surface);
+        let from_base = [from + model.pole_radius * sin, height + model.pole_radius * cos];
         let moved = match setup.drive {
             Drive::Angle => turned([from_base[0] + rod.hub, from_base[1]], -amount),
             Drive::Displacement => [0.0, -amount],
@@ -84,24 +81,25 @@ impl<'a> Trial<'a> {
             rod,
             soft,
             pole,
-            tilt,
+            tilt: [sin, cos],
             amount,
-            from: task.a - shared.start,
+            from,
             at: [0.0; 3],
             last: None,
             strained,
         };
-        one.at = one.planar(0.0, &Base::UNMOVED, 1.0)?;
+        one.at = one.planar(0.0, &Changed::NOTHING, 1.0)?;
         let force = trial::Trial::frame(&one)?.response(&Solution::UNLOADED).normal;
-        one.at = one.next(force, &Base::UNMOVED, 1.0)?.0;
+        one.at = one.next(force, &Changed::NOTHING, 1.0)?.0;
         Some(one)
     }
 
     /// The tap of the rod whose contact yields by `depth`, with its base at `base`, its motion times `share`.
-    fn planar(&self, depth: f64, base: &Base, share: f64) -> Option<[f64; 3]> {
+    fn planar(&self, depth: f64, base: &Changed, share: f64) -> Option<[f64; 3]> {
         let [[x, y], moved] = self.pole;
-        let seen = base.moved([x + moved[0], y + moved[1]], share);
-        let [dx, dy] = [moved[0] + seen[0], moved[1] + seen[1]];
+        let seen = turned([x + moved[0], y + moved[1]], share * base.turn);
+        let [dx, dy] =
+            [moved[0] + share * base.place[0] + seen[0], moved[1] + share * base.place[1] + seen[1]];
         let [sin, cos] = self.tilt;
         let slope = if self.setup.model.surface { self.rod.taper.tan_alpha } else { 0.0 };
         // The rod's tap leads the centre to (x, y) + b (1, −tan α) − δ n, n the contact's normal, as far from the base as the wanted tap does.
@@ -116,7 +114,7 @@ impl<'a> Trial<'a> {
     }
 
     /// The tap consistent with its force: the angle tried last gave `force`, N, which scales as the angle to `power`. Also the ratio of the angles.
-    fn next(&self, force: f64, base: &Base, power: f64) -> Option<([f64; 3], f64)> {
+    fn next(&self, force: f64, base: &Changed, power: f64) -> Option<([f64; 3], f64)> {
         let depth = |share: f64| self.soft.map_or(0.0, |soft| soft.depth(force * share));
         let angle = self.at[1];
         let lack = |g: f64| {
@@ -135,14 +133,41 @@ impl<'a> Trial<'a> {
         Some((self.planar(depth(share), base, share)?, g))
     }
 
-    fn pole_of_rod(&self) -> [f64; 2] {
+    /// What the skin and the foil change, and the strain that the gauge shows; `None` of the strain if it is the rod's.
+    fn changed(
+        &self,
+        frame: &Frame,
+        solution: &Solution,
+        (chart, tolerance): (Option<&Chart>, f64),
+    ) -> Option<(Changed, Option<f64>)> {
+        let Self { setup, shared, .. } = self;
+        let (response, foil) = (frame.response(solution), shared.foil);
+        let arc = response.arc - shared.start;
+        if arc <= 0.0 || arc.is_nan() {
+            return None; // The rod's contact lies behind its base.
+        }
+        if foil.is_none() && !setup.model.distorting {
+            return Some((Changed::NOTHING, None));
+        }
+        let unit = std::f64::consts::PI * setup.model.material.e0();
+        let law = |n: f64, m: f64| {
+            let [axial, bending] = chart?.at(n / unit, 4.0 * m.abs() / unit)?;
+            Some(SectionStrain { axial, bending: bending.copysign(m) })
+        };
+        // The plain rod's line of action goes through the centre of its pole.
         let [a, angle, depth] = self.at;
-        let [sin, cos] = self.tilt;
-        let radius = self.setup.model.pole_radius - depth;
-        let height = if self.setup.model.surface { self.rod.taper.radius(a) } else { 0.0 };
-        let [x, y] = [a + radius * sin, height + radius * cos];
-        let (s, c) = angle.sin_cos();
-        [x * c + y * s, y * c - x * s]
+        let radius = setup.model.pole_radius - depth;
+        let [height, sin, cos] = self.rod.taper.touched(a, setup.model.surface);
+        let centre = Vector::new(a + radius * sin, height + radius * cos);
+        let borne = Borne {
+            force: Vector::from_angle(-solution.base).rotate(Vector::new(sin, cos) * -response.normal),
+            through: Vector::from_angle(-angle).rotate(centre),
+            arc,
+        };
+        let problem = problem(setup, shared, self.from + shared.start, self.amount);
+        let changed = problem.changed(&borne, &law, tolerance)?;
+        let share = foil.map_or(1.0, |foil| foil.transfer);
+        Some((changed, Some(share * (response.strain + changed.strain))))
     }
 }
 
@@ -161,21 +186,9 @@ impl trial::Trial for Trial<'_> {
     fn turn(&mut self, here: &Frame, solution: &Solution, told: (Option<&Chart>, f64)) -> Turn {
         let force = here.response(solution).normal;
         let [a, angle, _] = self.at;
-        let reached = |of: &Self, frame: &Frame, solution: &Solution, fine: bool| {
-            let response = frame.response(solution);
-            let load = Load {
-                force: response.normal,
-                angle: solution.base,
-                arc: response.arc - of.shared.start,
-                through: of.pole_of_rod(),
-                strain: response.strain,
-                fine,
-            };
-            Base::reached(of.setup, of.shared, told, &load)
-        };
         // Without a foil the base stays; the skin comes last.
         let foil = self.shared.foil.is_some();
-        let early = if foil { reached(self, here, solution, false) } else { Some((Base::UNMOVED, None)) };
+        let early = if foil { self.changed(here, solution, told) } else { Some((Changed::NOTHING, None)) };
         let Some((base, _)) = early else { return Turn::Lost };
         // Forces deviate from linear ones as the square of the angle.
         let power = match &self.last {
@@ -196,7 +209,7 @@ impl trial::Trial for Trial<'_> {
         }
         // Along a thick pole the contact moves by ρ for each rad.
         let moved = self.setup.model.pole_radius * angle / at[0];
-        let rough = at[1] * at[1] + moved + solution.strain.abs() + base.turned().abs() / angle;
+        let rough = at[1] * at[1] + moved + solution.strain.abs() + base.turn.abs() / angle;
         let mut left = (g - 1.0).abs() * rough;
         if self.strained {
             // The strain's deviation from linear theory changes with the distance from the gauge; where it leaves little strain, both count for more.
@@ -209,7 +222,7 @@ impl trial::Trial for Trial<'_> {
             return Turn::Next;
         }
         let Some(frame) = self.frame() else { return Turn::Lost };
-        match reached(self, &frame, &found, true) {
+        match self.changed(&frame, &found, told) {
             Some((_, mean)) => Turn::Found(frame, found, None, mean),
             None => Turn::Lost,
         }

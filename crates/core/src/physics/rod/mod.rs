@@ -1,6 +1,7 @@
 //! The reference solver of the exact planar rod (model §3), which judges the kernels and shares no method with them: Gragg–Bulirsch–Stoer
 //! extrapolation and shooting. Answers are accurate to 1e-12 … 1e-11, relative.
 
+mod changed;
 mod collocation;
 mod gradient;
 mod ode;
@@ -8,18 +9,22 @@ mod shoot;
 mod statics;
 mod tilted;
 
+use std::cell::Cell;
+
 use glam::DVec2;
 use thiserror::Error;
 
 use crate::physics::body::Body;
 use crate::physics::real::{Real, Vector};
+use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
+pub use changed::{Borne, Changed};
 pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
 use ode::Ended;
 use shoot::{Shooter, Shot, Stopped, Unknowns};
-use statics::{Bending, EndLoad};
+use statics::{EndLoad, Whisker};
 pub use tilted::TiltedTap;
 
 const RANGE_PARTS: u32 = 64;
@@ -187,9 +192,21 @@ pub struct BentRod {
     pub clamp: DVec2,
 }
 
-/// Bends an inextensible, unshearable rod by `force`, N, on its end, in the end's frame; `stiffness`(s) in N mm², s from the clamp.
-pub fn bend(length: f64, stiffness: impl Fn(f64) -> f64, force: DVec2) -> Option<BentRod> {
+/// Bends an inextensible, unshearable cone of this `length`, mm, and modulus, MPa, by `force`, N, on its end, in the end's frame.
+pub fn bend(taper: Taper, modulus: f64, length: f64, force: DVec2) -> Option<BentRod> {
+    let rod = Whisker {
+        taper,
+        body: None,
+        law: SectionLaw::Linear(modulus),
+        extension: false,
+        shear_compliance: 0.0,
+        side: Side::Contact,
+        foil: None,
+        skin: None,
+        near: Cell::default(),
+        charted: None,
+    };
     let (force, point) = (Vector::new(force.x, force.y), Vector::of(0.0, 0.0));
-    let bent = EndLoad { arc: length, force, point }.bend(&Bending(stiffness), [0.0; 2]).ok()?;
+    let bent = EndLoad { arc: length, force, point }.bend(&rod, [0.0; 2]).ok()?;
     Some(BentRod { angle: bent.angle, clamp: DVec2::from(bent.offset) - DVec2::new(length, 0.0) })
 }

@@ -21,36 +21,6 @@ pub(super) struct EndLoad<T = f64> {
     pub point: Vector<T>,
 }
 
-pub(super) struct Deformation<T> {
-    pub stretch: T,
-    pub curvature: T,
-    pub shear: T,
-    pub fibre: T,
-    /// |e₀| + |κR|, scale of the rounding: e₀ and κR each come from section sums of this size.
-    pub size: f64,
-    pub radius: f64,
-}
-
-/// Response of sections to axial force N, shear force Q (N) and moment M (N mm).
-pub(super) trait Response<T: Real> {
-    /// The section at `s` on the piece, between [edges](Self::edges), that holds `within`; `None` if it cannot bear the load.
-    fn deform(&self, at: (T, f64), axial: T, shear: T, moment: T) -> Option<Deformation<T>>;
-
-    /// Places where sections change suddenly, ascending.
-    fn edges(&self) -> Vec<T> {
-        Vec::new()
-    }
-
-    /// Factor of the curvature on the piece that holds `within`.
-    fn bends(&self, _within: f64) -> T {
-        T::of(1.0)
-    }
-
-    fn rest(&self, _s: T) -> T {
-        T::of(0.0)
-    }
-}
-
 pub(super) struct Whisker<'a, T = f64> {
     pub taper: Taper<T>,
     pub body: Option<&'a Body<T>>,
@@ -63,7 +33,11 @@ pub(super) struct Whisker<'a, T = f64> {
     pub skin: Option<Skin<T>>,
     /// Approximate strain of the next section, where it is known; replaced by the strain found.
     pub near: Cell<Option<SectionStrain>>,
+    /// Gives the strain of a section faster than the law, where it can.
+    pub charted: Option<Charted<'a, T>>,
 }
+
+type Charted<'a, T> = &'a dyn Fn(T, T) -> Option<SectionStrain<T>>;
 
 pub(super) struct Skin<T = f64> {
     pub taper: Taper<T>,
@@ -121,6 +95,7 @@ impl<T: Real> Whisker<'_, T> {
                 halved: skin.halved,
             }),
             near: Cell::default(),
+            charted: None,
         })
     }
 
@@ -132,67 +107,25 @@ impl<T: Real> Whisker<'_, T> {
         let r = self.taper.radius(s);
         let n = if self.extension { axial / (r * r) } else { T::of(0.0) };
         let m = moment / (r * r * r);
+        if let Some(strain) = self.charted.and_then(|charted| charted(n, m)) {
+            return Some((r, strain));
+        }
         let Some(near) = self.near.get() else { return Some((r, self.law.deform(n, m)?)) };
         let strain = self.law.deform_near(near, n, m)?;
         self.near.set(Some(SectionStrain { axial: strain.axial.value(), bending: strain.bending.value() }));
         Some((r, strain))
     }
-}
 
-impl<T: Real> Response<T> for Whisker<'_, T> {
-    #[inline(always)]
-    fn deform(&self, at: (T, f64), axial: T, shear: T, moment: T) -> Option<Deformation<T>> {
-        let (r, strain) = self.strain(at, axial, moment)?;
-        let sign = if self.side == Side::Far { -1.0 } else { 1.0 };
-        let fibre = match &self.skin {
-            Some(skin) => skin.strain(at.0, strain, shear, sign),
-            None => strain.axial - strain.bending * sign,
-        };
-        let zero = T::of(0.0);
-        let slide = match self.body {
-            _ if self.shear_compliance == zero => zero,
-            Some(body) => shear / body.section(at.0, at.1).shear,
-            None => shear * self.shear_compliance / (r * PI * r),
-        };
-        Some(Deformation {
-            stretch: if self.extension { strain.axial } else { zero },
-            curvature: strain.bending / r,
-            shear: slide,
-            fibre,
-            size: strain.axial.value().abs() + strain.bending.value().abs(),
-            radius: r.value(),
-        })
-    }
-
+    /// Places where sections change suddenly, ascending.
     fn edges(&self) -> Vec<T> {
         let foil = self.foil.iter().flat_map(|foil| foil.span);
         self.body.iter().flat_map(|body| body.knots()).copied().chain(foil).collect()
     }
 
-    fn bends(&self, within: f64) -> T {
+    /// Factor of the curvature on the piece, between [edges](Self::edges), that holds `within`.
+    pub fn bends(&self, within: f64) -> T {
         let inside = |foil: &Bonded<T>| foil.span[0].value() < within && within < foil.span[1].value();
         self.foil.filter(inside).map_or(T::of(1.0), |foil| T::of(1.0) - foil.stiffening)
-    }
-
-    #[inline(always)]
-    fn rest(&self, s: T) -> T {
-        self.body.map_or(T::of(0.0), |body| body.curvature(s))
-    }
-}
-
-pub(super) struct Bending<F>(pub F);
-
-impl<F: Fn(f64) -> f64> Response<f64> for Bending<F> {
-    fn deform(&self, (s, _): (f64, f64), _: f64, _: f64, moment: f64) -> Option<Deformation<f64>> {
-        let curvature = moment / (self.0)(s);
-        Some(Deformation {
-            stretch: 0.0,
-            curvature,
-            shear: 0.0,
-            fibre: 0.0,
-            size: curvature.abs(),
-            radius: 1.0,
-        })
     }
 }
 
@@ -226,7 +159,7 @@ impl<T: Real> EndLoad<T> {
     #[inline(always)]
     pub fn slope(
         &self,
-        rod: &impl Response<T>,
+        rod: &Whisker<'_, T>,
         (over_gauge, length, within, bends): (bool, f64, f64, T),
         sigma: T,
         y: &[T; 4],
@@ -234,35 +167,48 @@ impl<T: Real> EndLoad<T> {
         let bent = Bent::from(*y);
         let [axial, shear, moment] = self.resultants(sigma, &bent);
         let s = self.arc - sigma;
-        let section = rod.deform((s, within), axial, shear, moment)?;
-        let rest = rod.rest(s);
+        let (r, strain) = rod.strain((s, within), axial, moment)?;
+        let sign = if rod.side == Side::Far { -1.0 } else { 1.0 };
+        let fibre = match &rod.skin {
+            Some(skin) => skin.strain(s, strain, shear, sign),
+            None => strain.axial - strain.bending * sign,
+        };
+        let zero = T::of(0.0);
+        let slide = match rod.body {
+            _ if rod.shear_compliance == zero => zero,
+            Some(body) => shear / body.section(s, within).shear,
+            None => shear * rod.shear_compliance / (r * PI * r),
+        };
+        let stretch = if rod.extension { strain.axial } else { zero };
+        let rest = rod.body.map_or(zero, |body| body.curvature(s));
         let (sin, cos) = bent.angle.sin_cos();
         // 1 − cos ψ without loss of digits.
         let versine = if cos.value() > 0.0 { sin * sin / (cos + 1.0) } else { T::of(1.0) - cos };
-        let (stretched, over) = (f64::from(section.stretch.value() != 0.0), f64::from(over_gauge));
+        // |e₀| + |κR|, scale of the rounding: both come from section sums of this size.
+        let size = strain.axial.value().abs() + strain.bending.value().abs();
+        let (stretched, over) = (f64::from(stretch.value() != 0.0), f64::from(over_gauge));
         // The angle is as uncertain as the curvature that it sums.
-        let turn = sin.value().abs() + length * section.size / section.radius;
-        let bend = section.size / section.radius + rest.value().abs();
-        let slide = section.shear.value().abs();
+        let turn = sin.value().abs() + length * size / r.value();
+        let sheared = slide.value().abs();
         Some(Slope {
             rate: [
-                rest - section.curvature * bends,
-                versine - section.stretch * cos + section.shear * sin,
-                -(section.stretch + 1.0) * sin - section.shear * cos,
-                section.fibre * over,
+                rest - strain.bending / r * bends,
+                versine - stretch * cos + slide * sin,
+                -(stretch + 1.0) * sin - slide * cos,
+                fibre * over,
             ],
             size: [
-                bend,
-                turn * turn + stretched * section.size + slide * turn,
-                turn + slide,
-                over * section.size,
+                size / r.value() + rest.value().abs(),
+                turn * turn + stretched * size + sheared * turn,
+                turn + sheared,
+                over * size,
             ],
         })
     }
 
     fn carry(
         &self,
-        rod: &impl Response<T>,
+        rod: &Whisker<'_, T>,
         over_gauge: bool,
         from: Bent<T>,
         start: T,
@@ -287,7 +233,7 @@ impl<T: Real> EndLoad<T> {
         Ok(Bent::from(y))
     }
 
-    pub fn bend(&self, rod: &impl Response<T>, gauge: [T; 2]) -> Result<Bent<T>, Ended> {
+    pub fn bend(&self, rod: &Whisker<'_, T>, gauge: [T; 2]) -> Result<Bent<T>, Ended> {
         // A gauge that begins at the clamp keeps the derivatives of its beginning.
         let from_clamp = |x: T| if x.value() < 0.0 { T::of(0.0) } else { x };
         let [x1, x2] = gauge.map(|x| Real::min(from_clamp(x), self.arc));

@@ -20,6 +20,8 @@ pub struct TiltedTap {
     pub tap: RodTap,
     /// Mean strain over the second gauge, tension positive.
     pub strain_2: f64,
+    /// Mean strain of the centreline over the gauge.
+    pub axial: f64,
     /// Azimuth φ of the plane of bending from the plane of rotation, rad.
     pub azimuth: f64,
     /// λ: distance that the contact has moved along the pole, mm.
@@ -82,7 +84,7 @@ impl RodProblem<'_> {
         let strain = if phi == 0.0 { tap.strain } else { axial + bending * cos };
         // In the plane of rotation the second gauge is on the neutral fibre.
         let strain_2 = axial + bending * sin;
-        TiltedTap { tap: RodTap { strain, ..tap }, strain_2, azimuth: phi, slide }
+        TiltedTap { tap: RodTap { strain, ..tap }, strain_2, axial, azimuth: phi, slide }
     }
 
     fn axial(&self, tap: &RodTap) -> f64 {

@@ -44,23 +44,6 @@ pub fn settled<P: Packed, const N: usize>(
     [follow(tables, passes, &rod, first), follow(tables, passes, &rod, second)]
 }
 
-/// The turn of the rod by an unknown other than W when its lag follows, from that at a fixed shape; arguments as of [`settled`].
-#[inline(always)]
-pub fn followed<P: Packed, const N: usize>(
-    tables: &Tables<P::Scalar, N>,
-    passes: u32,
-    state: &State<P, N>,
-    bent: &Bent<P, N>,
-    factors: [P; 2],
-    ends: [&[P; N]; 2],
-    other: Turned<P, N>,
-) -> Turned<P, N> {
-    let zero = P::of(0.0);
-    let first = Turned { nodes: [zero; N], base: zero };
-    let [_, other] = settled(tables, passes, state, bent, factors, ends, [first, other]);
-    other
-}
-
 /// Turn of the rod when its lag follows: `fixed`, at a fixed shape, changes the moment by H ∂η − W ∂Δξ (a Volterra equation, iterated).
 #[inline(always)]
 fn follow<P: Packed, const N: usize>(

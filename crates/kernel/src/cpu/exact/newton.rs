@@ -1,7 +1,7 @@
 //! The Newton step of a contact whose force does not simply act across the centreline. Twin of `shaders/newton.wgsl`.
 
 use super::super::pack::Packed;
-use super::full::{followed, settled};
+use super::full::settled;
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Tap, rule::limits::*};
@@ -129,7 +129,9 @@ pub fn step<P: Packed, const N: usize>(
     if effects.rolls {
         third.base = bent.w_force * pivot;
         if passes > 0 {
-            third = followed(tables, passes, state, bent, [spread, ds], [&sines, &cosines], third);
+            let none = Turned { nodes: [zero; N], base: zero };
+            [_, third] =
+                settled(tables, passes, state, bent, [spread, ds], [&sines, &cosines], [none, third]);
         }
     }
     if passes > 0 {

@@ -36,15 +36,10 @@ impl<'a, T: Real> Shooter<'a, T> {
         };
         let touched = match body {
             Some(body) => body.touched(a, model.surface),
-            None => Touched {
-                height: if model.surface { taper.radius(a) } else { zero },
-                tilt: match model.surface {
-                    true => Vector::new(taper.sin_alpha(), taper.cos_alpha()),
-                    false => Vector::of(0.0, 1.0),
-                },
-                angle: zero,
-                place: Vector::new(a, zero),
-            },
+            None => {
+                let [height, sin, cos] = taper.touched(a, model.surface);
+                Touched { height, tilt: Vector::new(sin, cos), angle: zero, place: Vector::new(a, zero) }
+            }
         };
         Self {
             problem,
@@ -59,6 +54,7 @@ impl<'a, T: Real> Shooter<'a, T> {
                 foil: problem.foil,
                 skin: Skin::new(problem),
                 near: Cell::default(),
+                charted: None,
             },
             soft: soft(problem),
             lever: (a + hub).value(),
