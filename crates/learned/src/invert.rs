@@ -68,11 +68,6 @@ pub struct Inverse {
 }
 
 impl Inverse {
-    /// signal/u at node `j` and point `k`.
-    pub(crate) fn signal(&self, j: usize, k: usize) -> f64 {
-        self.table[j][4 * k]
-    }
-
     /// Table of `curve` over its base within `reach` (mm); `tared` readings have their zero subtracted.
     pub fn new(curve: &Curve, base: &Base, tared: bool, reach: [f64; 2]) -> Self {
         let [u, width] = curve.scales.u;
@@ -160,7 +155,7 @@ impl Inverse {
 
 /// Extrapolates a `table` of `width` numbers at each point to nodes without a value (the whisker slips off): signal/u as a parabola through the three
 /// nearest nodes, the other numbers of the nearest one.
-fn continued(nodes: &[f64], table: &mut [Vec<f64>], width: usize) {
+pub(crate) fn continued(nodes: &[f64], table: &mut [Vec<f64>], width: usize) {
     for at in (0..POINTS).map(|k| k * width..(k + 1) * width) {
         let (known, holes): (Vec<usize>, Vec<usize>) =
             (0..nodes.len()).partition(|j| table[*j][at.clone()].iter().all(|x| x.is_finite()));

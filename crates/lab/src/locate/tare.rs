@@ -60,7 +60,7 @@ impl Tare {
     pub fn at(&self, place: usize) -> Option<(f64, f64)> {
         match self {
             Self::File(zero) => {
-                let share = |(run, w): (usize, f64)| w * w / zero.sizes().get(run).map_or(1.0, |n| *n as f64);
+                let share = |(_, weight, share): (usize, f64, f64)| weight * weight * share;
                 (zero.count > 0).then(|| (zero.at(place), zero.weights(place).into_iter().map(share).sum()))
             }
             Self::Held(held) => held.map(|h| (h.mean, h.share)),

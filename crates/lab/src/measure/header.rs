@@ -7,38 +7,8 @@ use crate::fields::{fields, lines, number, separator};
 use crate::sink::lab::{LabRow, LabTable};
 
 /// Words in column names other than drives.
-const WORDS: [&str; 30] = [
-    "reading",
-    "signal",
-    "strain",
-    "microstrain",
-    "ustrain",
-    "voltage",
-    "volt",
-    "volts",
-    "mv",
-    "adc",
-    "count",
-    "counts",
-    "raw",
-    "value",
-    "force",
-    "moment",
-    "channel",
-    "ch",
-    "gauge",
-    "sensor",
-    "distance",
-    "dist",
-    "position",
-    "pos",
-    "time",
-    "run",
-    "spannung",
-    "dehnung",
-    "kraft",
-    "abstand",
-];
+const WORDS: &str = "reading signal strain microstrain ustrain voltage volt volts mv adc count counts raw value force moment channel ch gauge sensor \
+                     distance dist position pos time run spannung dehnung kraft abstand";
 
 /// Comments of a file before its rows, with their lines.
 #[derive(Debug, Default)]
@@ -211,7 +181,9 @@ fn are_names(names: &[String], said: &Names) -> bool {
         let name = name.to_lowercase();
         drive_like(&name).is_some()
             || letter(&name)
-            || name.split(|c: char| !c.is_alphabetic()).any(|word| WORDS.contains(&word))
+            || name
+                .split(|c: char| !c.is_alphabetic())
+                .any(|word| WORDS.split(' ').any(|known| known == word))
     };
     let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
     names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)

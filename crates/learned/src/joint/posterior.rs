@@ -42,16 +42,14 @@ impl Task<'_> {
                     (0..3).for_each(|n| touch[n] += p * c.powi(n as i32));
                 }
             }
-            let mut change = [fits(&along), fits(&beside[..touches])];
             let last = POSTERIOR[0] - 1;
             let cut = |i: usize, at: f64, end: f64| along[i] == 0.0 || (at - end).abs() < 1e-12;
-            if change[0] == Fits::TooNarrow && cut(0, lo, self.ends[0][0]) && cut(last, hi, self.ends[0][1]) {
-                change[0] = Fits::Well;
+            let whole = cut(0, lo, self.ends[0][0]) && cut(last, hi, self.ends[0][1]);
+            let mut change = [wider(&along), if touches == 1 { 1.0 } else { wider(&beside[..touches]) }];
+            if whole && change[0] > 1.0 {
+                change[0] = 1.0;
             }
-            if touches == 1 {
-                change[1] = Fits::Well;
-            }
-            if change == [Fits::Well; 2] {
+            if change == [1.0; 2] {
                 let mass = along.iter().sum::<f64>() * step * if touches > 1 { part } else { 1.0 };
                 let (density, step) = (finer(&along), (hi - lo) / (FINE - 1) as f64);
                 let a = SHARES.map(|share| quantile(&density, lo, step, share).exp());
@@ -59,13 +57,7 @@ impl Task<'_> {
                 let sd = (touch[2] / touch[0] - mean * mean).max(0.0).sqrt();
                 return a.iter().all(|a| a.is_finite()).then_some((mass, a, [mode.at[1] + mean, sd]));
             }
-            for (reach, change) in reach.iter_mut().zip(change) {
-                *reach *= match change {
-                    Fits::Well => 1.0,
-                    Fits::TooNarrow => 1.7,
-                    Fits::TooWide => 0.4,
-                }
-            }
+            (0..2).for_each(|k| reach[k] *= change[k]);
         }
         Some(self.bell(mode, least))
     }
@@ -115,21 +107,14 @@ fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
     })
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fits {
-    Well,
-    TooNarrow,
-    TooWide,
-}
-
-fn fits(density: &[f64]) -> Fits {
+/// Factor for a reach: above 1 where the `density` is cut at an end, below 1 where few of its points count.
+fn wider(density: &[f64]) -> f64 {
     let top = density.iter().copied().fold(0.0, f64::max);
-    let last = density.len() - 1;
-    if density[0].max(density[last]) > 1e-3 * top {
-        return Fits::TooNarrow;
+    let counts = |p: &f64| *p > 1e-3 * top;
+    if counts(&density[0]) || counts(&density[density.len() - 1]) {
+        return 1.7;
     }
-    let seen = density.iter().filter(|p| **p > 1e-3 * top).count();
-    if 3 * seen < density.len() { Fits::TooWide } else { Fits::Well }
+    if 3 * density.iter().filter(|p| counts(p)).count() < density.len() { 0.4 } else { 1.0 }
 }
 
 const STEPS: usize = 80;
