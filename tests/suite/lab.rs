@@ -159,7 +159,7 @@ fn raw_counts_with_jitter_and_a_zero_of_their_own_are_calibrated_without_a_whisk
     let plain = undescribed(&raw(|s| (50_000.0 - 1.2e7 * s).round()), Drive::Displacement, 144.2);
     let side = &plain.sides[0];
     assert_eq!((side.table.distances.len(), side.table.drives.len(), plain.zeros.len()), (7, 5, 3));
-    assert_eq!(plain.calibration.zero.as_ref().unwrap().from, TaredBy::Plateau);
+    assert_eq!(plain.calibration.zero.from, TaredBy::Plateau);
     assert!(plain.winner == Estimator::Learned);
     let held = side.held_out(Estimator::Curve).unwrap().rms(|_| true);
     assert!(held.0.unwrap() < 0.6 && held.1 == side.used, "{held:?}");
@@ -173,7 +173,7 @@ fn counts_that_begin_anew_are_joined_and_answered() {
     let with = |text: &str| undescribed(text, Drive::Displacement, 144.2);
     let plain = with(&raw(counts));
     let turned = with(&raw(|s| counts(s).rem_euclid(65_536.0)));
-    assert!(turned.calibration.zero.as_ref().unwrap().wraps);
+    assert!(turned.calibration.zero.wraps);
     assert!(turned.warnings.iter().any(|w| w.contains("16 bits")));
     let tap = data(&raw(counts)).rows.into_iter().find(|r| r.drive > 9.0 && r.value < 0.0).unwrap();
     let at = |c, value| locator(c, Some(Estimator::Curve)).locate_above(tap.drive, value, 12_000.0, 0.0);

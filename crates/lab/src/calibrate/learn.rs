@@ -151,7 +151,7 @@ fn nothing(file: &str, why: Fault) -> Error {
         Fault::OnePosition => {
             ("all usable taps are at one distance: a calibration needs two or more", "two distances or more")
         }
-        Fault::NoCurve | Fault::Overflow => (
+        Fault::NoCurve => (
             "the signal does not grow with the drive and fall with the distance: no curve of a whisker is in these data",
             "taps of which larger drives give larger signals; are the columns swapped?",
         ),

@@ -191,7 +191,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         drive_origin: origin,
         noise,
         noise_from: "the model of all rows".to_owned(),
-        zero: Some(tared),
+        zero: tared,
         lag: None,
         second: None,
         data: Source {

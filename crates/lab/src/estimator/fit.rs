@@ -101,7 +101,7 @@ impl Task<'_> {
         };
         let misfit = task.misfit(&model);
         let model = if misfit <= MODEL { model } else { task.minimise(model.values, &free, misfit)? };
-        Ok(Fit { cells: places, ..task.finish(model, free, undetermined, misfit)? })
+        Ok(task.finish(model, undetermined, misfit, places))
     }
 
     fn widths(&self, values: &Values, parameters: &[Parameter]) -> Vec<f64> {
@@ -215,15 +215,10 @@ impl Task<'_> {
         shares.filter(|(_, s)| s.is_nan() || *s > 1.0).max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _)| i)
     }
 
-    fn finish(
-        &self,
-        model: Exact,
-        free: Vec<Parameter>,
-        undetermined: Vec<Parameter>,
-        misfit: f64,
-    ) -> Result<Fit, ModelError> {
+    /// The fit to the cells at `places`.
+    fn finish(&self, model: Exact, undetermined: Vec<Parameter>, misfit: f64, places: Vec<usize>) -> Fit {
         let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
-        let m = free.len();
+        let m = model.fitted.len();
         let slopes = self.slopes(&model, &vec![1.0; m], &vec![1.0; self.cells.len()]);
         let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
         let rows = covariance
@@ -236,8 +231,8 @@ impl Task<'_> {
         let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * self.noise * self.noise);
         let chi2: f64 = self.cells.iter().zip(residuals.iter()).map(of_noise).sum();
         let chi2 = if freedom > 0.0 && self.noise > 0.0 { chi2 / freedom } else { f64::NAN };
-        let exact = Exact::new(self.rig, model.values, free, rows, self.at, self.open)?;
-        Ok(Fit { exact, undetermined, misfit, chi2, cells: Vec::new(), slopes, residuals, deviations })
+        let exact = Exact { covariance: rows, ..model };
+        Fit { exact, undetermined, misfit, chi2, cells: places, slopes, residuals, deviations }
     }
 }
 

@@ -49,11 +49,6 @@ impl Runs {
         let several = self.all.iter().any(|run| run.1 > 1);
         self.all.iter().find(|run| run.1 == 1).filter(|_| several).map(|run| run.2)
     }
-
-    /// Names of the runs.
-    pub fn names(self) -> Vec<String> {
-        self.all.into_iter().map(|run| run.0).collect()
-    }
 }
 
 /// Times above this (3000 years) are not in seconds.

@@ -12,8 +12,6 @@ pub enum TaredBy {
     Plateau,
     /// A constant with which the signals of all drives agree.
     Fitted,
-    /// A value beyond all signals, for lack of a zero: it only gives them one sign.
-    Reference,
     /// None: the signal counts as tared.
     None,
 }

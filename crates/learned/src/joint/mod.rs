@@ -181,12 +181,8 @@ impl Joint {
 
     fn slice(&self, u: f64, same_run: bool, points: Range<usize>) -> Vec<f64> {
         let u = u + self.inverse.offset;
-        let (width, weights) = (self.width(), self.inverse.weights(u));
-        let mut all = vec![0.0; points.len() * width];
-        for (w, row) in weights.iter().zip(&self.table) {
-            let row = &row[points.start * width..points.end * width];
-            all.iter_mut().zip(row).for_each(|(sum, x)| *sum += w * x);
-        }
+        let width = self.width();
+        let mut all = self.inverse.between(&self.table, u, points.start * width..points.end * width);
         for point in all.chunks_mut(width) {
             point[0] *= u;
             point[1] = (point[1] * u * u).max(f64::MIN_POSITIVE);

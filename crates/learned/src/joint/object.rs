@@ -11,12 +11,13 @@ use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, quantile};
 #[derive(Debug, Clone)]
 pub struct Object {
     taps: Vec<Tap>,
-    count: usize,
+    /// Number of taps.
+    pub count: usize,
     /// Zero whose error is the last shared number.
     zero: Option<u64>,
-    of_zero: f64,
-    /// Shift of the base at the first tap, mm; the grid is in distances from there.
-    frame: f64,
+    pub(super) of_zero: f64,
+    /// Shift of the base at the first tap, mm ([`Tap::shift`]); the grid is in distances from there.
+    pub frame: f64,
     shifts: [f64; 2],
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
@@ -35,11 +36,6 @@ impl Object {
             shifts: [0.0; 2],
             points: vec![point; POINTS],
         }
-    }
-
-    /// Number of taps.
-    pub fn count(&self) -> usize {
-        self.count
     }
 
     /// Adds `tap`; `same_run` for a run of the calibration.
@@ -64,11 +60,6 @@ impl Object {
         }
     }
 
-    /// Shift of the base at the first tap, mm ([`Tap::shift`]).
-    pub fn frame(&self) -> f64 {
-        self.frame
-    }
-
     /// Least and largest distance from the base over the taps, for the reported distance `a`, mm.
     pub fn seen(&self, a: f64) -> [f64; 2] {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
@@ -89,10 +80,6 @@ impl Object {
             b.axpy(times * r / d, &shared, 1.0);
             *c += times * (r * r / d + d.ln());
         }
-    }
-
-    pub(super) fn of_zero(&self) -> f64 {
-        self.of_zero
     }
 
     pub(super) fn factor(&self, k: usize) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
