@@ -259,9 +259,11 @@ pub fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: Place) -> (Plac
         if k > 0 {
             p[k - 1] += size[k - 1];
         }
-        if !value(p).is_finite() && k > 0 {
-            p[k - 1] -= 2.0 * size[k - 1];
+        let here = value(p);
+        if k == 0 || here.is_finite() {
+            return (p, here);
         }
+        p[k - 1] -= 2.0 * size[k - 1];
         (p, value(p))
     };
     let mut all = [0, 1, 2].map(corner);
