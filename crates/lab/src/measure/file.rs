@@ -196,7 +196,8 @@ impl Data {
         }
         thousands.check(&names, said).map_err(here)?;
         if let Some(at) = columns.run {
-            runs.check(rows.len()).map_err(|e| InputError { line: e.line, ..e.key(&names[at]).at(label, None) })?;
+            runs.check(rows.len())
+                .map_err(|e| InputError { line: e.line, ..e.key(&names[at]).at(label, None) })?;
         }
         let timed = columns.time.filter(|_| rows.iter().any(|r| r.t.is_finite()));
         if timed.is_none() {
