@@ -107,11 +107,6 @@ impl Locator {
     ) -> Result<Self, Error> {
         let c = calibration;
         let rig = c.rig.clone();
-        if !c.noise.is_finite() {
-            let error = InputError::new("this must be a finite number").at(label, None);
-            let error = error.key("gauge.noise_strain").value(c.noise);
-            return Err(error.allowed("≥ 0 (strain, one standard deviation)").into());
-        }
         let unit =
             Unit::of_column(&c.signal).ok_or_else(|| InputError::new("unknown signal").key("signal"))?;
         let estimator = asked.or(Estimator::named(&c.estimator)).unwrap_or(Estimator::Paper);
