@@ -4,7 +4,6 @@
 use std::sync::Arc;
 
 use vibrissa_learned::fit::{Fit, From, Task, fit};
-use vibrissa_learned::least::simplex;
 use vibrissa_learned::rows::Row;
 
 use super::{Calibrated, SideResult};
@@ -147,17 +146,30 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The likeliest lag near this one, with its errors as they are.
     fn finer(&self, lag: Lag) -> Option<Lag> {
-        let of = |[gain, ln_tau]: [f64; 2]| Lag { gain, tau_s: ln_tau.exp(), ..lag };
-        let start = [lag.gain, lag.tau_s.ln()];
-        let unlikely = |at: [f64; 2]| {
-            let near = at[0].abs() <= MOST && (at[1] - start[1]).abs() <= FACTOR.ln();
-            let found = if near { self.likelihood(Some(&of(at)), false) } else { None };
-            found.map_or(f64::INFINITY, |found| -2.0 * found.0)
-        };
-        let (at, value) = simplex(&unlikely, start, [lag.sigma_gain.max(1e-6), 0.3]);
-        value.is_finite().then(|| of(at))
+        const GOLDEN: f64 = 0.381_966;
+        let peak = |x: f64| self.peak(x.exp(), lag.gain);
+        let (mut lo, mut hi) = (lag.tau_s.ln() - FACTOR.ln(), lag.tau_s.ln() + FACTOR.ln());
+        let mut best = self.peak(lag.tau_s, lag.gain)?;
+        let [mut p, mut q] = [lo + GOLDEN * (hi - lo), hi - GOLDEN * (hi - lo)];
+        let (mut of_p, mut of_q) = (peak(p)?, peak(q)?);
+        for _ in 0..8 {
+            for found in [of_p, of_q] {
+                if found.0 > best.0 {
+                    best = found;
+                }
+            }
+            if of_p.0 > of_q.0 {
+                (hi, q, of_q) = (q, p, of_p);
+                p = lo + GOLDEN * (hi - lo);
+                of_p = peak(p)?;
+            } else {
+                (lo, p, of_p) = (p, q, of_q);
+                q = hi - GOLDEN * (hi - lo);
+                of_q = peak(q)?;
+            }
+        }
+        Some(best.1)
     }
 }
 

@@ -7,7 +7,6 @@ use vibrissa_core::normal::quantile as quantile_of_bell;
 use super::course::{COARSE, Mode, POSTERIOR, Place, Task};
 use super::{NEAR, lagrange};
 use crate::invert::{FINE, quantile};
-use crate::least::simplex;
 
 const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
 const NONE: f64 = 60.0;
@@ -214,4 +213,57 @@ fn valleys(values: &[f64]) -> Vec<usize> {
     let mut low: Vec<usize> = (0..values.len()).filter(is_low).collect();
     low.sort_by(|i, k| values[*i].total_cmp(&values[*k]));
     low
+}
+
+/// Steps of a simplex.
+const MOVES: usize = 80;
+
+/// Minimum of a function of two numbers, and its value, by the simplex of Nelder and Mead from `start`; it ends where the values differ by less than 1e-3.
+/// Values may be infinite.
+fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: Place) -> (Place, f64) {
+    let corner = |k: usize| {
+        let mut p = start;
+        if k > 0 {
+            p[k - 1] += size[k - 1];
+        }
+        let here = value(p);
+        if k == 0 || here.is_finite() {
+            return (p, here);
+        }
+        p[k - 1] -= 2.0 * size[k - 1];
+        (p, value(p))
+    };
+    let mut all = [0, 1, 2].map(corner);
+    let between = |p: Place, q: Place, t: f64| [0, 1].map(|k| p[k] + t * (q[k] - p[k]));
+    for _ in 0..MOVES {
+        all.sort_by(|p, q| p.1.total_cmp(&q.1));
+        let [best, next, worst] = all;
+        if worst.1 - best.1 < 1e-3 {
+            break;
+        }
+        let middle = between(best.0, next.0, 0.5);
+        let tried = |t: f64| {
+            let p = between(worst.0, middle, t);
+            (p, value(p))
+        };
+        let mirrored = tried(2.0);
+        let better = if mirrored.1 < best.1 {
+            let further = tried(3.0);
+            Some(if further.1 < mirrored.1 { further } else { mirrored })
+        } else if mirrored.1 < next.1 {
+            Some(mirrored)
+        } else {
+            let inner = tried(if mirrored.1 < worst.1 { 1.5 } else { 0.5 });
+            Some(inner).filter(|inner| inner.1 < worst.1.min(mirrored.1))
+        };
+        match better {
+            Some(better) => all[2] = better,
+            None => all[1..].iter_mut().for_each(|(p, of)| {
+                *p = between(best.0, *p, 0.5);
+                *of = value(*p);
+            }),
+        }
+    }
+    all.sort_by(|p, q| p.1.total_cmp(&q.1));
+    all[0]
 }
