@@ -52,8 +52,7 @@ fn off(table: &Table) -> f64 {
 #[test]
 fn an_offset_of_the_readings_is_taken_off_or_told() {
     let desk = desk();
-    let tared =
-        vibrissa::locate::Calibration::read(&desk.path("cal/calibration.toml"), false).unwrap().zero.unwrap();
+    let tared = vibrissa::locate::Calibration::read(&desk.path("cal/calibration.toml"), false).unwrap().zero;
     assert!(tared.from == TaredBy::Rows && (tared.value - OFFSET).abs() < 3.0 * NOISE, "{tared:?}");
     let fresh = table(&fresh(&spec(), [22.0, 47.0], 100), &noisy(7));
     let with_zeros = moved(&fresh, |_, _, _, s| s + OFFSET);
@@ -86,7 +85,7 @@ fn an_offset_that_nobody_read_is_found_where_the_data_tell_it() {
     for (offset, drive_offset) in [(OFFSET, 0.0), (-4.0 * OFFSET, 0.1), (0.0, 0.2)] {
         let text = moved(&table(&spec(), &Settings { drive_offset, ..settings }), |_, _, _, s| s + offset);
         let found = calibrated(&text, &spec(), &[]);
-        let tared = found.calibration.zero.clone().unwrap();
+        let tared = found.calibration.zero.clone();
         let [value, error] =
             if tared.from == TaredBy::Fitted { [tared.value, tared.error] } else { [0.0, 2e-6] };
         assert!((value - offset).abs() < 5.0 * error && error < 3e-5, "{offset}: {tared:?}");
