@@ -13,7 +13,7 @@ use vibrissa::locate::answers::Answers;
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
-use vibrissa::measure::{Names, zero::Zero};
+use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Question, hash};
 use vibrissa::sink::frame::Frame;
@@ -203,7 +203,7 @@ impl Source {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
             Self::File(bytes) => {
-                let zero = Some(read_zeros(who, &bytes, ask)?);
+                let zero = Some(ask.zeros(who, LabStream::of(&*bytes))?);
                 let counts =
                     stream::answer(who, LabStream::of(&*bytes), ask, zero, interrupt::stop(false), write)?;
                 return if counts.stopped { nothing("") } else { Ok(counts) };
@@ -212,18 +212,6 @@ impl Source {
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
     }
-}
-
-fn read_zeros(who: Answerer<'_>, readings: &[u8], ask: &Ask<'_>) -> Result<Vec<Zero>, Error> {
-    let (zero, wrong) = stream::zeros(who, LabStream::of(readings), ask)?;
-    ask.contradicted(&zero)?;
-    if !wrong.is_empty() {
-        let first: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
-        let (label, n, lines) = (ask.label.unwrap_or("stdin"), wrong.len(), first.join(", "));
-        let taps = "zero readings are taps by their size and not used";
-        (ask.warn)(&format!("{label}: {n} {taps} (lines {lines})"));
-    }
-    Ok(zero)
 }
 
 fn filed(

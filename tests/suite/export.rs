@@ -40,7 +40,7 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
     let mut random = Random(7);
     let table = opened(c, Some(Estimator::Learned));
     let both = [&table, locator];
-    let wraps = c.zero.as_ref().is_some_and(|t| t.wraps);
+    let wraps = c.zero.wraps;
     let float = |x: f64| f64::from(x as f32);
     let factor = locator.rig.setup.gauge.factor;
     let [lo, hi] = c.sides[0].distances_mm;
@@ -275,7 +275,7 @@ fn every_unit_is_taken_as_it_was_recorded() {
         check(unit, &calibration, Some(Estimator::Learned));
         if unit == "reading" {
             let zero = Tared { from: TaredBy::Fitted, value: 5.0, error: 0.0, until: None, wraps: true };
-            let mut counts = Calibration { zero: Some(zero), ..calibration };
+            let mut counts = Calibration { zero, ..calibration };
             counts.sides[0].end_stop = Some(1100.0);
             check("counts", &counts, Some(Estimator::Learned));
             let locator = opened(&counts, Some(Estimator::Learned));

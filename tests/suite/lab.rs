@@ -52,8 +52,7 @@ fn off(table: &Table) -> f64 {
 #[test]
 fn an_offset_of_the_readings_is_taken_off_or_told() {
     let desk = desk();
-    let tared =
-        vibrissa::locate::Calibration::read(&desk.path("cal/calibration.toml"), false).unwrap().zero.unwrap();
+    let tared = vibrissa::locate::Calibration::read(&desk.path("cal/calibration.toml"), false).unwrap().zero;
     assert!(tared.from == TaredBy::Rows && (tared.value - OFFSET).abs() < 3.0 * NOISE, "{tared:?}");
     let fresh = table(&fresh(&spec(), [22.0, 47.0], 100), &noisy(7));
     let with_zeros = moved(&fresh, |_, _, _, s| s + OFFSET);
@@ -86,7 +85,7 @@ fn an_offset_that_nobody_read_is_found_where_the_data_tell_it() {
     for (offset, drive_offset) in [(OFFSET, 0.0), (-4.0 * OFFSET, 0.1), (0.0, 0.2)] {
         let text = moved(&table(&spec(), &Settings { drive_offset, ..settings }), |_, _, _, s| s + offset);
         let found = calibrated(&text, &spec(), &[]);
-        let tared = found.calibration.zero.clone().unwrap();
+        let tared = found.calibration.zero.clone();
         let [value, error] =
             if tared.from == TaredBy::Fitted { [tared.value, tared.error] } else { [0.0, 2e-6] };
         assert!((value - offset).abs() < 5.0 * error && error < 3e-5, "{offset}: {tared:?}");
@@ -159,7 +158,7 @@ fn raw_counts_with_jitter_and_a_zero_of_their_own_are_calibrated_without_a_whisk
     let plain = undescribed(&raw(|s| (50_000.0 - 1.2e7 * s).round()), Drive::Displacement, 144.2);
     let side = &plain.sides[0];
     assert_eq!((side.table.distances.len(), side.table.drives.len(), plain.zeros.len()), (7, 5, 3));
-    assert_eq!(plain.calibration.zero.as_ref().unwrap().from, TaredBy::Plateau);
+    assert_eq!(plain.calibration.zero.from, TaredBy::Plateau);
     assert!(plain.winner == Estimator::Learned);
     let held = side.held_out(Estimator::Curve).unwrap().rms(|_| true);
     assert!(held.0.unwrap() < 0.6 && held.1 == side.used, "{held:?}");
@@ -173,7 +172,7 @@ fn counts_that_begin_anew_are_joined_and_answered() {
     let with = |text: &str| undescribed(text, Drive::Displacement, 144.2);
     let plain = with(&raw(counts));
     let turned = with(&raw(|s| counts(s).rem_euclid(65_536.0)));
-    assert!(turned.calibration.zero.as_ref().unwrap().wraps);
+    assert!(turned.calibration.zero.wraps);
     assert!(turned.warnings.iter().any(|w| w.contains("16 bits")));
     let tap = data(&raw(counts)).rows.into_iter().find(|r| r.drive > 9.0 && r.value < 0.0).unwrap();
     let at = |c, value| locator(c, Some(Estimator::Curve)).locate_above(tap.drive, value, 12_000.0, 0.0);

@@ -176,7 +176,7 @@ fn sigma_and_error_on_positions_left_out_of_twelve_rigs() {
         assert!(unread == taps, "{}: {unread} of {taps} rows used", rig.name);
         let all = coverage(&found).all.unwrap();
         let read = found.zero.count > 0;
-        let zero = found.calibration.zero.as_ref().filter(|_| read).map_or(0.0, |z| z.value);
+        let zero = if read { found.calibration.zero.value } else { 0.0 };
         let rows: Vec<Tap> = rig.rows.iter().map(|(r, a, u, y)| (*r, *a, *u, y - zero)).collect();
         let ratio = all.rms_mm / cubic(&rows);
         println!(

@@ -94,15 +94,9 @@ impl Scales {
     }
 }
 
-/// Legendre polynomials P_0 … P_n at x.
-pub fn legendre(n: usize, x: f64) -> Vec<f64> {
-    let mut p = vec![1.0, x];
-    for k in 1..n {
-        let k_ = k as f64;
-        p.push(((2.0 * k_ + 1.0) * x * p[k] - k_ * p[k - 1]) / (k_ + 1.0));
-    }
-    p.truncate(n + 1);
-    p
+/// Legendre polynomials up to [`DEGREE`] at x.
+fn legendre(x: f64) -> [f64; DEGREE + 1] {
+    [1.0, x, (3.0 * x * x - 1.0) / 2.0]
 }
 
 /// Terms of new readings, for a `known` whisker, for `several` drives.
@@ -129,7 +123,7 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
 pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> Vec<f64> {
     let m = base.value;
     let [x, v] = scales.place(a, u);
-    let (p, q) = (legendre(DEGREE, x), legendre(DEGREE, v));
+    let (p, q) = (legendre(x), legendre(v));
     let (f, g) = (waves(WAVES[0], x), waves(WAVES[1], v));
     let value = |t: &Term| match t {
         Term::Curve(j, k) => m * p[usize::from(*j)] * q[usize::from(*k)],

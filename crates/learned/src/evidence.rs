@@ -39,32 +39,18 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// L⁻¹ of B = L Lᵀ, columns from `from` on; B⁻¹ itself is not needed.
+    /// L⁻¹ of B = L Lᵀ, rows and columns from `from` on; B⁻¹ itself is not needed.
     fn inverse_factor(&self, from: usize) -> DMatrix<f64> {
         let l = self.factor.l_dirty();
-        let n = l.nrows();
-        let mut inverse = DMatrix::zeros(n, n);
-        for j in from..n {
-            inverse[(j, j)] = 1.0 / l[(j, j)];
-            for k in j..n {
-                let x = inverse[(k, j)];
-                if k > j {
-                    inverse[(k, j)] = x / l[(k, k)];
-                }
-                let x = inverse[(k, j)];
-                let (column, mut out) = (l.column(k), inverse.column_mut(j));
-                for i in k + 1..n {
-                    out[i] -= x * column[i];
-                }
-            }
-        }
-        inverse
+        let n = l.nrows() - from;
+        let below = l.view((from, from), (n, n));
+        below.solve_lower_triangular(&DMatrix::identity(n, n)).expect("a factor has no zeros on its diagonal")
     }
 
     pub fn covariance(&self, places: &[usize]) -> DMatrix<f64> {
         let from = places.iter().copied().min().unwrap_or(0);
-        let inverse = self.inverse_factor(from);
-        let mut halves = inverse.rows(from, inverse.nrows() - from).select_columns(places);
+        let own: Vec<usize> = places.iter().map(|place| place - from).collect();
+        let mut halves = self.inverse_factor(from).select_columns(&own);
         places.iter().zip(halves.column_iter_mut()).for_each(|(p, mut column)| column *= self.root[*p]);
         halves.transpose() * &halves
     }

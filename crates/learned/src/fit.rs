@@ -35,10 +35,8 @@ pub struct Task {
 pub enum Fault {
     /// Fewer than two positions.
     OnePosition,
-    /// Neither a power law nor a whisker gives such signals.
+    /// Neither a power law nor a whisker gives such signals, or they overflow.
     NoCurve,
-    /// Numerical overflow.
-    Overflow,
 }
 
 /// A fit.
@@ -121,7 +119,7 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let warm = if let From::Near(fit) = from { Some(fit.at.as_slice()) } else { begun.as_deref() };
     let mut found = held.map_or_else(|| peaks(&problem, warm), |peak| vec![peak]);
     if found.is_empty() {
-        return Err(Fault::Overflow);
+        return Err(Fault::NoCurve);
     }
     let terms = terms(known, scales.u[1] > 0.0);
     let kept: Vec<usize> = problem.model.places(&terms).collect();

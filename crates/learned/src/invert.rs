@@ -1,5 +1,7 @@
 //! Inversion of a signal: the posterior of the distance, with a flat prior within the calibrated range.
 
+use std::ops::Range;
+
 use vibrissa_core::physics::inverse::bracketed;
 use vibrissa_core::status::Status;
 
@@ -68,11 +70,6 @@ pub struct Inverse {
 }
 
 impl Inverse {
-    /// signal/u at node `j` and point `k`.
-    pub(crate) fn signal(&self, j: usize, k: usize) -> f64 {
-        self.table[j][4 * k]
-    }
-
     /// Table of `curve` over its base within `reach` (mm); `tared` readings have their zero subtracted.
     pub fn new(curve: &Curve, base: &Base, tared: bool, reach: [f64; 2]) -> Self {
         let [u, width] = curve.scales.u;
@@ -135,24 +132,23 @@ impl Inverse {
         terms.iter().map(|t| t / sum).collect()
     }
 
+    /// The numbers at these `places` of a `table` with a row for each node, at a drive above its offset.
+    pub(crate) fn between(&self, table: &[Vec<f64>], u: f64, places: Range<usize>) -> Vec<f64> {
+        let mut all = vec![0.0; places.len()];
+        for (w, row) in self.weights(u).into_iter().zip(table) {
+            all.iter_mut().zip(&row[places.clone()]).for_each(|(sum, x)| *sum += w * x);
+        }
+        all
+    }
+
     /// Signals and variances over ln a at the drive u; `same_run` for a reading of a run of the calibration.
     pub fn at(&self, u: f64, same_run: bool) -> Slice {
         let u = u + self.offset;
-        let weights = self.weights(u);
-        let mut points = vec![[0.0; 3]; POINTS];
-        for (w, row) in weights.iter().zip(&self.table) {
-            for (p, x) in points.iter_mut().zip(row.chunks(4)) {
-                let run = if same_run { 0.0 } else { x[3] };
-                p[0] += w * x[0];
-                p[1] += w * x[1];
-                p[2] += w * (x[2] + run);
-            }
-        }
-        for p in &mut points {
-            p[0] *= u;
-            p[1] = (p[1] * u * u).max(0.0);
-            p[2] = (p[2] * u * u).max(0.0);
-        }
+        let of = |x: &[f64]| {
+            let run = if same_run { 0.0 } else { x[3] };
+            [x[0] * u, (x[1] * u * u).max(0.0), ((x[2] + run) * u * u).max(0.0)]
+        };
+        let points: Vec<[f64; 3]> = self.between(&self.table, u, 0..4 * POINTS).chunks(4).map(of).collect();
         let peak = (0..POINTS).max_by(|i, k| points[*i][0].total_cmp(&points[*k][0])).unwrap_or(0);
         Slice { grid: self.grid, ends: self.ends, points, peak }
     }
@@ -160,7 +156,7 @@ impl Inverse {
 
 /// Extrapolates a `table` of `width` numbers at each point to nodes without a value (the whisker slips off): signal/u as a parabola through the three
 /// nearest nodes, the other numbers of the nearest one.
-fn continued(nodes: &[f64], table: &mut [Vec<f64>], width: usize) {
+pub(crate) fn continued(nodes: &[f64], table: &mut [Vec<f64>], width: usize) {
     for at in (0..POINTS).map(|k| k * width..(k + 1) * width) {
         let (known, holes): (Vec<usize>, Vec<usize>) =
             (0..nodes.len()).partition(|j| table[*j][at.clone()].iter().all(|x| x.is_finite()));

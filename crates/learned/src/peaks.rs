@@ -243,16 +243,6 @@ impl<'a> Proposal<'a> {
     }
 }
 
-const OF_SPREAD: [(Hyper, i32); 7] = [
-    (Hyper::Floor, 2),
-    (Hyper::Relative, 2),
-    (Hyper::Position, 2),
-    (Hyper::Visit, 2),
-    (Hyper::Drift, 2),
-    (Hyper::RunZero, 1),
-    (Hyper::RunGain, 1),
-];
-
 const OF_TAILS: [Hyper; PARTS] =
     [Hyper::Floor, Hyper::Relative, Hyper::Position, Hyper::Visit, Hyper::RunZero, Hyper::RunGain];
 
@@ -295,27 +285,27 @@ pub fn mean(
     let weights: Vec<f64> = all.iter().map(|p| (p.0 - top).exp()).collect();
     let sum: f64 = weights.iter().sum();
     let n = kept.len();
-    let (mut mean, mut square, mut means) = (DVector::zeros(n), DMatrix::zeros(n, n), [0.0; 7]);
+    let (mut mean, mut square) = (DVector::zeros(n), DMatrix::zeros(n, n));
     let (mut variances, mut products) = ([0.0; PARTS], [[0.0; PARTS]; PARTS]);
+    let [mut drift, mut zero, mut gain] = [0.0; 3];
     for ((_, at, solved), weight) in all.iter().zip(&weights) {
         let (w, solved) = (weight / sum, solved.as_ref().unwrap_or(&first.solved));
         // Relative to the first peak: differences of large numbers lose digits.
         let here = DVector::from_iterator(n, kept.iter().map(|k| solved.mean[*k] - first.solved.mean[*k]));
         square += (solved.covariance(kept) + &here * here.transpose()) * w;
         mean += here * w;
-        OF_SPREAD
-            .iter()
-            .zip(&mut means)
-            .for_each(|((h, power), x)| *x += w * problem.learned(at, *h).powi(*power));
+        drift += w * problem.learned(at, Hyper::Drift).powi(2);
+        zero += w * problem.learned(at, Hyper::RunZero);
+        gain += w * problem.learned(at, Hyper::RunGain);
         let own = OF_TAILS.map(|h| problem.learned(at, h).powi(2));
         for (i, x) in own.into_iter().enumerate() {
             variances[i] += w * x;
             products[i].iter_mut().zip(own).for_each(|(sum, y)| *sum += w * x * y);
         }
     }
-    let [floor, relative, position, visit, drift, zero, gain] = means;
-    let [zero, gain] = [zero * zero, gain * gain];
-    let spread = Spread { floor: floor + problem.steps, relative, position, visit, zero, gain, drift };
+    let [floor, relative, position, visit, ..] = variances;
+    let [floor, zero, gain] = [floor + problem.steps, zero * zero, gain * gain];
+    let spread = Spread { floor, relative, position, visit, zero, gain, drift };
     let tails =
         Tails(std::array::from_fn(|i| std::array::from_fn(|k| products[i][k] - variances[i] * variances[k])));
     let covariance = square - &mean * mean.transpose();

@@ -23,7 +23,7 @@ const MANY: [usize; 2] = [600, 20_000];
 
 pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     let [cells, rows] = MANY;
-    let wraps = found.calibration.zero.as_ref().is_some_and(|z| z.wraps);
+    let wraps = found.calibration.zero.wraps;
     let few = found.sides.iter().all(|s| s.learnt.fit.cells.len() <= cells) && data.rows.len() <= rows;
     if !data.timed || wraps || !few || data.beside.second.is_some() {
         return None;

@@ -29,18 +29,15 @@ const APART: usize = 3;
 const WILD: f64 = 1e3;
 const FEW: usize = 600;
 
-pub struct Ask {
-    pub sign: f64,
-    /// True if taps of the other sign belong to this side too.
-    pub all: bool,
-    pub exact: Option<Exact>,
-    pub factor: f64,
-    /// Standard error of a zero from taps of both sides, else infinite.
-    pub zero_error: f64,
-}
-
-pub fn side(ask: Ask, data: &Data, sorted: &mut Sorted) -> Result<Learnt, Error> {
-    let Ask { sign, all, exact, factor, zero_error } = ask;
+/// Model of the side of this `sign`, of `all` taps where there is no other side. `zero_error`: standard error of a zero from taps of both sides, else
+/// infinite.
+pub fn side(
+    (data, factor): (&Data, f64),
+    sorted: &mut Sorted,
+    (sign, all): (f64, bool),
+    exact: Option<Exact>,
+    zero_error: f64,
+) -> Result<Learnt, Error> {
     let above = |raw: f64| sign * data.unit.above(raw, sorted.tared.value, factor);
     let mut of = (Vec::new(), Vec::new(), Vec::new());
     let mut recorded = Vec::new();
@@ -154,7 +151,7 @@ fn nothing(file: &str, why: Fault) -> Error {
         Fault::OnePosition => {
             ("all usable taps are at one distance: a calibration needs two or more", "two distances or more")
         }
-        Fault::NoCurve | Fault::Overflow => (
+        Fault::NoCurve => (
             "the signal does not grow with the drive and fall with the distance: no curve of a whisker is in these data",
             "taps of which larger drives give larger signals; are the columns swapped?",
         ),

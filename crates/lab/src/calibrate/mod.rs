@@ -157,35 +157,21 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         warnings.push(text);
     }
     let open = opener(&options.run);
-    let Prepared { rows, sides, recorded, unread, no_exact } =
-        prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
-    let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
-    let wrong = zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
+    let mut prepared = prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
+    let wrong = prepared.rows.zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
     let wrong: Vec<usize> = wrong.map(|z| data.rows[z.place].line).collect();
     if !wrong.is_empty() {
-        let (n, lines) = (wrong.len(), named(&wrong));
-        warnings.push(format!(
-            "{}: {n} of {} zero readings are suspect and not used (lines {lines})",
-            data.file,
-            zeros.len()
-        ));
+        let (n, of, lines) = (wrong.len(), prepared.rows.zeros.len(), named(&wrong));
+        let file = &data.file;
+        warnings.push(format!("{file}: {n} of {of} zero readings are suspect and not used (lines {lines})"));
     }
+    let sides = std::mem::take(&mut prepared.sides);
     let noise = sides[0].1.noise();
     rig.setup.gauge.noise_strain = Some(noise);
-    let mut results = Vec::new();
-    for (gauge, learnt) in sides {
-        let asked = side::Ask {
-            data,
-            rig: &rig,
-            taps: &taps,
-            sign: learnt.sign,
-            noise,
-            recorded,
-            no_exact: no_exact.as_deref(),
-            fit: &options.fit,
-        };
-        results.push(side::calibrate(&asked, gauge, learnt, &open)?);
-    }
+    let each = |side| side::calibrate((data, &rig, &prepared), side, noise, &options.fit, &open);
+    let results = sides.into_iter().map(each).collect::<Result<Vec<_>, _>>()?;
+    let Prepared { rows, recorded, unread, .. } = prepared;
+    let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let knows =
         |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < order::range(s));
     if !results.iter().all(knows) {
@@ -205,7 +191,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         drive_origin: origin,
         noise,
         noise_from: "the model of all rows".to_owned(),
-        zero: Some(tared),
+        zero: tared,
         lag: None,
         second: None,
         data: Source {

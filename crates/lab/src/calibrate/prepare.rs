@@ -78,9 +78,8 @@ pub fn prepare(
         };
         let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
         // A single side: residuals of the other sign are noise about the zero.
-        let ask =
-            learn::Ask { sign, all: signs.len() == 1, exact, factor: rig.setup.gauge.factor, zero_error };
-        sides.push((gauge, learn::side(ask, data, &mut rows)?));
+        let (of, which) = ((data, rig.setup.gauge.factor), (sign, signs.len() == 1));
+        sides.push((gauge, learn::side(of, &mut rows, which, exact, zero_error)?));
     }
     warnings
         .extend(sides.iter().filter(|s| s.1.task.drift && !read).map(|s| zero::wandering(data, rig, &s.1)));

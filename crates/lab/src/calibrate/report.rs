@@ -33,7 +33,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
         "noise_from": c.noise_from,
         "signal": c.signal,
         "drive_recorded": c.drive_recorded,
-        "zero": { "from": c.zero.as_ref().map(|z| z.from), "value": c.zero.as_ref().map(|z| z.value),
+        "zero": { "from": c.zero.from, "value": c.zero.value,
                   "error": if found.unread > 0.0 { json!(found.unread) } else { Value::Null },
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,

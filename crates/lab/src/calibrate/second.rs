@@ -116,7 +116,7 @@ fn rows(
         .collect();
     let tilt = |t: &Tap| if data.beside.tilt.is_some() { data.beside.values[t.place][1] } else { 0.0 };
     let places: Vec<Task> = taps.iter().map(|t| model.tap(t.a, tilt(t), t.drive)).collect();
-    let mut evaluator = model.evaluator(open(&model.setup().model)?);
+    let mut evaluator = model.evaluator(open(&model.setup.model)?);
     let strains = model.strains(&mut evaluator, &places).map_err(ModelError::Solve)?;
     let row = |(t, strains): (&&Tap, Option<[f64; 3]>)| {
         let signal = sign * data.unit.above(recorded(t.place), zero.at(t.place), factor);

@@ -4,6 +4,7 @@ use vibrissa_learned::rows::range;
 
 use super::Reason;
 use super::order::{Contradiction, contradictions};
+use super::prepare::Prepared;
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, grouped};
@@ -25,20 +26,8 @@ use crate::status::Status;
 /// Fewest distances for which errors at the ends can be ignored.
 const BETWEEN: usize = 5;
 
-/// Inputs of a side: the rig with the measured noise, and all taps of the file.
-#[derive(Clone, Copy)]
-pub(super) struct Ask<'a> {
-    pub data: &'a Data,
-    pub rig: &'a Rig,
-    pub taps: &'a [Tap],
-    pub sign: f64,
-    pub noise: f64,
-    /// True if the drive is known.
-    pub recorded: bool,
-    /// Reason why the model cannot be fitted, if whisker and drives are known.
-    pub no_exact: Option<&'a str>,
-    pub fit: &'a [Parameter],
-}
+/// Data, their rig with the measured noise, and all taps.
+type Measured<'a> = (&'a Data, &'a Rig, &'a [Tap]);
 
 /// A calibrated side.
 #[derive(Debug, Clone)]
@@ -73,14 +62,23 @@ pub struct KTable {
 }
 
 impl KTable {
-    fn new(ask: &Ask<'_>, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
-        let ([distances, drives], cells) = grouped(ask.taps, ask.rig, wanted);
+    fn new(of: Measured<'_>, sign: f64, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
+        let (data, rig, taps) = of;
+        let ([distances, drives], cells) = grouped(taps, rig, wanted);
         if cells.is_empty() {
             return None;
         }
         let n = (distances.len(), drives.len());
-        let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, distances.ends(), n);
-        let outcomes: Vec<Outcome> = cells.iter().map(|c| outcome(ask, c)).collect();
+        let mut reduced = Reduction::new(&rig.setup, &rig.design, distances.ends(), n);
+        let limit = if data.unit.is_absolute() { rig.strain_limit() } else { f64::INFINITY };
+        let outcome = |c: &Cell| Outcome {
+            strain: sign * c.signal,
+            strain_linear: sign * c.linear,
+            deviation: (c.linear - c.signal) / c.signal,
+            status: if c.signal > limit { Status::STRAIN_LIMIT } else { Status::OK },
+            ..Outcome::NOTHING
+        };
+        let outcomes: Vec<Outcome> = cells.iter().map(outcome).collect();
         for (c, o) in cells.iter().zip(&outcomes) {
             reduced.count((c.i, c.j), (c.a, c.drive), o);
         }
@@ -92,93 +90,74 @@ impl KTable {
     }
 }
 
-fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
-    let limit = ask.rig.strain_limit();
-    let beyond = ask.data.unit.is_absolute() && c.signal > limit;
-    Outcome {
-        strain: ask.sign * c.signal,
-        strain_linear: ask.sign * c.linear,
-        deviation: (c.linear - c.signal) / c.signal,
-        status: if beyond { Status::STRAIN_LIMIT } else { Status::OK },
-        ..Outcome::NOTHING
-    }
-}
-
-/// Calibrates every estimator that the data allow.
+/// Calibrates every estimator that the data allow, of a side of the gauge; `rig` has the measured noise, `fitted` are further parameters.
 pub(super) fn calibrate(
-    ask: &Ask<'_>,
-    gauge: Side,
-    learnt: Learnt,
+    (data, rig, prepared): (&Data, &Rig, &Prepared),
+    (gauge, learnt): (Side, Learnt),
+    noise: f64,
+    fitted: &[Parameter],
     open: Opener<'_>,
 ) -> Result<SideResult, Error> {
-    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
-    let table = KTable::new(ask, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
+    let (taps, sign) = (&prepared.rows.taps[..], learnt.sign);
+    let of = (data, rig, taps);
+    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let table = KTable::new(of, sign, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
         let message = "after suspect rows are left out, fewer than two distances remain";
-        let n = ask.taps.iter().filter(|t| t.reason.as_ref().is_some_and(Reason::is_doubt)).count();
-        InputError::new(message).at(&ask.data.file, None).key("a_mm").value(format!("{n} suspect rows"))
+        let n = taps.iter().filter(|t| t.reason.as_ref().is_some_and(Reason::is_doubt)).count();
+        InputError::new(message).at(&data.file, None).key("a_mm").value(format!("{n} suspect rows"))
     })?;
     let upright = |t: &Tap| t.reason != Some(Reason::Tilted);
-    let signal =
-        |t: &Tap| upright(t) && t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
-    let labelled =
-        |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(&ask.rig.setup, t.a, t.drive);
+    let signal = |t: &Tap| upright(t) && t.signal.is_finite() && t.signal.signum() == sign && t.signal != 0.0;
+    let labelled = |t: &Tap| t.a > rig.shared().gauge[0] && rig.design.admits(&rig.setup, t.a, t.drive);
     let changed = |t: &Tap| t.reason.is_some() && signal(t) && labelled(t);
-    let with_suspects = ask.taps.iter().any(changed).then(|| KTable::new(ask, |t| signal(t) && labelled(t)));
+    let with_suspects = taps.iter().any(changed).then(|| KTable::new(of, sign, |t| signal(t) && labelled(t)));
     let with_suspects = with_suspects.flatten();
     let KTable { distances, drives, cells, .. } = &table;
-    let held_side = Held {
-        rig: ask.rig,
-        taps: ask.taps,
-        cells,
-        drives: &drives.centres,
-        distances: distances.len(),
-        noise: ask.noise,
-        learned: &learnt,
-    };
-    let mut no_exact = ask.no_exact.map(str::to_owned);
+    let (drive_centres, n) = (&drives.centres, distances.len());
+    let held_side = Held { rig, taps, cells, drives: drive_centres, distances: n, noise, learned: &learnt };
+    let mut no_exact = prepared.no_exact.clone();
     let mut fit = None;
-    if ask.recorded && ask.rig.known && no_exact.is_none() {
-        let at = super::extent(ask.rig, ask.taps, ask.sign, gauge).expect("there are cells");
-        let task = Task { rig: ask.rig, at, cells, noise: ask.noise, sought: false, open };
-        match task.fit(ask.fit) {
+    if prepared.recorded && rig.known && no_exact.is_none() {
+        let at = super::extent(rig, taps, sign, gauge).expect("there are cells");
+        match (Task { rig, at, cells, noise, sought: false, open }).fit(fitted) {
             Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),
         }
     }
-    let drive_ends = reached(ask.taps, cells, drives.len());
+    let drive_ends = reached(taps, cells, drives.len());
+    let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == sign;
     let mut record = SideRecord {
-        sign: ask.sign as i8,
+        sign: sign as i8,
         gauge_side: if gauge == Side::Far { "far" } else { "contact" }.to_owned(),
         distances_mm: distances.ends(),
         drives: drives.centres.clone(),
         drive_ends: Some(drive_ends).filter(|r| *r != drives.ends()),
-        end_stop: end_stop(ask),
+        end_stop: taps.iter().filter(stopped).map(|t| t.signal.abs()).reduce(f64::min),
         no_exact,
         paper: None,
         exact: None,
         curve: None,
         learned: None,
     };
-    let contradictions = contradictions(cells, [distances, drives], ask.noise);
+    let contradictions = contradictions(cells, [distances, drives], noise);
     let mut held = Vec::new();
     let allowed = |e: &Estimator| match e {
         // At one drive, f needs only the shape 1/a: K absorbs the rest.
-        Estimator::Paper => ask.rig.known || drives.len() == 1,
-        Estimator::Exact => ask.rig.known && ask.recorded,
+        Estimator::Paper => rig.known || drives.len() == 1,
+        Estimator::Exact => rig.known && prepared.recorded,
         Estimator::Curve | Estimator::Learned => true,
     };
     for e in Estimator::ALL.into_iter().filter(allowed) {
         let unseen = held_out(&held_side, e, fit.as_ref());
         // At the first and last distance a curve is extrapolated: errors there do not count.
-        let n = distances.len();
         let of = if e == Estimator::Curve && n >= BETWEEN { 1..n - 1 } else { 0..n };
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(cells, drives.len(), &of));
         let rms = unseen.as_ref().and_then(|h| h.rms(|_| true).0);
         match e {
             Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, rms, bias),
             Estimator::Exact => {
-                let of = |fit: &Fit| ExactRecord::calibrated(ask.rig, &fit.exact, rms, bias);
+                let of = |fit: &Fit| ExactRecord::calibrated(rig, &fit.exact, rms, bias);
                 record.exact = fit.as_ref().map(of);
             }
             Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, rms, bias),
@@ -196,12 +175,6 @@ fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
         |j: usize| range(cells.iter().filter(|c| c.j == j).flat_map(|c| &c.taps).map(|k| taps[*k].drive));
     let ([a, b], [c, d]) = (of(0), of(drives - 1));
     [a - (0.5 * (b - a)).min(0.5 * a), d + 0.5 * (d - c)]
-}
-
-/// |tared signal| of the sensor's end stop on this side, if rows show it.
-fn end_stop(ask: &Ask<'_>) -> Option<f64> {
-    let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == ask.sign;
-    ask.taps.iter().filter(stopped).map(|t| t.signal.abs()).reduce(f64::min)
 }
 
 impl SideResult {

@@ -126,6 +126,6 @@ impl Trace {
                 points[*i].outlier |= outlier;
             }
         }
-        Ok(Self { points, off, strokes, samples, curve, on_surface: skin.on_surface() })
+        Ok(Self { points, off, strokes, samples, curve, on_surface: skin.surface })
     }
 }

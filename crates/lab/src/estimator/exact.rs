@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
-use std::sync::{Arc, RwLock};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
@@ -71,7 +71,7 @@ impl ExactRecord {
         let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
         let exact = Exact::new(rig, values, fitted, self.covariance.clone(), at, open);
         let exact = exact.map_err(|why| unsolved(rig, record, why))?;
-        Ok(Inverted { exact, last: RwLock::default() })
+        Ok(Inverted { exact, last: Mutex::default() })
     }
 
     pub fn factor(&self, kind: Drive) -> Option<f64> {
@@ -137,25 +137,18 @@ const KEPT: usize = 16;
 /// Model with its curves at the last drives: a rig has few.
 pub struct Inverted {
     pub(super) exact: Exact,
-    last: RwLock<VecDeque<(f64, Arc<Curve>)>>,
+    last: Mutex<VecDeque<(f64, Arc<Curve>)>>,
 }
 
 impl Inverted {
-    /// Curve at `drive`; computed again while another thread holds the lock.
     fn curve(&self, drive: f64) -> Arc<Curve> {
-        let kept = |last: &VecDeque<(f64, Arc<Curve>)>| {
-            last.iter().find(|(at, _)| *at == drive).map(|(_, curve)| curve.clone())
-        };
-        if let Some(curve) = self.last.try_read().ok().and_then(|last| kept(&last)) {
-            return curve;
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, curve)) = last.iter().find(|(at, _)| *at == drive) {
+            return curve.clone();
         }
         let curve = Arc::new(self.exact.at(drive));
-        if let Ok(mut last) = self.last.try_write()
-            && kept(&last).is_none()
-        {
-            last.truncate(KEPT - 1);
-            last.push_front((drive, curve.clone()));
-        }
+        last.truncate(KEPT - 1);
+        last.push_front((drive, curve.clone()));
         curve
     }
 

@@ -84,18 +84,14 @@ impl Task<'_> {
             return Err(ModelError::FewTaps { found: cells.len(), of: self.cells.len() });
         }
         start[0] = crate::reduce::median(&mut cells.iter().map(ratio).collect::<Vec<_>>());
-        let fit = Task { cells: &cells, ..task }.fit_from(start, asked)?;
-        Ok(Fit { cells: places, ..fit })
-    }
-
-    fn fit_from(&self, start: Values, asked: &[Parameter]) -> Result<Fit, ModelError> {
+        let task = Task { cells: &cells, ..task };
         let mut free = vec![Parameter::Factor, Parameter::DriveOffset];
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
         free.extend(self.sought.then_some(Parameter::Zero));
         let mut undetermined: Vec<Parameter> = Vec::new();
         let model = loop {
-            let model = self.minimise(start, &free, 0.0)?;
-            let Some(worst) = self.worst(&model, &free) else { break model };
+            let model = task.minimise(start, &free, 0.0)?;
+            let Some(worst) = task.worst(&model, &free) else { break model };
             undetermined.push(free.remove(worst));
             if undetermined.last() == Some(&Parameter::Zero) && !asked.contains(&Parameter::DriveOffset) {
                 let offset = free.iter().position(|p| *p == Parameter::DriveOffset);
@@ -103,9 +99,9 @@ impl Task<'_> {
             }
             undetermined.sort_by_key(|p| *p as usize);
         };
-        let misfit = self.misfit(&model);
-        let model = if misfit <= MODEL { model } else { self.minimise(model.values, &free, misfit)? };
-        self.finish(model, free, undetermined, misfit)
+        let misfit = task.misfit(&model);
+        let model = if misfit <= MODEL { model } else { task.minimise(model.values, &free, misfit)? };
+        Ok(task.finish(model, undetermined, misfit, places))
     }
 
     fn widths(&self, values: &Values, parameters: &[Parameter]) -> Vec<f64> {
@@ -219,15 +215,10 @@ impl Task<'_> {
         shares.filter(|(_, s)| s.is_nan() || *s > 1.0).max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _)| i)
     }
 
-    fn finish(
-        &self,
-        model: Exact,
-        free: Vec<Parameter>,
-        undetermined: Vec<Parameter>,
-        misfit: f64,
-    ) -> Result<Fit, ModelError> {
+    /// The fit to the cells at `places`.
+    fn finish(&self, model: Exact, undetermined: Vec<Parameter>, misfit: f64, places: Vec<usize>) -> Fit {
         let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
-        let m = free.len();
+        let m = model.fitted.len();
         let slopes = self.slopes(&model, &vec![1.0; m], &vec![1.0; self.cells.len()]);
         let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
         let rows = covariance
@@ -240,9 +231,8 @@ impl Task<'_> {
         let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * self.noise * self.noise);
         let chi2: f64 = self.cells.iter().zip(residuals.iter()).map(of_noise).sum();
         let chi2 = if freedom > 0.0 && self.noise > 0.0 { chi2 / freedom } else { f64::NAN };
-        let exact = Exact::new(self.rig, model.values, free, rows, self.at, self.open)?;
-        let cells = (0..self.cells.len()).collect();
-        Ok(Fit { exact, undetermined, misfit, chi2, cells, slopes, residuals, deviations })
+        let exact = Exact { covariance: rows, ..model };
+        Fit { exact, undetermined, misfit, chi2, cells: places, slopes, residuals, deviations }
     }
 }
 

@@ -43,24 +43,22 @@ impl Estimator {
     /// All estimators, simplest first; the first of equals is taken.
     pub const ALL: [Self; 4] = [Self::Paper, Self::Exact, Self::Curve, Self::Learned];
 
+    /// Names in files and flags, with short descriptions.
+    const WORDS: [(&'static str, &'static str); 4] = [
+        ("paper", "The closed form f and one K̄ per drive"),
+        ("exact", "The configured model, inverted"),
+        ("curve", "A smooth monotone fit of the data, no theory"),
+        ("learned", "One statistical model of curve, rig and runs"),
+    ];
+
     /// Name in files and flags.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Exact => "exact",
-            Self::Curve => "curve",
-            Self::Learned => "learned",
-        }
+        Self::WORDS[self as usize].0
     }
 
     /// Short description.
     pub fn help(self) -> &'static str {
-        match self {
-            Self::Paper => "The closed form f and one K̄ per drive",
-            Self::Exact => "The configured model, inverted",
-            Self::Curve => "A smooth monotone fit of the data, no theory",
-            Self::Learned => "One statistical model of curve, rig and runs",
-        }
+        Self::WORDS[self as usize].1
     }
 
     /// Estimator with this name.

@@ -144,8 +144,7 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
         tap.group = [groups[0].centre(tap.a), groups[1].centre(tap.drive)];
         tap.zero = zero.at(tap.place);
         tap.signal = data.unit.above(tap.signal, tap.zero, factor);
-        let share = |(r, w): (usize, f64)| (r, w, zero.sizes().get(r).map_or(0.0, |n| 1.0 / *n as f64));
-        tap.zeros = zero.weights(tap.place).map(share);
+        tap.zeros = zero.weights(tap.place);
         tap.reason = unusable(tap, data, rig).or_else(|| tilted(data, rig, tap.place));
     }
     let mut spread = crate::reduce::Spread::default();

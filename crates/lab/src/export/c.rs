@@ -7,7 +7,7 @@ use crate::estimator::model::SAME;
 use crate::locate::Locator;
 use crate::locate::opened::BEYOND;
 use crate::measure::Unit;
-use crate::measure::zero::{Tared, TaredBy};
+use crate::measure::zero::TaredBy;
 use crate::scene::{Drive, Signal};
 use crate::status::Status;
 
@@ -116,8 +116,8 @@ impl Export<'_> {
         // Rounded far below the error of the table.
         let value = |[a, sigma]: &[f64; 2]| [format!("{:.6}", a), format!("{:.5e}", sigma)];
         let values = wrapped(values.flatten().flat_map(value));
-        let fitted = |t: &&Tared| matches!(t.from, TaredBy::Fitted | TaredBy::Reference);
-        let zero = self.locator.tared.as_ref().filter(fitted).map_or(0.0, |t| t.value);
+        let tared = &self.locator.tared;
+        let zero = if tared.from == TaredBy::Fitted { tared.value } else { 0.0 };
         let zero = self.locator.unit.value(zero, self.locator.rig.setup.gauge.factor);
         let head = HEAD
             .replace("@COMMENT", &self.comment())
@@ -245,7 +245,7 @@ impl Export<'_> {
                 n(500.0)
             ));
         }
-        if l.tared.as_ref().is_some_and(|t| t.wraps) {
+        if l.tared.wraps {
             let lean = if let [one] = &l.sides[..] { one.sign } else { 0.0 };
             let [below, turn] = [crate::measure::counts::below(lean), 65536.0].map(n);
             lines.push(format!(

@@ -29,9 +29,7 @@ pub struct Calibration {
     pub drive_origin: f64,
     pub noise: f64,
     pub noise_from: String,
-    /// How the signal was tared; a file of an older program does not say.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub zero: Option<Tared>,
+    pub zero: Tared,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Lag>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

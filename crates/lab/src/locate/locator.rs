@@ -81,12 +81,10 @@ pub struct Locator {
     pub drive_origin: f64,
     /// Estimator in use.
     pub estimator: Estimator,
-    /// How the signal of the calibration was tared; `None` where an older program did not say.
-    pub tared: Option<Tared>,
+    /// How the signal of the calibration was tared.
+    pub tared: Tared,
     /// How readings lag.
     pub lag: Option<Lag>,
-    /// Whether it answers one of several channels: the drive of readings need not be known.
-    pub of_several: bool,
     /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
     pub same_run: bool,
     noise: f64,
@@ -109,11 +107,6 @@ impl Locator {
     ) -> Result<Self, Error> {
         let c = calibration;
         let rig = c.rig.clone();
-        if !c.noise.is_finite() {
-            let error = InputError::new("this must be a finite number").at(label, None);
-            let error = error.key("gauge.noise_strain").value(c.noise);
-            return Err(error.allowed("≥ 0 (strain, one standard deviation)").into());
-        }
         let unit =
             Unit::of_column(&c.signal).ok_or_else(|| InputError::new("unknown signal").key("signal"))?;
         let estimator = asked.or(Estimator::named(&c.estimator)).unwrap_or(Estimator::Paper);
@@ -140,11 +133,9 @@ impl Locator {
         }
         let twofold = Twofold::new(c, &rig, estimator, open).map_err(at)?;
         let tared = c.zero.clone();
-        let of_zero = match &tared {
-            Some(Tared { from: TaredBy::Fitted, error, .. }) => error * error,
-            Some(Tared { from: TaredBy::Rows | TaredBy::Plateau, .. }) if c.data.zeros > 0 => {
-                c.noise * c.noise / c.data.zeros as f64
-            }
+        let of_zero = match tared.from {
+            TaredBy::Fitted => tared.error * tared.error,
+            TaredBy::Rows | TaredBy::Plateau if c.data.zeros > 0 => c.noise * c.noise / c.data.zeros as f64,
             _ => 0.0,
         };
         Ok(Self {
@@ -155,7 +146,6 @@ impl Locator {
             estimator,
             tared,
             lag: c.lag,
-            of_several: false,
             same_run: false,
             noise: c.noise,
             of_zero,
@@ -182,19 +172,16 @@ impl Locator {
     /// Whether a reading of this drive is one of the zero, but for rounding.
     pub fn rests(&self, drive: f64) -> bool {
         let largest = self.drive_origin.abs().max(self.largest_drive());
-        let known = [Some(0.0), self.tared.as_ref().and_then(|t| t.until)];
+        let known = [Some(0.0), self.tared.until];
         let same = |x: &f64| (drive - x).abs() <= rounding(largest);
         let drive = known.into_iter().flatten().find(same).unwrap_or(drive);
         let contact = self.drive_origin != 0.0 && drive > self.drive_origin;
-        !contact && self.tared.as_ref().map_or(drive == 0.0, |t| t.rests(drive))
+        !contact && self.tared.rests(drive)
     }
 
     /// A zero reading where `zero` is another one: counts that begin anew are joined.
     pub(crate) fn beside(&self, zero: f64, value: f64) -> f64 {
-        match &self.tared {
-            Some(t) if t.wraps => zero + wrapped(value - zero, 0.0),
-            _ => value,
-        }
+        if self.tared.wraps { zero + wrapped(value - zero, 0.0) } else { value }
     }
 
     /// What a tap in the middle of the calibration gives.
@@ -279,9 +266,8 @@ impl Locator {
 
     /// A drive from its origin, and a tared signal of a counter that did not begin anew.
     pub(crate) fn as_calibrated(&self, drive: f64, signal: f64) -> (f64, f64) {
-        let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
         let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
-        (drive - self.drive_origin, if wraps { wrapped(signal, lean) } else { signal })
+        (drive - self.drive_origin, if self.tared.wraps { wrapped(signal, lean) } else { signal })
     }
 
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.

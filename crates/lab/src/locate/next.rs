@@ -111,14 +111,14 @@ pub fn next(
     let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
     let told = object.told(joint).ok_or("these taps fit no distance")?;
     let outlook = Outlook::new(joint, &object, same_run);
-    let known = Known { locator, side, joint, outlook: &outlook, frame: object.frame(), a: told.a };
+    let known = Known { locator, side, joint, outlook: &outlook, frame: object.frame, a: told.a };
     // Before the first tap the object may be anywhere.
-    let shifts = shifts.filter(|_| object.count() > 0);
+    let shifts = shifts.filter(|_| object.count > 0);
     let tried = known.tried(within, shifts, stands)?;
     let best = best(&tried);
     let of_best = best.map(|k| &tried[k]);
     let after = |best: &Tried, times: f64| {
-        outlook.after(best.drive - locator.drive_origin, best.shift - object.frame(), times)
+        outlook.after(best.drive - locator.drive_origin, best.shift - object.frame, times)
     };
     let more =
         of_best.map_or(Vec::new(), |best| (0..6).map(|k| (1 << k, after(best, f64::from(1 << k)))).collect());
@@ -128,14 +128,14 @@ pub fn next(
         of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(least));
     let mut status = Status::OK;
     let apart = object.apart(joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
-    if object.count() > 0 {
+    if object.count > 0 {
         status |= doubts(side, &object, &told);
     }
     if apart.is_some_and(|(_, by)| by.abs() > limit(object.compared())) {
         status |= Status::INCONSISTENT;
     }
     Ok(Next {
-        taps: object.count(),
+        taps: object.count,
         now,
         near: told.near,
         stands,

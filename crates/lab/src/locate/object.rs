@@ -181,7 +181,7 @@ impl<'a> Objects<'a> {
                 let tap = Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift };
                 object.add(joint, tap, same_run);
             }
-            let (count, other) = (object.count(), *its_kind != kind);
+            let (count, other) = (object.count, *its_kind != kind);
             let of = side.learned().filter(|_| count > 1 || other);
             let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1))?)));
             if count > 1 || other {

@@ -86,7 +86,7 @@ impl Twofold {
             Some(exact) => {
                 let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), 0.0);
                 let pair = Pair::new(rig, &exact.values(rig), at, second.lean_deg)?;
-                let method = open(&pair.setup().model)?;
+                let method = open(&pair.setup.model)?;
                 Some((pair, Mutex::new(Some(method))))
             }
             None => None,

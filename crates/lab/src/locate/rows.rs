@@ -125,13 +125,13 @@ impl<'a> Answerer<'a> {
     }
 }
 
-struct Header {
+pub(super) struct Header {
     /// Whether a header says it.
     read: bool,
-    names: Vec<String>,
+    pub names: Vec<String>,
     separator: Option<char>,
     drive: Option<(Drive, usize)>,
-    time: Option<usize>,
+    pub time: Option<usize>,
     run: Option<usize>,
     /// Unit and place of each signal.
     signals: Vec<(Unit, usize)>,
@@ -139,7 +139,7 @@ struct Header {
 
 pub struct RowReader<'a> {
     pub(super) who: Answerer<'a>,
-    header: Header,
+    pub(super) header: Header,
     decimals: Decimals,
     /// What a sensor that lags remembers of the rows before.
     memory: Memory,
@@ -196,7 +196,7 @@ impl<'a> RowReader<'a> {
                 return Err(error.allowed("a header with these columns; or no --columns"));
             }
         }
-        let found = |k: usize| columns(self.who.locator(k), &names, &self.who.said(said, k));
+        let found = |k: usize| columns(self.who, k, &names, &self.who.said(said, k));
         let all = (0..self.who.locators.len()).map(found).collect::<Result<Vec<_>, _>>();
         let all = all.map_err(|e| InputError { line: comment.or(e.line), ..e })?;
         let second = all[0].second.filter(|_| self.who.is_twofold());
@@ -208,20 +208,12 @@ impl<'a> RowReader<'a> {
 
     /// Refuses a `comment` that names other columns than those of the lines before it.
     pub fn same(&self, line: usize, comment: &str, said: &Names) -> Result<(), InputError> {
-        let names = self.names();
-        same(line, comment, &names.join("\t"), &names, said)
-    }
-
-    pub fn names(&self) -> Vec<String> {
-        self.header.names.clone()
+        let names = &self.header.names;
+        same(line, comment, &names.join("\t"), names, said)
     }
 
     pub fn drive(&self) -> Drive {
         self.header.drive.map_or(self.who.first().rig.setup.drive, |(drive, _)| drive)
-    }
-
-    pub fn is_timed(&self) -> bool {
-        self.header.time.is_some()
     }
 
     /// Strain, or the reading, of a recorded value of signal `k`.
@@ -303,8 +295,9 @@ impl<'a> RowReader<'a> {
     }
 }
 
-/// The columns of `names`, as `said`, that hold readings for `locator`.
-fn columns(locator: &Locator, names: &[String], said: &Names) -> Result<Columns, InputError> {
+/// The columns of `names`, as `said`, that hold readings of signal `k`.
+fn columns(who: Answerer<'_>, k: usize, names: &[String], said: &Names) -> Result<Columns, InputError> {
+    let locator = who.locator(k);
     let kind = locator.rig.setup.drive;
     let allowed = match locator.unit.signal() {
         Some(Signal::Strain) => {
@@ -326,7 +319,7 @@ fn columns(locator: &Locator, names: &[String], said: &Names) -> Result<Columns,
             let error = InputError::new("these readings are driven another way than the calibration");
             return Err(error.key(&names[place]).allowed(kind.column()));
         }
-        None if locator.only_drive().is_none() && !locator.of_several => {
+        None if locator.only_drive().is_none() && !who.finds_drives() => {
             let error = InputError::new(format!("column {} is missing", kind.column()));
             let role = if kind == Drive::Angle { "theta" } else { "delta" };
             let likely = names.iter().find(|n| may_drive(n)).map_or("NAME", |n| n.as_str());

@@ -50,11 +50,7 @@ pub struct Several {
 impl Several {
     /// Of a calibration in the file `label`; `open` solves models.
     pub fn new(sensor: &Sensor, label: &str, open: Opener<'_>) -> Result<Self, Error> {
-        let locator = |(_, c): &(String, Calibration)| {
-            let mut locator = Locator::new(c, label, None, open)?;
-            locator.of_several = true;
-            Ok::<_, Error>(locator)
-        };
+        let locator = |(_, c): &(String, Calibration)| Locator::new(c, label, None, open);
         let n = sensor.channels.len();
         let locators: Vec<Locator> = sensor.channels.iter().map(locator).collect::<Result<_, _>>()?;
         let column = |((name, _), locator): (&(String, Calibration), &Locator)| match numbered(name) {

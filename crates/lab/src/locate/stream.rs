@@ -86,12 +86,25 @@ impl<'a> Ask<'a> {
         self.label.unwrap_or("stdin")
     }
 
-    /// Refuses a zero that was given beside those of the file, of each signal.
-    pub fn contradicted(&self, zeros: &[Zero]) -> Result<(), InputError> {
-        let zero = &zeros[0];
-        let (Some(x), true) = (self.zero[0], zero.count > 0) else { return Ok(()) };
-        let error = InputError::new("these readings have zero readings of their own").key("--zero");
-        Err(error.value(plain(x)).allowed(format!("nothing: {} rows say it", zero.count)))
+    /// Zero readings of a whole file ([`zeros`]), which may not stand beside a zero that was given; those that are none are told.
+    pub fn zeros(&self, who: Answerer<'_>, input: LabStream<'_>) -> Result<Vec<Zero>, Error> {
+        let (zeros, wrong) = zeros(who, input, self)?;
+        if let (Some(x), n @ 1..) = (self.zero[0], zeros[0].count) {
+            let error = InputError::new("these readings have zero readings of their own").key("--zero");
+            return Err(error
+                .value(plain(x))
+                .allowed(format!("nothing: {n} rows say it"))
+                .at(self.label(), None)
+                .into());
+        }
+        if !wrong.is_empty() {
+            let lines: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
+            let (label, n, lines) = (self.label(), wrong.len(), lines.join(", "));
+            (self.warn)(&format!(
+                "{label}: {n} zero readings are taps by their size and not used (lines {lines})"
+            ));
+        }
+        Ok(zeros)
     }
 }
 
@@ -119,7 +132,7 @@ impl Kept {
     /// For these rows, those of `frame` where they are in memory, in a `table` with the columns `added`, of which the zero is the first. Of a text the user's
     /// own columns are words, as they are.
     pub fn new(rows: &RowReader<'_>, frame: Option<&Frame>, table: &Heading, added: &[&'static str]) -> Self {
-        let own = rows.names();
+        let own = &rows.header.names;
         let common = [rows.drive().column(), rows.who.first().unit.common()];
         let taken = |n: &String| n == "line" || added.contains(&n.as_str());
         let mut names = own.clone();
@@ -179,7 +192,7 @@ pub fn answer(
         write(&table, true)?;
     }
     let mut tared = TaredRows::new(who, input, ask, zero)?;
-    if let Some(lag) = locator.lag.filter(|_| !tared.rows.is_timed()) {
+    if let Some(lag) = locator.lag.filter(|_| tared.rows.header.time.is_none()) {
         (ask.warn)(&format!(
             "the readings of the calibration lag ({:.2} % of a change with a time constant of {:.2} s), and these have no column t_s: they are \
              taken as settled",
@@ -187,7 +200,7 @@ pub fn answer(
             lag.tau_s
         ));
     }
-    let names = tared.rows.names();
+    let names = tared.rows.header.names.clone();
     let mut group = Group::new(who, &names, ask)?;
     let kept = ask.keep.then(|| {
         let together = group.iter().flat_map(|group| group.columns.iter().copied());

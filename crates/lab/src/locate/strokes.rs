@@ -197,7 +197,6 @@ impl<'a> Strokes<'a> {
                 learned.read(1.0, share).2
             },
             least: (-EARLY * largest).min(self.drives[1] - locator.drive_origin),
-            touch: None,
             nuisances: &self.free.1[k],
         };
         let told = own.stroke.told(joint, course);

@@ -3,7 +3,7 @@
 use super::Locator;
 use super::pair::Spatial;
 use super::rows::{Answerer, Reading};
-use super::stream::{Ask, Kept, zeros};
+use super::stream::{Ask, Kept};
 use super::tared::TaredRows;
 use crate::error::{Error, InputError};
 use crate::sink::frame::Frame;
@@ -49,21 +49,11 @@ impl Readings {
         heading: &Heading,
     ) -> Result<Self, Error> {
         let who = Answerer::from(locator);
-        let (read, wrong) = zeros(who, input.into(), ask)?;
-        let label = ask.label();
-        ask.contradicted(&read).map_err(|error| error.at(label, None))?;
-        if !wrong.is_empty() {
-            let lines: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
-            (ask.warn)(&format!(
-                "{label}: {} zero readings are taps by their size and not used (lines {})",
-                wrong.len(),
-                lines.join(", ")
-            ));
-        }
+        let (label, read) = (ask.label(), ask.zeros(who, input.into())?);
         let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
         let mut tared = TaredRows::new(who, input.into(), ask, Some(read))?;
         let kept = Kept::new(&tared.rows, of_frame, heading, &heading.names_from("zero"));
-        let names = tared.rows.names();
+        let names = tared.rows.header.names.clone();
         let (mut rows, mut taps) = (Vec::new(), Vec::new());
         while let Some(row) = tared.next()? {
             let fields: Vec<_> = row.cells.into_iter().map(LabCell::into_owned).collect();

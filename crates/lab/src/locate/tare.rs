@@ -47,9 +47,8 @@ impl Held {
 impl Tare {
     /// Before the first reading: what the user `said`, else what the calibration fitted. It brings no variance: an error of it is in the fit as well.
     pub fn new(locator: &Locator, said: Option<f64>) -> Self {
-        let fitted =
-            locator.tared.as_ref().filter(|t| matches!(t.from, TaredBy::Fitted | TaredBy::Reference));
-        Self::said(said.or(fitted.map(|t| t.value)))
+        let fitted = (locator.tared.from == TaredBy::Fitted).then_some(locator.tared.value);
+        Self::said(said.or(fitted))
     }
 
     pub fn said(zero: Option<f64>) -> Self {
@@ -60,7 +59,7 @@ impl Tare {
     pub fn at(&self, place: usize) -> Option<(f64, f64)> {
         match self {
             Self::File(zero) => {
-                let share = |(run, w): (usize, f64)| w * w / zero.sizes().get(run).map_or(1.0, |n| *n as f64);
+                let share = |(_, weight, share): (usize, f64, f64)| weight * weight * share;
                 (zero.count > 0).then(|| (zero.at(place), zero.weights(place).into_iter().map(share).sum()))
             }
             Self::Held(held) => held.map(|h| (h.mean, h.share)),
@@ -96,32 +95,22 @@ impl Tare {
 pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
     let kind = locator.rig.setup.drive.column();
     let unit = locator.unit.common();
-    match (&locator.tared, zero) {
-        (Some(t), None) if matches!(t.from, TaredBy::Rows | TaredBy::Plateau) => Some(format!(
+    let tared = &locator.tared;
+    match (tared.from, zero) {
+        (TaredBy::Rows | TaredBy::Plateau, None) => Some(format!(
             "the zero of the calibration was read and subtracted ({:.4e} {unit}), that of these readings is not known and taken as 0: \
              if they are not tared, every distance is wrong. Give rows with {kind} {}, or --zero",
-            t.value,
-            t.until.map_or("= 0".to_owned(), |u| format!("≤ {u}"))
+            tared.value,
+            tared.until.map_or("= 0".to_owned(), |u| format!("≤ {u}"))
         )),
-        (None, None) => Some(
-            "the calibration does not say whether its signal was tared: if these readings are not in the same state, every distance is wrong"
-                .to_owned(),
-        ),
-        (Some(t), None) if t.from == TaredBy::None && t.error == 0.0 => Some(
+        (TaredBy::None, None) if tared.error == 0.0 => Some(
             "no zero was read when the whisker was calibrated, and its data could not tell a constant offset from a tap: where these \
              readings are not in the same state, every distance is wrong"
                 .to_owned(),
         ),
-        (tared, Some(zero)) if tared.as_ref().is_none_or(|t| t.from == TaredBy::None) => {
-            (zero.abs() > SEEN * locator.noise()).then(|| {
-                format!(
-                    "a zero of {zero:.4e} {unit} is subtracted from these readings, but no zero was read when the whisker was \
-                     calibrated: where its signal was not tared, every distance is wrong"
-                )
-            })
-        }
-        (Some(t), Some(zero)) if t.from == TaredBy::Reference && zero != t.value => Some(format!(
-            "the zero of the calibration is not known; with {zero:.4e} {unit} subtracted from these readings every distance is wrong"
+        (TaredBy::None, Some(zero)) if zero.abs() > SEEN * locator.noise() => Some(format!(
+            "a zero of {zero:.4e} {unit} is subtracted from these readings, but no zero was read when the whisker was calibrated: where \
+             its signal was not tared, every distance is wrong"
         )),
         _ => None,
     }

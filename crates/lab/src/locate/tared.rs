@@ -49,7 +49,7 @@ pub fn zeros(
         }
     }
     let here = |e: InputError| InputError { file: Some(ask.label().to_owned()), ..e };
-    thousands.check(&rows.names(), ask.columns).map_err(here)?;
+    thousands.check(&rows.header.names, ask.columns).map_err(here)?;
     let mut all: Vec<f64> = readings[0].iter().map(|r| r.1).collect();
     if all.is_empty() {
         return Ok((vec![Zero::default(); who.signals()], Vec::new()));
@@ -101,7 +101,7 @@ fn recorded<'s>(
     if let Some((seen, row)) = thousands.zip(line.row) {
         let grouped = seen.see(line.number, &cells, row.separator());
         if let Some(once) = unclear.filter(|_| grouped)
-            && let Err(why) = seen.check(&rows.names(), ask.columns)
+            && let Err(why) = seen.check(&rows.header.names, ask.columns)
         {
             read = None;
             once.warn(ask, || format!("line {}: {why}: such lines are bad_input", line.number));

@@ -40,7 +40,7 @@ impl Columns {
     /// # Errors
     /// A missing, doubled or contradicting column; a name like that of a drive.
     pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
-        for (role, name) in said.said() {
+        for (role, name) in &said.said {
             if !names.contains(name) {
                 let known: Vec<&str> = names.iter().map(String::as_str).collect();
                 let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
@@ -89,7 +89,7 @@ impl Columns {
         }
         let signal = match signals.as_slice() {
             [one] => *one,
-            [] => match said.channel() {
+            [] => match &said.channel {
                 Some(channel) => return Err(channel.missing(names)),
                 None => return Err(no_signal(names)),
             },
@@ -110,11 +110,8 @@ impl Columns {
         let second = seconds.iter().find(|s| s.0 == signal.0).or(seconds.first()).copied();
         let tilt = once(Role::Tilt)?;
         let named = |name: &&str| names.iter().position(|n| n == name && said.role(n) == Some(Role::Run));
-        let said_run = said
-            .said()
-            .iter()
-            .find(|(r, _)| *r == Role::Run)
-            .and_then(|(_, n)| names.iter().position(|m| m == n));
+        let said_run = said.said.iter().find(|(r, _)| *r == Role::Run);
+        let said_run = said_run.and_then(|(_, n)| names.iter().position(|m| m == n));
         let run = said_run.or_else(|| RUNS.iter().find_map(named));
         let time = once(Role::Time)?;
         let used = [a, drives.first().map(|d| d.1), Some(signal.1), second.map(|s| s.1), tilt, run, time];

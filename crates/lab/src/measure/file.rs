@@ -33,7 +33,7 @@ pub struct Row {
     pub value: f64,
     /// Correction for the sensor's lag, subtracted from `value`.
     pub late: f64,
-    /// Index in [`Data::runs`]; 0 without a column for runs.
+    /// Number of its run, from 0 in file order; 0 without a column for runs.
     pub run: usize,
     /// Time in s; without a column for times, the row's index.
     pub t: f64,
@@ -74,8 +74,6 @@ pub struct Data {
     pub timed: bool,
     /// All rows, without comments and blank lines.
     pub rows: Vec<Row>,
-    /// Names of the runs in file order; empty without a column for them.
-    pub runs: Vec<String>,
     /// Second gauge and tilt of the pole.
     pub beside: Beside,
     /// Unused columns.
@@ -198,7 +196,8 @@ impl Data {
         }
         thousands.check(&names, said).map_err(here)?;
         if let Some(at) = columns.run {
-            runs.check(rows.len()).map_err(|e| e.key(&names[at]).at(label, runs.line()))?;
+            runs.check(rows.len())
+                .map_err(|e| InputError { line: e.line, ..e.key(&names[at]).at(label, None) })?;
         }
         let timed = columns.time.filter(|_| rows.iter().any(|r| r.t.is_finite()));
         if timed.is_none() {
@@ -222,7 +221,6 @@ impl Data {
             unit: columns.signal.0,
             timed: timed.is_some(),
             rows,
-            runs: runs.names(),
             beside,
             ignored: columns.ignored,
         })

@@ -7,38 +7,8 @@ use crate::fields::{fields, lines, number, separator};
 use crate::sink::lab::{LabRow, LabTable};
 
 /// Words in column names other than drives.
-const WORDS: [&str; 30] = [
-    "reading",
-    "signal",
-    "strain",
-    "microstrain",
-    "ustrain",
-    "voltage",
-    "volt",
-    "volts",
-    "mv",
-    "adc",
-    "count",
-    "counts",
-    "raw",
-    "value",
-    "force",
-    "moment",
-    "channel",
-    "ch",
-    "gauge",
-    "sensor",
-    "distance",
-    "dist",
-    "position",
-    "pos",
-    "time",
-    "run",
-    "spannung",
-    "dehnung",
-    "kraft",
-    "abstand",
-];
+const WORDS: &str = "reading signal strain microstrain ustrain voltage volt volts mv adc count counts raw value force moment channel ch gauge sensor \
+                     distance dist position pos time run spannung dehnung kraft abstand";
 
 /// Comments of a file before its rows, with their lines.
 #[derive(Debug, Default)]
@@ -50,34 +20,28 @@ impl Comments {
         self.0.push((line, text.to_owned()));
     }
 
-    /// As `header`, for the first line after the comments, with fields `names`; None if that line is the header.
+    /// The column names in the last comment before the `first` line, which has the fields `names`, and its line; `None` if that line is the header.
+    ///
+    /// # Errors
+    /// A comment that names columns, in another number than there are fields.
     pub fn before(
         &self,
         first: &str,
         names: &[String],
         said: &Names,
     ) -> Result<Option<(usize, Vec<String>)>, InputError> {
-        if names.iter().any(|name| said.known(name)) { Ok(None) } else { self.header(first, said) }
-    }
-
-    /// The column names in the last comment before the first `row`, and its line; an error if their number is not that of the fields.
-    fn header(&self, row: &str, said: &Names) -> Result<Option<(usize, Vec<String>)>, InputError> {
-        let count = fields(row, separator(row)).len();
-        if let Some(found) =
-            self.0.iter().rev().find_map(|(line, text)| Some((*line, named(text, row, said)?)))
-        {
-            return Ok(Some(found));
+        if names.iter().any(|name| said.known(name)) {
+            return Ok(None);
         }
-        match self.0.iter().find(|(_, text)| names_columns(text)) {
-            Some((line, text)) => {
-                let message = format!("this comment names columns, but the rows have {count} fields");
-                let error = InputError::new(message).value(text);
-                let allowed =
-                    "one name for each field, with what separates the fields; or a header that is no comment";
-                Err(InputError { line: Some(*line), ..error.allowed(allowed) })
-            }
-            None => Ok(None),
-        }
+        let found = self.0.iter().rev().find_map(|(line, text)| Some((*line, named(text, first, said)?)));
+        let other = self.0.iter().find(|(_, text)| found.is_none() && names_columns(text));
+        let Some((line, text)) = other else { return Ok(found) };
+        let count = names.len();
+        let message = format!("this comment names columns, but the rows have {count} fields");
+        let error = InputError::new(message).value(text);
+        let allowed =
+            "one name for each field, with what separates the fields; or a header that is no comment";
+        Err(InputError { line: Some(*line), ..error.allowed(allowed) })
     }
 }
 
@@ -211,7 +175,9 @@ fn are_names(names: &[String], said: &Names) -> bool {
         let name = name.to_lowercase();
         drive_like(&name).is_some()
             || letter(&name)
-            || name.split(|c: char| !c.is_alphabetic()).any(|word| WORDS.contains(&word))
+            || name
+                .split(|c: char| !c.is_alphabetic())
+                .any(|word| WORDS.split(' ').any(|known| known == word))
     };
     let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
     names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)

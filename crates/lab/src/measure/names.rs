@@ -94,8 +94,8 @@ impl Channel {
 /// Column names given by the user: `a=dist,theta=ang_deg,reading=ch3`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Names {
-    said: Vec<(Role, String)>,
-    channel: Option<Channel>,
+    pub(super) said: Vec<(Role, String)>,
+    pub(super) channel: Option<Channel>,
 }
 
 /// The channel that is read, in a file with several.
@@ -160,14 +160,6 @@ impl Names {
     #[must_use]
     pub fn of_channel(&self, channel: Channel) -> Self {
         Self { said: self.said.clone(), channel: Some(channel) }
-    }
-
-    pub(super) fn said(&self) -> &[(Role, String)] {
-        &self.said
-    }
-
-    pub(super) fn channel(&self) -> Option<&Channel> {
-        self.channel.as_ref()
     }
 
     /// True if the user named no column.

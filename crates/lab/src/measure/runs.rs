@@ -35,24 +35,14 @@ impl Runs {
             let error = InputError::new("this column has another value in each row: it does not name runs");
             return Err(error.value(format!("{rows} values")).allowed(allowed));
         }
-        match self.all.iter().find(|run| run.1 == 1 && rows > 1) {
-            Some((name, ..)) => {
+        let several = self.all.iter().any(|run| run.1 > 1);
+        match self.all.iter().find(|run| run.1 == 1 && several) {
+            Some((name, _, line)) => {
                 let error = InputError::new("this run has one row: nothing is known of its zero and gain");
-                Err(error.value(name).allowed(allowed))
+                Err(InputError { line: Some(*line), ..error.value(name).allowed(allowed) })
             }
             None => Ok(()),
         }
-    }
-
-    /// Line of the first run of one row, if other runs have more.
-    pub fn line(&self) -> Option<usize> {
-        let several = self.all.iter().any(|run| run.1 > 1);
-        self.all.iter().find(|run| run.1 == 1).filter(|_| several).map(|run| run.2)
-    }
-
-    /// Names of the runs.
-    pub fn names(self) -> Vec<String> {
-        self.all.into_iter().map(|run| run.0).collect()
     }
 }
 

@@ -15,7 +15,8 @@ pub struct Skin {
     taper: Taper,
     /// r₀, distance of the motor's axis behind the clamp.
     hub: f64,
-    surface: bool,
+    /// True for contact on the surface.
+    pub surface: bool,
     /// ρ of the pole that the calibration's model taps.
     pole: f64,
     /// S of shear, mm².
@@ -44,16 +45,6 @@ impl Skin {
         let error =
             InputError::new("the places that a whisker touches are known of a cone clamped at its base");
         Err(error.key("whisker").value("more than a cone").allowed("D, d, L_a and hub only"))
-    }
-
-    /// True for contact on the surface.
-    pub fn on_surface(&self) -> bool {
-        self.surface
-    }
-
-    /// Radius at a, mm.
-    pub fn radius(&self, a: f64) -> f64 {
-        self.taper.radius(a)
     }
 
     fn alpha(&self) -> (f64, f64) {

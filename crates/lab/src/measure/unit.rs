@@ -25,26 +25,29 @@ impl Unit {
     pub const ALL: [Self; 6] =
         [Self::Strain, Self::Microstrain, Self::Bridge, Self::Reading, Self::Moment, Self::Force];
 
+    /// Their columns, those of the second gauge, and the quantities of the whisker that are measured.
+    const FACTS: [(&'static str, &'static str, Option<Signal>); 6] = [
+        ("strain", "strain_2", Some(Signal::Strain)),
+        ("microstrain", "microstrain_2", Some(Signal::Strain)),
+        ("bridge_mV_per_V", "bridge_mV_per_V_2", Some(Signal::Strain)),
+        ("reading", "reading_2", None),
+        ("moment_Nmm", "reading_2", Some(Signal::Moment)),
+        ("force_N", "reading_2", Some(Signal::Force)),
+    ];
+
     /// Name of the column that holds it.
     pub fn column(self) -> &'static str {
-        match self {
-            Self::Strain => "strain",
-            Self::Microstrain => "microstrain",
-            Self::Bridge => "bridge_mV_per_V",
-            Self::Reading => "reading",
-            Self::Moment => "moment_Nmm",
-            Self::Force => "force_N",
-        }
+        Self::FACTS[self as usize].0
+    }
+
+    /// Name of the second gauge's column.
+    pub fn second(self) -> &'static str {
+        Self::FACTS[self as usize].1
     }
 
     /// The quantity of the whisker that is measured; `None` for a reading, which may be any.
     pub fn signal(self) -> Option<Signal> {
-        match self {
-            Self::Strain | Self::Microstrain | Self::Bridge => Some(Signal::Strain),
-            Self::Reading => None,
-            Self::Moment => Some(Signal::Moment),
-            Self::Force => Some(Signal::Force),
-        }
+        Self::FACTS[self as usize].2
     }
 
     /// The unit of `signal`.
@@ -53,16 +56,6 @@ impl Unit {
             Signal::Strain => Self::Strain,
             Signal::Moment => Self::Moment,
             Signal::Force => Self::Force,
-        }
-    }
-
-    /// Name of the second gauge's column.
-    pub fn second(self) -> &'static str {
-        match self {
-            Self::Strain => "strain_2",
-            Self::Microstrain => "microstrain_2",
-            Self::Bridge => "bridge_mV_per_V_2",
-            Self::Reading | Self::Moment | Self::Force => "reading_2",
         }
     }
 

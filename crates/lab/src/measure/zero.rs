@@ -12,8 +12,6 @@ pub enum TaredBy {
     Plateau,
     /// A constant with which the signals of all drives agree.
     Fitted,
-    /// A value beyond all signals, for lack of a zero: it only gives them one sign.
-    Reference,
     /// None: the signal counts as tared.
     None,
 }
@@ -48,9 +46,8 @@ const TOGETHER: f64 = 0.01;
 /// Zero readings of a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Zero {
-    /// (index in the file, value) of each run of zero readings: means, in file order.
-    runs: Vec<(f64, f64)>,
-    sizes: Vec<usize>,
+    /// Of each run of zero readings, in file order: mean index in the file, mean value, number of readings.
+    runs: Vec<(f64, f64, usize)>,
     /// Number of zero readings.
     pub count: usize,
 }
@@ -71,41 +68,33 @@ impl Zero {
             }
             last = Some(place);
         }
-        Self {
-            sizes: runs.iter().map(|r| r.2).collect(),
-            runs: runs.into_iter().map(|(p, v, _)| (p, v)).collect(),
-            count: readings.len(),
-        }
+        Self { runs, count: readings.len() }
     }
 
     /// Zero at an index of the file; constant before the first and after the last reading; 0 without any.
     pub fn at(&self, place: usize) -> f64 {
-        self.weights(place).iter().filter(|(_, w)| *w != 0.0).map(|(r, w)| w * self.runs[*r].1).sum()
+        self.weights(place).iter().filter(|w| w.1 != 0.0).map(|(r, w, _)| w * self.runs[*r].1).sum()
     }
 
-    /// The runs that determine the zero at an index, and their weights.
-    pub fn weights(&self, place: usize) -> [(usize, f64); 2] {
+    /// The runs that determine the zero at an index: their weights, and the variance of their means in units of a reading's.
+    pub fn weights(&self, place: usize) -> [(usize, f64, f64); 2] {
         let x = place as f64;
-        let next = self.runs.partition_point(|(p, _)| *p < x);
+        let next = self.runs.partition_point(|run| run.0 < x);
+        let of = |run: usize, weight: f64| (run, weight, 1.0 / self.runs[run].2 as f64);
         match (next.checked_sub(1).map(|i| self.runs[i].0), self.runs.get(next)) {
-            (Some(p), Some(&(q, _))) => {
+            (Some(p), Some(&(q, ..))) => {
                 let w = (x - p) / (q - p);
-                [(next - 1, 1.0 - w), (next, w)]
+                [of(next - 1, 1.0 - w), of(next, w)]
             }
-            (Some(_), None) => [(next - 1, 1.0), (0, 0.0)],
-            (None, Some(_)) => [(next, 1.0), (0, 0.0)],
-            (None, None) => [(0, 0.0); 2],
+            (Some(_), None) => [of(next - 1, 1.0), (0, 0.0, 0.0)],
+            (None, Some(_)) => [of(next, 1.0), (0, 0.0, 0.0)],
+            (None, None) => [(0, 0.0, 0.0); 2],
         }
-    }
-
-    /// Number of readings in each run.
-    pub fn sizes(&self) -> &[usize] {
-        &self.sizes
     }
 
     /// Largest zero minus smallest.
     pub fn drift(&self) -> f64 {
-        let values = || self.runs.iter().map(|(_, v)| *v);
+        let values = || self.runs.iter().map(|run| run.1);
         (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)).max(0.0)
     }
 

@@ -5,6 +5,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use vibrissa_learned::start::lowest;
+
 use super::object::Object;
 use crate::contour::point::Pose;
 use crate::measure::Rig;
@@ -94,7 +96,7 @@ impl<'a> Stroker<'a> {
         let step = length / looks as f64;
         let first = (0..=looks).map(|k| k as f64 * step).min_by(|s, t| travel(*s).total_cmp(&travel(*t)));
         let t = first.filter(|t| travel(*t).is_finite()).ok_or(Missed::OutOfReach)?;
-        let t = if corners { t } else { least(&travel, t - step, t + step) };
+        let t = if corners { t } else { lowest(travel, [t - step, t + step]) };
         let place = self.object.at(t);
         let (_, touch) = self.reach(base, place.at).ok_or(Missed::OutOfReach)?;
         let side = touch + self.taper();
@@ -191,22 +193,4 @@ impl<'a> Stroker<'a> {
 /// An angle in [−π, π).
 fn wrapped(angle: f64) -> f64 {
     (angle + PI).rem_euclid(TAU) - PI
-}
-
-fn least(f: &dyn Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
-    let share = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut c, mut d) = (b - share * (b - a), a + share * (b - a));
-    let (mut at_c, mut at_d) = (f(c), f(d));
-    for _ in 0..60 {
-        if at_c < at_d {
-            (b, d, at_d) = (d, c, at_c);
-            c = b - share * (b - a);
-            at_c = f(c);
-        } else {
-            (a, c, at_c) = (c, d, at_d);
-            d = a + share * (b - a);
-            at_d = f(d);
-        }
-    }
-    0.5 * (a + b)
 }

@@ -33,8 +33,6 @@ pub struct Course<'a> {
     pub of_zero: f64,
     /// Least drive of the touch.
     pub least: f64,
-    /// Drive of the touch, if known.
-    pub touch: Option<f64>,
     /// Uncertain numbers of the object.
     pub nuisances: &'a [Nuisance],
 }
@@ -87,7 +85,7 @@ impl Stroke {
         self.remember(modes.iter().map(|mode| mode.at).collect());
         let best = modes.first()?;
         let none = task.value([best.at[0], task.ends[1][1]]);
-        if course.touch.is_none() && none - best.value < SEEN {
+        if none - best.value < SEEN {
             return None;
         }
         let (apart, excess) = task.misfit(best.at)?;
@@ -118,8 +116,7 @@ impl<'a> Task<'a> {
         let from = (last - PAST * (drives[1] + joint.offset.mean))
             .min(first - drives[0])
             .max(course.least.min(last));
-        let touch = course.touch.map_or([from, last], |c| [c, c]);
-        let ends = [[joint.x(0), joint.x(POINTS - 1)], touch];
+        let ends = [[joint.x(0), joint.x(POINTS - 1)], [from, last]];
         Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, ends })
     }
 

@@ -39,11 +39,7 @@ impl Task<'_> {
 
     fn tap(&self, across: &[Vec<f64>], v: f64) -> Vec<f64> {
         let u = v + self.joint.inverse.offset;
-        let weights = self.joint.inverse.weights(u);
-        let mut all = vec![0.0; self.joint.width()];
-        for (w, values) in weights.iter().zip(across) {
-            all.iter_mut().zip(values).for_each(|(sum, x)| *sum += w * x);
-        }
+        let mut all = self.joint.inverse.between(across, u, 0..self.joint.width());
         all.iter_mut().for_each(|x| *x *= u);
         all[1] = (all[1] * u - self.joint.rest[1]).max(0.0).sqrt();
         all

@@ -22,7 +22,7 @@ use std::ops::Range;
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
-use crate::invert::{Inverse, POINTS, prior};
+use crate::invert::{Inverse, POINTS, continued, prior};
 
 const SMALL: f64 = 1e-4;
 const WINDOW: f64 = 6.0;
@@ -119,7 +119,7 @@ impl Joint {
         let rest = curve.rest(tared);
         let of_run = (0..n).map(|k| k + OF_RUN >= n).collect();
         let offset = curve.offset(base);
-        continued(inverse, &mut table, width);
+        continued(&inverse.nodes, &mut table, width);
         Self { inverse: inverse.clone(), table, of_run, rest, offset }
     }
 
@@ -181,12 +181,8 @@ impl Joint {
 
     fn slice(&self, u: f64, same_run: bool, points: Range<usize>) -> Vec<f64> {
         let u = u + self.inverse.offset;
-        let (width, weights) = (self.width(), self.inverse.weights(u));
-        let mut all = vec![0.0; points.len() * width];
-        for (w, row) in weights.iter().zip(&self.table) {
-            let row = &row[points.start * width..points.end * width];
-            all.iter_mut().zip(row).for_each(|(sum, x)| *sum += w * x);
-        }
+        let width = self.width();
+        let mut all = self.inverse.between(&self.table, u, points.start * width..points.end * width);
         for point in all.chunks_mut(width) {
             point[0] *= u;
             point[1] = (point[1] * u * u).max(f64::MIN_POSITIVE);
@@ -291,20 +287,5 @@ impl Nuisance {
             let along = |i: usize| (1.0 - t) * value(i, j)[k] + t * value(i, j + 1)[k];
             (1.0 - s) * along(i) + s * along(i + 1)
         })
-    }
-}
-
-/// Fills nodes of `table` without a value (the whisker slips off) with the signal of `inverse`; variances and errors are those of the nearest node.
-fn continued(inverse: &Inverse, table: &mut [Vec<f64>], width: usize) {
-    for k in 0..POINTS {
-        let at = k * width..(k + 1) * width;
-        let whole = |row: &Vec<f64>| row[at.clone()].iter().all(|x| x.is_finite());
-        let known: Vec<usize> = (0..table.len()).filter(|j| whole(&table[*j])).collect();
-        for j in (0..table.len()).filter(|j| !known.contains(j)) {
-            let nearest = known.iter().min_by_key(|i| i.abs_diff(j));
-            let mut values = nearest.map_or_else(|| vec![0.0; width], |i| table[*i][at.clone()].to_vec());
-            values[0] = inverse.signal(j, k);
-            table[j][at.clone()].copy_from_slice(&values);
-        }
     }
 }

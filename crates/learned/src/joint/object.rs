@@ -11,12 +11,13 @@ use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, quantile};
 #[derive(Debug, Clone)]
 pub struct Object {
     taps: Vec<Tap>,
-    count: usize,
+    /// Number of taps.
+    pub count: usize,
     /// Zero whose error is the last shared number.
     zero: Option<u64>,
-    of_zero: f64,
-    /// Shift of the base at the first tap, mm; the grid is in distances from there.
-    frame: f64,
+    pub(super) of_zero: f64,
+    /// Shift of the base at the first tap, mm ([`Tap::shift`]); the grid is in distances from there.
+    pub frame: f64,
     shifts: [f64; 2],
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
@@ -35,11 +36,6 @@ impl Object {
             shifts: [0.0; 2],
             points: vec![point; POINTS],
         }
-    }
-
-    /// Number of taps.
-    pub fn count(&self) -> usize {
-        self.count
     }
 
     /// Adds `tap`; `same_run` for a run of the calibration.
@@ -64,11 +60,6 @@ impl Object {
         }
     }
 
-    /// Shift of the base at the first tap, mm ([`Tap::shift`]).
-    pub fn frame(&self) -> f64 {
-        self.frame
-    }
-
     /// Least and largest distance from the base over the taps, for the reported distance `a`, mm.
     pub fn seen(&self, a: f64) -> [f64; 2] {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
@@ -89,10 +80,6 @@ impl Object {
             b.axpy(times * r / d, &shared, 1.0);
             *c += times * (r * r / d + d.ln());
         }
-    }
-
-    pub(super) fn of_zero(&self) -> f64 {
-        self.of_zero
     }
 
     pub(super) fn factor(&self, k: usize) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
@@ -222,7 +209,11 @@ pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
     }
     let top = heights[highest];
     let heard = heights.iter().map(|h| density(*h, top)).enumerate().filter(|(_, p)| *p > 0.0);
-    let all: Vec<(f64, f64)> = heard.map(|(k, p)| (joint.x(k).exp(), p)).collect();
+    deviation(&heard.map(|(k, p)| (joint.x(k).exp(), p)).collect::<Vec<_>>())
+}
+
+/// Standard deviation of weighted values.
+fn deviation(all: &[(f64, f64)]) -> f64 {
     let mass: f64 = all.iter().map(|p| p.1).sum();
     let mean = all.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;
     (all.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass).sqrt()
@@ -290,15 +281,15 @@ fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
     for (i, &(x, sd, height)) in found.iter().enumerate() {
         let lower = if i > 0 { 0.5 * (x + found[i - 1].0) } else { joint.x(0) };
         let upper = found.get(i + 1).map_or(joint.x(last), |next| 0.5 * (x + next.0));
-        let narrow = sd < NARROW * step;
-        let mass = if narrow {
-            (height - top).exp() * sd * (2.0 * std::f64::consts::PI).sqrt()
+        let (sd, share) = if sd < NARROW * step {
+            (sd, (height - top).exp() * sd * (2.0 * std::f64::consts::PI).sqrt())
         } else {
-            let own = (0..POINTS).filter(|k| (lower..=upper).contains(&joint.x(*k)));
-            own.map(|k| density(heights[k], top)).sum::<f64>() * step
+            let own = (0..POINTS).map(|k| (joint.x(k), density(heights[k], top)));
+            let own: Vec<_> = own.filter(|(x, _)| (lower..=upper).contains(x)).collect();
+            let sd = Some(deviation(&own)).filter(|sd| *sd > 0.0);
+            (sd.unwrap_or(step), own.iter().map(|p| p.1).sum::<f64>() * step)
         };
-        let sd = if narrow { sd } else { wide(joint, heights, (lower, upper), top).unwrap_or(step) };
-        all.push(Mode { at: x, sd, share: mass });
+        all.push(Mode { at: x, sd, share });
     }
     let total: f64 = all.iter().map(|mode| mode.share).sum();
     all.iter_mut().for_each(|mode| mode.share /= total);
@@ -309,17 +300,6 @@ fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
 
 fn density(height: f64, top: f64) -> f64 {
     if height > top - NOTHING { (height - top).exp() } else { 0.0 }
-}
-
-fn wide(joint: &Joint, heights: &[f64], (lower, upper): (f64, f64), top: f64) -> Option<f64> {
-    let own: Vec<(f64, f64)> = (0..POINTS)
-        .filter(|k| (lower..=upper).contains(&joint.x(*k)))
-        .map(|k| (joint.x(k), density(heights[k], top)))
-        .collect();
-    let mass: f64 = own.iter().map(|p| p.1).sum();
-    let mean = own.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;
-    let variance = own.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass;
-    (variance > 0.0).then(|| variance.sqrt())
 }
 
 fn spread(modes: &[Mode]) -> f64 {

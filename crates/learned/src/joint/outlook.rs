@@ -61,7 +61,7 @@ impl<'a> Outlook<'a> {
             .map_or(0..0, |first| first..counts.iter().rposition(|c| *c).map_or(first, |last| last + 1));
         let known =
             points.clone().map(|k| if counts[k] { object.factor(k).and_then(of) } else { None }).collect();
-        Self { joint, same_run, likely, of_zero: object.of_zero(), points, known, heights }
+        Self { joint, same_run, likely, of_zero: object.of_zero, points, known, heights }
     }
 
     /// RMS deviation from the mean of the present posterior, mm.

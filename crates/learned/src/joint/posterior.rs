@@ -21,19 +21,18 @@ impl Task<'_> {
     /// Mass about `mode` relative to exp(−`least`/2), quantiles of the distance, and touch with standard deviation.
     pub fn posterior(&self, mode: &Mode, least: f64) -> Option<(f64, [f64; 5], Place)> {
         let [sd, slope, alone] = mode.shape;
-        let touches = if alone > 0.0 { POSTERIOR[1] } else { 1 };
         let mut reach = [WINDOW; 2];
         for _ in 0..ROUNDS {
             let lo = (mode.at[0] - reach[0] * sd).max(self.ends[0][0]);
             let hi = (mode.at[0] + reach[0] * sd).min(self.ends[0][1]);
             let step = (hi - lo) / (POSTERIOR[0] - 1) as f64;
-            let part = 2.0 * reach[1] * alone / (touches.max(2) - 1) as f64;
-            let off = |k: usize| part * (k as f64 - 0.5 * (touches - 1) as f64);
+            let part = 2.0 * reach[1] * alone / (POSTERIOR[1] - 1) as f64;
+            let off = |k: usize| part * (k as f64 - 0.5 * (POSTERIOR[1] - 1) as f64);
             let (mut along, mut beside, mut touch) = ([0.0; POSTERIOR[0]], [0.0; POSTERIOR[1]], [0.0; 3]);
             for (i, sum) in along.iter_mut().enumerate() {
                 let moved = lo + step * i as f64 - mode.at[0];
                 let across = self.across(mode.at[0] + moved);
-                for (k, sum_beside) in beside[..touches].iter_mut().enumerate() {
+                for (k, sum_beside) in beside.iter_mut().enumerate() {
                     let c = slope * moved + off(k);
                     let at = [mode.at[0] + moved, mode.at[1] + c];
                     let p = (-0.5 * (self.value_of(&across, at) - least)).exp();
@@ -42,30 +41,22 @@ impl Task<'_> {
                     (0..3).for_each(|n| touch[n] += p * c.powi(n as i32));
                 }
             }
-            let mut change = [fits(&along), fits(&beside[..touches])];
             let last = POSTERIOR[0] - 1;
             let cut = |i: usize, at: f64, end: f64| along[i] == 0.0 || (at - end).abs() < 1e-12;
-            if change[0] == Fits::TooNarrow && cut(0, lo, self.ends[0][0]) && cut(last, hi, self.ends[0][1]) {
-                change[0] = Fits::Well;
+            let whole = cut(0, lo, self.ends[0][0]) && cut(last, hi, self.ends[0][1]);
+            let mut change = [wider(&along), wider(&beside)];
+            if whole && change[0] > 1.0 {
+                change[0] = 1.0;
             }
-            if touches == 1 {
-                change[1] = Fits::Well;
-            }
-            if change == [Fits::Well; 2] {
-                let mass = along.iter().sum::<f64>() * step * if touches > 1 { part } else { 1.0 };
+            if change == [1.0; 2] {
+                let mass = along.iter().sum::<f64>() * step * part;
                 let (density, step) = (finer(&along), (hi - lo) / (FINE - 1) as f64);
                 let a = SHARES.map(|share| quantile(&density, lo, step, share).exp());
                 let mean = touch[1] / touch[0];
                 let sd = (touch[2] / touch[0] - mean * mean).max(0.0).sqrt();
                 return a.iter().all(|a| a.is_finite()).then_some((mass, a, [mode.at[1] + mean, sd]));
             }
-            for (reach, change) in reach.iter_mut().zip(change) {
-                *reach *= match change {
-                    Fits::Well => 1.0,
-                    Fits::TooNarrow => 1.7,
-                    Fits::TooWide => 0.4,
-                }
-            }
+            (0..2).for_each(|k| reach[k] *= change[k]);
         }
         Some(self.bell(mode, least))
     }
@@ -74,8 +65,7 @@ impl Task<'_> {
         let [sd, slope, alone] = mode.shape;
         let [lo, hi] = self.ends[0];
         let a = SHARES.map(|share| (mode.at[0] + sd * quantile_of_bell(share)).clamp(lo, hi).exp());
-        let mass = (-0.5 * (mode.value - least)).exp() * TAU.sqrt() * sd;
-        let mass = if alone > 0.0 { mass * TAU.sqrt() * alone } else { mass };
+        let mass = (-0.5 * (mode.value - least)).exp() * TAU * sd * alone;
         (mass, a, [mode.at[1], alone.hypot(slope * sd)])
     }
 
@@ -115,24 +105,16 @@ fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
     })
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fits {
-    Well,
-    TooNarrow,
-    TooWide,
-}
-
-fn fits(density: &[f64]) -> Fits {
+/// Factor for a reach: above 1 where the `density` is cut at an end, below 1 where few of its points count.
+fn wider(density: &[f64]) -> f64 {
     let top = density.iter().copied().fold(0.0, f64::max);
-    let last = density.len() - 1;
-    if density[0].max(density[last]) > 1e-3 * top {
-        return Fits::TooNarrow;
+    let counts = |p: &f64| *p > 1e-3 * top;
+    if counts(&density[0]) || counts(&density[density.len() - 1]) {
+        return 1.7;
     }
-    let seen = density.iter().filter(|p| **p > 1e-3 * top).count();
-    if 3 * seen < density.len() { Fits::TooWide } else { Fits::Well }
+    if 3 * density.iter().filter(|p| counts(p)).count() < density.len() { 0.4 } else { 1.0 }
 }
 
-const STEPS: usize = 80;
 const VALLEYS: usize = 3;
 
 impl Task<'_> {
@@ -141,18 +123,16 @@ impl Task<'_> {
             let [lo, hi] = self.ends[k];
             lo + (hi - lo) * i as f64 / (n - 1) as f64
         };
-        let touches = if self.course.touch.is_some() { 1 } else { COARSE[2] };
         let of = |i: usize| {
             let x = grid(0, COARSE[1], i);
             let across = self.across(x);
             let value = |c: f64| self.value_of(&across, [x, c]);
-            let values: Vec<f64> =
-                (0..touches).map(|k| value(grid(1, touches.max(2), k.min(touches - 1)))).collect();
+            let values: Vec<f64> = (0..COARSE[2]).map(|k| value(grid(1, COARSE[2], k))).collect();
             // A valley may lie between two readings: refine around each of the lowest.
             let narrowed = |k: usize| {
-                let (mut at, mut least) = (grid(1, touches.max(2), k), values[k]);
-                let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
-                for _ in 0..if touches > 1 { 9 } else { 0 } {
+                let (mut at, mut least) = (grid(1, COARSE[2], k), values[k]);
+                let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / COARSE[2] as f64;
+                for _ in 0..9 {
                     for c in [at - step, at + step] {
                         let there = value(c);
                         if there < least {
@@ -177,14 +157,13 @@ impl Task<'_> {
     /// Mode reached from `start`; `near` is the size of the first simplex, as a share of the ranges.
     pub fn mode(&self, start: Place, near: f64) -> Option<Mode> {
         let scale = [0, 1].map(|k| self.ends[k][1] - self.ends[k][0]);
-        let free = if scale[1] > 0.0 { 2 } else { 1 };
         let size = scale.map(|s| near * s);
         let (mut at, mut value) = (start, self.value(start));
         // Nelder-Mead, restarted while it gains: a simplex may collapse in a narrow valley.
         let mut idle = 0;
         for share in [1.0, 0.2, 1.0, 0.04, 0.2, 1.0, 0.04, 0.2] {
             let before = value;
-            (at, value) = simplex(&|p| self.value(p), at, size.map(|s| share * s), free);
+            (at, value) = simplex(&|p| self.value(p), at, size.map(|s| share * s));
             idle = if before - value < 1e-2 { idle + 1 } else { 0 };
             if idle == 2 {
                 break;
@@ -213,16 +192,13 @@ impl Task<'_> {
             }
             h
         };
-        let h = [step(0), if free > 1 { step(1) } else { 0.0 }];
+        let h = [step(0), step(1)];
         let moved = |i: f64, k: f64| {
             let p = [at[0] + i * h[0], at[1] + k * h[1]];
             self.value(p).min(value + 50.0)
         };
         let second = |i: f64, k: f64| 0.5 * (moved(i, k) + moved(-i, -k) - 2.0 * value).max(1e-6);
         let [xx, cc] = [second(1.0, 0.0), second(0.0, 1.0)];
-        if free == 1 {
-            return Some(Mode { at, value, shape: [h[0] / xx.sqrt(), 0.0, 0.0] });
-        }
         let xc = 0.25 * (second(1.0, 1.0) - second(1.0, -1.0));
         // −2 ln p ≈ xx p² + 2 xc p q + cc q², p and q in steps.
         let xc = xc.clamp(-0.999_999 * (xx * cc).sqrt(), 0.999_999 * (xx * cc).sqrt());
@@ -239,50 +215,54 @@ fn valleys(values: &[f64]) -> Vec<usize> {
     low
 }
 
-fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: [f64; 2], free: usize) -> (Place, f64) {
-    let mut all: Vec<(Place, f64)> = (0..=free)
-        .map(|k| {
-            let mut p = start;
-            if k > 0 {
-                p[k - 1] += size[k - 1];
-            }
-            if !value(p).is_finite() && k > 0 {
-                p[k - 1] -= 2.0 * size[k - 1];
-            }
-            (p, value(p))
-        })
-        .collect();
+/// Steps of a simplex.
+const MOVES: usize = 80;
+
+/// Minimum of a function of two numbers, and its value, by the simplex of Nelder and Mead from `start`; it ends where the values differ by less than 1e-3.
+/// Values may be infinite.
+fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: Place) -> (Place, f64) {
+    let corner = |k: usize| {
+        let mut p = start;
+        if k > 0 {
+            p[k - 1] += size[k - 1];
+        }
+        let here = value(p);
+        if k == 0 || here.is_finite() {
+            return (p, here);
+        }
+        p[k - 1] -= 2.0 * size[k - 1];
+        (p, value(p))
+    };
+    let mut all = [0, 1, 2].map(corner);
     let between = |p: Place, q: Place, t: f64| [0, 1].map(|k| p[k] + t * (q[k] - p[k]));
-    for _ in 0..STEPS {
+    for _ in 0..MOVES {
         all.sort_by(|p, q| p.1.total_cmp(&q.1));
-        let (best, worst) = (all[0], all[free]);
+        let [best, next, worst] = all;
         if worst.1 - best.1 < 1e-3 {
             break;
         }
-        let middle = [0, 1].map(|k| all[..free].iter().map(|p| p.0[k]).sum::<f64>() / free as f64);
+        let middle = between(best.0, next.0, 0.5);
         let tried = |t: f64| {
             let p = between(worst.0, middle, t);
             (p, value(p))
         };
         let mirrored = tried(2.0);
-        let next = if mirrored.1 < best.1 {
+        let better = if mirrored.1 < best.1 {
             let further = tried(3.0);
-            if further.1 < mirrored.1 { further } else { mirrored }
-        } else if mirrored.1 < all[free - 1].1 || (free == 1 && mirrored.1 < worst.1) {
-            mirrored
+            Some(if further.1 < mirrored.1 { further } else { mirrored })
+        } else if mirrored.1 < next.1 {
+            Some(mirrored)
         } else {
-            let inner = if mirrored.1 < worst.1 { tried(1.5) } else { tried(0.5) };
-            if inner.1 < worst.1.min(mirrored.1) {
-                inner
-            } else {
-                for other in &mut all[1..] {
-                    let p = between(best.0, other.0, 0.5);
-                    *other = (p, value(p));
-                }
-                continue;
-            }
+            let inner = tried(if mirrored.1 < worst.1 { 1.5 } else { 0.5 });
+            Some(inner).filter(|inner| inner.1 < worst.1.min(mirrored.1))
         };
-        all[free] = next;
+        match better {
+            Some(better) => all[2] = better,
+            None => all[1..].iter_mut().for_each(|(p, of)| {
+                *p = between(best.0, *p, 0.5);
+                *of = value(*p);
+            }),
+        }
     }
     all.sort_by(|p, q| p.1.total_cmp(&q.1));
     all[0]

@@ -133,7 +133,7 @@ fn intervals_of_strokes_hold_what_they_promise() {
         for u in (0..60).map(|k| 0.1 * f64::from(k)) {
             s.add(u, signal((u - touch).max(0.0)) + size * (0.01 * zero + 0.01 * dice.normal()));
         }
-        let course = Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None, nuisances: &[] };
+        let course = Course { same_run: false, of_zero: 0.0, least: -0.3, nuisances: &[] };
         let told = s.told(&joint, course).unwrap();
         inside += usize::from(told.a[1] < a && a < told.a[3]);
         inside95 += usize::from(told.a[0] < a && a < told.a[4]);

@@ -91,14 +91,17 @@ impl Planned {
 
     /// Positions in use, mm, with the number of taps at each.
     pub fn positions(&self) -> Vec<(f64, usize)> {
-        let count = |i: usize| self.taps.iter().filter(|t| t[0] == i).count();
-        (0..self.distances.len()).map(|i| (self.distances[i], count(i))).filter(|(_, n)| *n > 0).collect()
+        self.used(0, &self.distances)
     }
 
     /// Drives in use, with the number of taps at each.
     pub fn by_drive(&self) -> Vec<(f64, usize)> {
-        let count = |j: usize| self.taps.iter().filter(|t| t[1] == j).count();
-        (0..self.drives.len()).map(|j| (self.drives[j], count(j))).filter(|(_, n)| *n > 0).collect()
+        self.used(1, &self.drives)
+    }
+
+    fn used(&self, axis: usize, values: &[f64]) -> Vec<(f64, usize)> {
+        let count = |i: usize| self.taps.iter().filter(|t| t[axis] == i).count();
+        values.iter().enumerate().map(|(i, x)| (*x, count(i))).filter(|(_, n)| *n > 0).collect()
     }
 }
 

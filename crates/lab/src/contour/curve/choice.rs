@@ -159,11 +159,6 @@ fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> 
     (-((1.0 - ANYWHERE) * density + ANYWHERE / (extent * extent)).ln(), d)
 }
 
-/// Fits a curve to weighted samples, from another one.
-type Draw<'a> = dyn Fn(&Curve, &[f64]) -> Option<Curve> + 'a;
-/// The curves that result without each group, from the curve of all and the weights.
-type Without<'a> = dyn Fn(&Curve, &[f64]) -> Option<Vec<Curve>> + 'a;
-
 /// What curves are drawn to, and judged by.
 struct Judge<'a> {
     samples: &'a [Sample],
@@ -178,14 +173,8 @@ impl Judge<'_> {
         self.samples.iter().zip(outliers).map(|(s, o)| if *o { 0.0 } else { s.share }).collect()
     }
 
-    /// The curve of a kind that `draw` makes of weights, from `first` on, until its outliers settle; judged by the curves that `without` makes of weights
-    /// without each of the groups. `free`: its parameters.
-    fn drawn(
-        &self,
-        (kind, first, free): (Kind, Curve, f64),
-        draw: &Draw<'_>,
-        without: &Without<'_>,
-    ) -> Option<Drawn> {
+    /// The curve of a kind that is drawn from `first` on, until its outliers settle; judged by the curves without each of the groups. `free`: its parameters.
+    fn drawn(&self, (kind, first, free): (Kind, Curve, f64), stiffness: f64) -> Option<Drawn> {
         let samples = self.samples;
         let judge = |curve: &Curve| -> (f64, Vec<bool>) {
             let scale = spread(curve, samples, free).max(1.0);
@@ -198,12 +187,13 @@ impl Judge<'_> {
                 break;
             }
             outliers = next;
-            curve = draw(&curve, &self.weights(&outliers))?;
+            curve = curve.fit(samples, &self.weights(&outliers), stiffness)?;
         }
         let (scale, outliers) = judge(&curve);
         let size = (self.extent, length(&curve, samples, &outliers));
         let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
-        for (group, unseen) in self.groups.iter().zip(without(&curve, &self.weights(&outliers))?) {
+        let all = curve.without(samples, &self.weights(&outliers), stiffness, self.groups)?;
+        for (group, unseen) in self.groups.iter().zip(all) {
             let mut sum = 0.0;
             for &i in group {
                 let (loss, d) = loss(&unseen, scale, &samples[i], size);
@@ -219,47 +209,23 @@ impl Judge<'_> {
         sound.then_some(Drawn { kind, curve, scale, outliers, losses, squares })
     }
 
-    /// A point, a line or a circle, drawn anew without each group.
+    /// A point, a line or a circle.
     fn simple(&self, kind: Kind) -> Option<Drawn> {
-        let draw = |curve: &Curve, weights: &[f64]| match curve {
-            Curve::Point(_) => Spot::fit(self.samples, weights).map(Curve::Point),
-            Curve::Arc(arc) => arc.fit(self.samples, weights).map(Curve::Arc),
-            Curve::Smooth(_) => None,
-        };
-        let without = |curve: &Curve, all: &[f64]| {
-            let one = |group: &Vec<usize>| {
-                let mut left = all.to_vec();
-                group.iter().for_each(|&i| left[i] = 0.0);
-                draw(curve, &left)
-            };
-            self.groups.iter().map(one).collect()
-        };
         let (first, free) = match kind {
             Kind::Point => (Curve::Point(Spot::middle(self.samples)), 1.0),
             Kind::Line => (Curve::Arc(start(self.samples, kind)?), 2.0),
             _ => (Curve::Arc(start(self.samples, kind)?), 3.0),
         };
-        self.drawn((kind, first, free), &draw, &without)
+        self.drawn((kind, first, free), 0.0)
     }
 
     /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
     fn smooth(&self, base: &Arc) -> Option<Drawn> {
-        let (samples, groups) = (self.samples, self.groups);
-        let flat = Smooth::beside(base, samples, groups.len())?;
-        let all = self.weights(&vec![false; samples.len()]);
+        let flat = Curve::Smooth(Smooth::beside(base, self.samples, self.groups.len())?);
+        let all = self.weights(&vec![false; self.samples.len()]);
         let of = |power: &f64| {
             let stiffness = 10f64.powf(*power);
-            let draw = |curve: &Curve, weights: &[f64]| match curve {
-                Curve::Smooth(s) => s.fit(samples, weights, stiffness).map(Curve::Smooth),
-                _ => None,
-            };
-            let without = |curve: &Curve, weights: &[f64]| {
-                let Curve::Smooth(drawn) = curve else { return None };
-                let all = drawn.without(samples, weights, stiffness, groups)?;
-                Some(all.into_iter().map(Curve::Smooth).collect())
-            };
-            let first = Curve::Smooth(flat.fit(samples, &all, stiffness)?);
-            self.drawn((Kind::Smooth, first, 0.0), &draw, &without)
+            self.drawn((Kind::Smooth, flat.fit(self.samples, &all, stiffness)?, 0.0), stiffness)
         };
         // Of equals the least stiff.
         let all = STIFFNESS.iter().filter_map(of);

@@ -79,6 +79,35 @@ impl Curve {
         }
     }
 
+    /// The same kind through weighted samples; a smooth curve of this stiffness.
+    fn fit(&self, samples: &[Sample], weights: &[f64], stiffness: f64) -> Option<Self> {
+        Some(match self {
+            Self::Point(_) => Self::Point(Spot::fit(samples, weights)?),
+            Self::Arc(arc) => Self::Arc(arc.fit(samples, weights)?),
+            Self::Smooth(smooth) => Self::Smooth(smooth.fit(samples, weights, stiffness)?),
+        })
+    }
+
+    /// The curves without each of `groups`.
+    fn without(
+        &self,
+        samples: &[Sample],
+        weights: &[f64],
+        stiffness: f64,
+        groups: &[Vec<usize>],
+    ) -> Option<Vec<Self>> {
+        if let Self::Smooth(smooth) = self {
+            let all = smooth.without(samples, weights, stiffness, groups)?;
+            return Some(all.into_iter().map(Self::Smooth).collect());
+        }
+        let one = |group: &Vec<usize>| {
+            let mut left = weights.to_vec();
+            group.iter().for_each(|&i| left[i] = 0.0);
+            self.fit(samples, &left, stiffness)
+        };
+        groups.iter().map(one).collect()
+    }
+
     fn scaled(self, factor: f64) -> Self {
         match self {
             Self::Point(spot) => Self::Point(spot.scaled(factor)),

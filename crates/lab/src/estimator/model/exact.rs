@@ -68,9 +68,9 @@ pub struct Exact {
     pub fitted: Vec<Parameter>,
     /// Covariance of the fitted parameters.
     pub covariance: Vec<Vec<f64>>,
-    surface: Surface,
+    pub(in crate::estimator) surface: Surface,
     /// For each fitted physical parameter, surfaces on both sides of its value, and their distance.
-    sides: Vec<Option<(Surface, Surface, f64)>>,
+    pub(in crate::estimator) sides: Vec<Option<(Surface, Surface, f64)>>,
 }
 
 impl Exact {

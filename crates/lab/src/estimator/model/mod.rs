@@ -12,26 +12,13 @@ pub use vibrissa_learned::invert::Found;
 
 pub(crate) use crate::measure::group::ROUNDING as SAME;
 
-/// Index before `x` in ascending `values`, and weight of the next value; `None` outside.
-pub(crate) fn bracket(values: &[f64], x: f64) -> Option<(usize, f64)> {
-    let (first, last) = (*values.first()?, *values.last()?);
-    if x < first * (1.0 - SAME) || x > last * (1.0 + SAME) || x.is_nan() {
-        return None;
-    }
-    let j = values.partition_point(|v| *v <= x).saturating_sub(1).min(values.len().saturating_sub(2));
-    match values.get(j + 1) {
-        Some(next) => Some((j, ((x - values[j]) / (next - values[j])).clamp(0.0, 1.0))),
-        None => Some((j, 0.0)),
-    }
-}
-
 /// Linear interpolation of `ys` over ascending `xs`, held at both ends.
 pub(crate) fn between(xs: &[f64], ys: &[f64], x: f64) -> f64 {
     let x = x.clamp(xs[0], xs[xs.len() - 1]);
-    match bracket(xs, x) {
-        Some((j, w)) if w > 0.0 => ys[j] + w * (ys[j + 1] - ys[j]),
-        Some((j, _)) => ys[j],
-        None => f64::NAN,
+    let j = xs.partition_point(|v| *v <= x).saturating_sub(1).min(xs.len().saturating_sub(2));
+    match xs.get(j + 1) {
+        Some(next) => ys[j] + (x - xs[j]) / (next - xs[j]) * (ys[j + 1] - ys[j]),
+        None => ys[j],
     }
 }
 

@@ -23,7 +23,7 @@ pub struct Transfer {
 /// Model of a calibrated whisker with two gauges.
 #[derive(Debug, Clone)]
 pub struct Pair {
-    setup: Setup,
+    pub setup: Setup,
     designs: [Design; 1],
     /// Offsets added to a labelled distance, mm, and to a labelled drive.
     offsets: [f64; 2],
@@ -48,10 +48,6 @@ impl Pair {
 
     pub fn evaluator(&self, method: Method) -> Evaluator<'_> {
         Evaluator::new(&self.setup, method)
-    }
-
-    pub fn setup(&self) -> &Setup {
-        &self.setup
     }
 
     pub fn tap(&self, a: f64, tilt: f64, drive: f64) -> Task {

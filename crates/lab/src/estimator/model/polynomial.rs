@@ -37,13 +37,6 @@ impl Form {
         (0..=self.degree).flat_map(|i| (0..=to(i)).map(move |j| [i as i32, j as i32])).collect()
     }
 
-    /// Number of terms, for any degrees in a file.
-    pub fn terms_in_all(&self) -> usize {
-        let most = self.drive_degree.min(self.degree);
-        let all = (most + 1).saturating_mul(self.degree.saturating_add(1));
-        all.saturating_sub(most.saturating_mul(most + 1) / 2)
-    }
-
     fn all(positions: usize, drives: usize) -> Vec<Self> {
         let mut all = Vec::new();
         for degree in 1..=DEGREES.min(positions.saturating_sub(2)).max(1) {
@@ -167,7 +160,7 @@ impl Polynomial {
             Form::all(positions, steps).into_iter().filter_map(tried).collect();
         let mean = |squares: &[f64]| squares.iter().sum::<f64>() / squares.len() as f64;
         tried.sort_by(|(f, x), (g, y)| {
-            f.terms_in_all().cmp(&g.terms_in_all()).then(mean(x).total_cmp(&mean(y)))
+            f.powers().len().cmp(&g.powers().len()).then(mean(x).total_cmp(&mean(y)))
         });
         let best = tried.iter().map(|(_, s)| s).min_by(|x, y| mean(x).total_cmp(&mean(y)))?;
         // The simplest of the forms that are not significantly worse than the best.
@@ -235,12 +228,15 @@ impl Polynomial {
 
     /// True if its values, which a file may hold, are consistent.
     pub fn is_sound(&self) -> bool {
-        let n = self.form.terms_in_all();
+        // The degree of a file may be any number.
+        if self.form.degree > 8 {
+            return false;
+        }
+        let n = self.form.powers().len();
         let square = self.covariance.len() == n && self.covariance.iter().all(|row| row.len() == n);
         let mut numbers = self.coefficients.iter().chain(self.covariance.iter().flatten());
         let [from, to] = self.reach;
-        self.form.degree <= 8
-            && self.coefficients.len() == n
+        self.coefficients.len() == n
             && square
             && numbers.all(|x| x.is_finite())
             && self.scale.iter().all(|s| s[0].is_finite() && s[1] > 0.0 && s[1].is_finite())
