@@ -41,9 +41,6 @@ pub mod merge;
 #[doc(hidden)]
 pub mod optimise;
 #[doc(hidden)]
-#[cfg(feature = "commands")]
-pub mod page;
-#[doc(hidden)]
 pub mod plan;
 #[doc(hidden)]
 pub mod reference;

@@ -1,6 +1,6 @@
 // The scale of colours beside a map or a bundle of lines.
 
-/** Width of a text in a font of the page (src/page/report.css), px. */
+/** Width of a text in a font of the page (pages/report/report.css), px. */
 function measured(words: string, size: number): number {
     ruler ??= document.createElement("canvas").getContext("2d");
     if (ruler === null) return 0.6 * size * words.length;

@@ -17,7 +17,7 @@ use super::sample::Row;
 use super::{Place, Taps, present};
 use crate::backend::Backend;
 use crate::error::{Error, SolveError};
-use crate::evaluate::{Evaluator, Method, Outcome};
+use crate::evaluate::{Evaluator, Method};
 use crate::kernel::rule::smallest_tolerance;
 use crate::reduce;
 use crate::scene::sampler::Sampler;
@@ -33,15 +33,12 @@ const ENOUGH: f64 = 1.5;
 
 /// The configurations of the exact rod, from the simplest to everything on.
 pub fn exact() -> Vec<Configuration> {
-    let named = |name: &str| configuration::all().into_iter().find(|c| c.name == name);
-    EXACT.into_iter().filter_map(named).collect()
+    configuration::all().into_iter().filter(|c| EXACT.contains(&c.name)).collect()
 }
 
 /// A benchmark: what is measured, as data, so that `--plan` tells what a run does.
 pub struct Bench {
-    /// Whether this is a short run.
     quick: bool,
-    /// Configurations of the exact rod.
     configurations: Vec<Configuration>,
     /// The reference, which is the yardstick, and every backend at several tolerances.
     pub places: Vec<Place>,
@@ -89,7 +86,6 @@ impl Bench {
         Ok(Self { quick, configurations, places, compared, timed, repeats })
     }
 
-    /// Measurements.
     pub fn steps(&self) -> usize {
         self.configurations.len() * self.places.len()
     }
@@ -109,7 +105,6 @@ impl Bench {
         (all.0 * self.configurations.len(), all.1 * self.configurations.len() as f64)
     }
 
-    /// As JSON.
     pub fn json(&self) -> Value {
         json!({
             "quick": self.quick,
@@ -127,17 +122,38 @@ impl Bench {
     /// A device that fails; [`SolveError::Stopped`] once `stop` is set.
     pub fn measure(&self, stop: &AtomicBool, tell: &mut dyn FnMut(News)) -> Result<(), Error> {
         for (i, c) in self.configurations.iter().enumerate() {
-            let mut judge: Option<Judge> = None;
+            // Fewer with friction, whose taps take tens of sweeps.
+            let share = if c.setup.model.contact != Contact::Frictionless { 8 } else { 1 };
+            let compared = taps(c, self.compared);
+            // Taps on which kernels are timed, of which the first are compared.
+            let timed = taps(c, (self.timed / share).max(compared.tasks.len()));
+            let (model, mut answers) = (&c.setup.model, Vec::new());
             for (k, place) in self.places.iter().enumerate() {
                 if stop.load(Ordering::Relaxed) {
                     return Err(SolveError::Stopped.into());
                 }
                 tell(News::Begun(i * self.places.len() + k + 1, format!("{} on {}", c.name, place.name())));
-                let judge = match &judge {
-                    Some(judge) => judge,
-                    None => judge.insert(Judge::new(self, c)?),
+                let (found, seconds) = if k == 0 {
+                    let (known, seconds) = repeat(1, || compared.answers(Method::Reference))?;
+                    answers = known;
+                    // Compared with cpu f64 as far as that goes: two methods that share nothing.
+                    let cpu = (BackendChoice::Cpu, Precision::F64, None);
+                    let finest = Place::new(&RunOptions::default(), cpu, None)?;
+                    let finest = finest.at(smallest_tolerance(Precision::F64))?;
+                    (compared.answers(finest.choice.open(model)?)?, seconds)
+                } else {
+                    let mut evaluator = Evaluator::new(&timed.setup, place.choice.open(model)?);
+                    let mut run = || evaluator.run(&timed.designs, &timed.tasks);
+                    // The first run pays for pipelines and buffers.
+                    run()?;
+                    repeat(self.repeats, run)?
                 };
-                tell(News::Made(Box::new(judge.measured(c.name, (k, place), self.repeats)?)));
+                let per = 1e9 / found.len() as f64;
+                let [expected, found] = [&answers[..], &found[..answers.len()]];
+                let errors = compare(&compared, expected, found, f64::INFINITY);
+                let at = (k, f64::INFINITY);
+                let line = Line::new(c.name.to_owned(), at, &compared, &errors, [expected, found]);
+                tell(News::Made(Box::new(Measured::new(seconds, per, line))));
             }
         }
         Ok(())
@@ -156,6 +172,14 @@ pub struct Measured {
 }
 
 impl Measured {
+    fn new(mut seconds: Vec<f64>, per: f64, line: Line) -> Self {
+        let median = reduce::median(&mut seconds);
+        seconds.sort_by(f64::total_cmp);
+        let [best, slowest] = [seconds[0], seconds[seconds.len() - 1]];
+        let spread = (seconds.len() > 1).then(|| (slowest - best) / median);
+        Self { times: [per * best, per * median], spread, line }
+    }
+
     /// Its row of work_precision.csv, on this backend. Taps that the reference solved and this did not have failed: what is fast because it fails.
     pub fn fields(&self, backend: &Backend) -> Vec<Field> {
         let (line, tolerance, failed) = (&self.line, backend.tolerance, self.line.odd(Odd::Unsolved));
@@ -192,55 +216,7 @@ pub fn taps(c: &Configuration, count: usize) -> Taps {
 pub enum News {
     /// A step begins: its number, from 1, and what it measures.
     Begun(usize, String),
-    /// A measurement is made.
     Made(Box<Measured>),
-}
-
-/// The taps of a configuration with the answers of the reference.
-struct Judge {
-    compared: Taps,
-    answers: Vec<Outcome>,
-    seconds: Vec<f64>,
-    /// Taps on which kernels are timed, of which the first are compared.
-    timed: Taps,
-}
-
-impl Judge {
-    fn new(bench: &Bench, c: &Configuration) -> Result<Self, Error> {
-        let compared = taps(c, bench.compared);
-        let (answers, seconds) = repeat(1, || compared.answers(Method::Reference))?;
-        // Fewer with friction, whose taps take tens of sweeps.
-        let friction = c.setup.model.contact != Contact::Frictionless;
-        let timed = (bench.timed / if friction { 8 } else { 1 }).max(answers.len());
-        Ok(Self { compared, answers, seconds, timed: taps(c, timed) })
-    }
-
-    /// Times taps at a `place` and compares what it finds. The reference itself is compared with cpu f64 as far as that goes: two methods that share
-    /// nothing.
-    fn measured(&self, name: &str, (k, place): (usize, &Place), repeats: usize) -> Result<Measured, Error> {
-        let model = &self.timed.setup.model;
-        let (found, mut seconds) = if place.backend().tolerance.is_some() {
-            let mut evaluator = Evaluator::new(&self.timed.setup, place.choice.open(model)?);
-            let mut run = || evaluator.run(&self.timed.designs, &self.timed.tasks);
-            // The first run pays for pipelines and buffers.
-            run()?;
-            repeat(repeats, run)?
-        } else {
-            let cpu = (BackendChoice::Cpu, Precision::F64, None);
-            let finest = smallest_tolerance(Precision::F64);
-            let finest = Place::new(&RunOptions::default(), cpu, None)?.at(finest)?;
-            (self.compared.answers(finest.choice.open(model)?)?, self.seconds.clone())
-        };
-        let median = reduce::median(&mut seconds);
-        seconds.sort_by(f64::total_cmp);
-        let [best, slowest] = [seconds[0], seconds[seconds.len() - 1]];
-        let (per, found) = (1e9 / found.len() as f64, &found[..self.answers.len()]);
-        let compared = compare(&self.compared, &self.answers, found, f64::INFINITY);
-        let at = (k, f64::INFINITY);
-        let line = Line::new(name.to_owned(), at, &self.compared, &compared, [&self.answers, found]);
-        let spread = (seconds.len() > 1).then(|| (slowest - best) / median);
-        Ok(Measured { times: [per * best, per * median], spread, line })
-    }
 }
 
 /// Runs `f` `repeats` ≥ 1 times, slow work only twice: its last result, and the seconds of each run.

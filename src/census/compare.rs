@@ -114,7 +114,6 @@ fn errors(least: f64, expected: &Outcome, found: &Outcome) -> [Option<f64>; 4] {
 pub struct Figures {
     /// Largest; NaN if any is not a number.
     pub worst: f64,
-    /// Middle one.
     pub median: f64,
     /// 99 of 100 are not larger ([`percentile`]).
     pub p99: f64,
@@ -140,13 +139,10 @@ impl Figures {
 pub struct Line {
     /// Name of the configuration, or of the spec.
     pub configuration: String,
-    /// What moves.
     drive: Drive,
     /// Place of the backend among those compared.
     pub place: usize,
-    /// Bound on strain errors.
     bound: f64,
-    /// Taps asked for.
     pub taps: usize,
     /// Taps that both solved, whose errors are below.
     pub compared: usize,

@@ -27,7 +27,6 @@ const SURFACE: &str = "surface";
 /// What a comparison keeps and changes: the setup and the direction of the pole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// Rig, gauge, model.
     pub setup: Setup,
     /// Tilt of every pole, degrees; none where it is that of each tap, somewhere not 0.
     tilt: Option<f64>,
@@ -76,7 +75,6 @@ impl Setting {
     }
 }
 
-/// An effect that a comparison switches.
 #[derive(Debug, Clone, Copy)]
 pub enum Effect {
     /// The exact rod instead of the linear theory.
@@ -85,11 +83,9 @@ pub enum Effect {
     Term(&'static Term),
     /// Distance between the motor's axis and the clamp.
     Hub,
-    /// Coulomb friction.
     Coulomb,
     /// A contact that does not slide.
     Stick,
-    /// A nonlinear law of the rubber.
     Rubber,
     /// Tilt of the pole round the whisker's axis.
     Tilt,
@@ -99,11 +95,8 @@ pub enum Effect {
     Foil,
     /// Springs between motor and whisker.
     Root,
-    /// Curvature at rest.
     Curvature,
-    /// A bore or a core.
     Inner,
-    /// A profile that is no cone.
     Profile,
     /// The gauge on the other side: neither on nor off.
     Side,
@@ -186,12 +179,10 @@ impl Effect {
         }
     }
 
-    /// For people.
     pub fn name(self) -> &'static str {
         self.about().0
     }
 
-    /// Key of the spec.
     pub fn key(self) -> String {
         let (_, key) = self.about();
         if matches!(self, Self::Term(_)) { format!("model.{key}") } else { key.to_owned() }
@@ -254,8 +245,7 @@ impl Effect {
     pub fn value(self, s: &Setting) -> String {
         let m = &s.setup.model;
         match self {
-            Self::Rotation if m.geometry == Geometry::Exact => "exact".into(),
-            Self::Rotation => "linear".into(),
+            Self::Rotation => m.geometry.word().into(),
             Self::Term(term) => match (term.get)(m) {
                 Amount::Flag(on) => on.to_string(),
                 Amount::Number(x) if term.key == "pole_radius" => format!("{x} mm"),
@@ -291,8 +281,7 @@ impl Effect {
                 let angle = if self == Self::Tilt { s.tilt } else { s.lean };
                 angle.map_or("as asked".into(), |angle| format!("{angle} deg"))
             }
-            Self::Side if s.setup.gauge.side == Side::Far => "far".into(),
-            Self::Side => "contact".into(),
+            Self::Side => s.setup.gauge.side.word().into(),
         }
     }
 

@@ -25,7 +25,6 @@ pub struct Change {
     /// The change of largest size, with its sign.
     #[serde(rename = "largest_percent")]
     pub largest: f64,
-    /// The tap that has it.
     pub at: At,
     /// Largest relative sample SD of the ratio of the strains over the distances of a design at one drive: what is
     /// left after calibration. `None` where no row has two taps.
@@ -47,22 +46,17 @@ fn words<S: Serializer>(status: &Status, to: S) -> Result<S::Ok, S::Error> {
 /// An effect that both settings of a comparison have other than the spec, and its value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Both {
-    /// Which.
     pub effect: Effect,
-    /// Its value.
     pub value: String,
 }
 
 /// One effect, switched, and what that changes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explained {
-    /// Which.
     pub effect: Effect,
-    /// Its key of the spec.
     pub key: String,
     /// Whether the spec has it; `None` for the side.
     pub on: Option<bool>,
-    /// Its value in the spec.
     pub spec: String,
     /// The value it is switched to.
     pub instead: Option<String>,
@@ -74,16 +68,13 @@ pub struct Explained {
     pub change: Option<Change>,
 }
 
-/// What an explanation tells.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
     /// Taps looked at.
     #[serde(skip)]
     pub taps: usize,
-    /// Taps of the spec.
     #[serde(skip)]
     pub total: u64,
-    /// Every effect.
     pub effects: Vec<Explained>,
     /// The paper's linear theory in place of all effects of the model; `None` where the spec has fewer than two.
     pub all_effects: Option<Change>,

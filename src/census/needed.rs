@@ -107,7 +107,6 @@ impl Said {
 /// How far a model is from the full one at some taps.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 struct Checked {
-    /// Taps compared.
     taps: u64,
     /// Largest |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max).
     error: f64,
@@ -168,11 +167,9 @@ struct Part {
 /// A model with what the scene does not need left off, and how that was found.
 #[derive(Debug)]
 pub struct Needed {
-    /// With the full model.
     pub full: Setup,
     /// With the model that is needed.
     pub setup: Setup,
-    /// E.
     pub bound: f64,
     choice: Choice,
     /// Every effect that could be left off, those left off first and in that order.

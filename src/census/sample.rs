@@ -36,13 +36,11 @@ impl Row {
         Self { point, distances, reach }
     }
 
-    /// Its taps.
     pub fn taps(&self) -> impl Iterator<Item = Tuple> {
         self.distances.iter().map(|a| Tuple { a: *a, ..self.point })
     }
 }
 
-/// Number of taps of `rows`.
 pub fn taps(rows: &[Row]) -> usize {
     rows.iter().map(|row| row.distances.len()).sum()
 }

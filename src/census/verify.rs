@@ -23,13 +23,10 @@ const PART: usize = 256;
 /// Taps of one setup.
 #[derive(Debug)]
 pub struct Case {
-    /// Name in the census.
     pub name: String,
-    /// Rig, gauge, model.
     pub setup: Setup,
     /// The study that the taps were drawn from, if there is one: a chart may rank it.
     pub study: Option<Study>,
-    /// Taps.
     pub tuples: Vec<Tuple>,
 }
 

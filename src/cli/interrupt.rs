@@ -8,7 +8,7 @@ use std::time::Duration;
 use vibrissa::kernel::gpu::left_behind;
 use vibrissa::sink::folder::end_all;
 
-use super::{reply, say};
+use super::reply;
 
 /// Time for the last message, because stderr may block.
 const WORDS: Duration = Duration::from_millis(300);
@@ -41,7 +41,7 @@ pub fn end_after_a_signal(code: u8) {
 fn first() {
     STOP.store(true, Ordering::Relaxed);
     std::thread::spawn(|| match GRACE.load(Ordering::Relaxed) {
-        ENDLESS => say::line("stopping, to keep what is there; once more ends it at once"),
+        ENDLESS => reply::line("stopping, to keep what is there; once more ends it at once"),
         grace => {
             std::thread::sleep(Duration::from_millis(grace));
             end();

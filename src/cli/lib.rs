@@ -10,7 +10,6 @@ mod new;
 #[doc(hidden)]
 pub mod progress;
 mod reply;
-mod say;
 
 use clap::{CommandFactory, FromArgMatches};
 
@@ -53,9 +52,9 @@ pub fn run() -> u8 {
         Err(e) => return reply::usage(&e),
     };
     if !quiet {
-        gpu::tell(|words| say::warning(words));
+        gpu::tell(|words| reply::warning(words));
     }
-    let context = &Context::new(&say::Terminal, quiet);
+    let context = &Context::new(&reply::Terminal, quiet);
     let result = match &args.command {
         Command::Help(asked) => return help::run(asked),
         command => command.run(context),

@@ -10,7 +10,6 @@ use vibrissa::command::array::LocateRequest;
 use vibrissa::command::{self, Context, of_one_signal};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::answers::Answers;
-use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
 use vibrissa::measure::Names;
@@ -59,12 +58,11 @@ pub fn run(args: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let warn = |text: &str| context.warn(text);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.answers.who().first()])?;
-    let by = by(args);
     let asked = Ask {
         zero,
         label: None,
         keep: false,
-        by,
+        by: args.by(),
         interval: args.interval,
         ..Ask::of_file("", &columns, &warn)
     };
@@ -73,15 +71,6 @@ pub fn run(args: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error> 
     }
     let label = readings.map(|p| p.display().to_string());
     filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
-}
-
-fn by(args: &LocateRequest) -> By<'_> {
-    match &args.object {
-        Some(column) => By::Column(column),
-        None if args.same => By::Same,
-        None if args.strokes => By::Strokes(args.free.unwrap_or_default()),
-        None => By::Unsaid,
-    }
 }
 
 struct Opened {

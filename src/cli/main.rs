@@ -1,6 +1,6 @@
 //! The `vibrissa` program: parse, run, exit code.
 
-// A printing macro panics on a closed pipe; `say` and `reply` of the library do not.
+// A printing macro panics on a closed pipe; `reply` of the library does not.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 use std::process::ExitCode;

@@ -153,7 +153,7 @@ fn asked<T>(question: &str, read: impl Fn(&str) -> Result<T, InputError>) -> Res
         }
         match read(line.trim()) {
             Ok(value) => return Ok(value),
-            Err(e) => super::say::line(format_args!("{e}")),
+            Err(e) => super::reply::line(format_args!("{e}")),
         }
     }
 }

@@ -7,8 +7,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
 
-use super::say;
-use super::say::{grouped, rough};
+use super::reply;
+use vibrissa::command::{grouped, rough};
 
 const EVERY: Duration = Duration::from_secs(5);
 
@@ -50,7 +50,7 @@ impl Progress for Shown {
             }
             Self::Lines { start, last, before } if last.elapsed() >= EVERY => {
                 *last = Instant::now();
-                say::line(line((done, total), done.saturating_sub(*before), start.elapsed()));
+                reply::line(line((done, total), done.saturating_sub(*before), start.elapsed()));
             }
             _ => {}
         }
@@ -69,8 +69,8 @@ impl Progress for Shown {
 
     fn note(&mut self, words: &str) {
         match self {
-            Self::Bar(bar) => bar.suspend(|| say::line(words)),
-            Self::Lines { .. } => say::line(words),
+            Self::Bar(bar) => bar.suspend(|| reply::line(words)),
+            Self::Lines { .. } => reply::line(words),
             Self::Silent => {}
         }
     }
@@ -97,7 +97,7 @@ impl Watch for Shown {
                 bar.set_style(style);
                 bar.set_message(line);
             }
-            _ => say::line(line),
+            _ => reply::line(line),
         }
     }
 }

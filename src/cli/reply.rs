@@ -1,5 +1,8 @@
-//! Prints results and errors: as text, or as one JSON object.
+//! Prints results and errors: as text, or as one JSON object; and the program as host of commands: signals, progress, and lines on stderr. A closed or
+//! full stderr is ignored.
 
+use std::fmt::Display;
+use std::io::Write;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,12 +10,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::error::{ContextKind, ContextValue};
 use serde_json::{Value, json};
+
+use super::interrupt;
+use super::progress::Shown;
 pub use vibrissa::command::Reply;
-use vibrissa::command::listed;
+use vibrissa::command::{Host, Show, listed};
 use vibrissa::error::{Error, InputError};
 use vibrissa::excerpt::printable;
-
-use super::say;
+use vibrissa::scene::RunOptions;
 
 const FORMAT: u32 = 1;
 
@@ -42,7 +47,7 @@ pub fn print(reply: Reply, quiet: bool) -> u8 {
     let mut told = Ok(());
     if !reply.removed.is_empty() {
         let removed = listed(&reply.removed);
-        say::line(format_args!("--force replaced or removed {removed} of an older result"));
+        line(format_args!("--force replaced or removed {removed} of an older result"));
     }
     let wrong = reply.broken.map(Error::Run).or(reply.refused.map(Error::Input));
     if json() {
@@ -70,14 +75,13 @@ pub fn print(reply: Reply, quiet: bool) -> u8 {
         told = write_out(&(answer + &reply.text));
     }
     if let Some(error) = wrong.as_ref().filter(|_| !json()) {
-        say::line(format_args!("error: {error}"));
+        line(format_args!("error: {error}"));
     }
     if told.is_err() { 1 } else { wrong.map_or(0, |error| error.exit_code()) }
 }
 
 /// Writes to stdout. A closed pipe is ignored; other failures are reported on stderr.
 fn write_out(text: &str) -> Result<(), ()> {
-    use std::io::Write;
     let mut stdout = std::io::stdout().lock();
     taken(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()))
 }
@@ -85,7 +89,7 @@ fn write_out(text: &str) -> Result<(), ()> {
 fn taken(written: std::io::Result<()>) -> Result<(), ()> {
     match written {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            say::line(format_args!("error: {}", Error::io("stdout", e)));
+            line(format_args!("error: {}", Error::io("stdout", e)));
             Err(())
         }
         _ => Ok(()),
@@ -97,7 +101,7 @@ pub fn failure(error: &Error) -> u8 {
     if json() {
         print_failure(command(), error);
     } else {
-        say::part(render(error) + "\n");
+        part(render(error) + "\n");
     }
     error.exit_code()
 }
@@ -196,4 +200,39 @@ pub fn usage(e: &clap::Error) -> u8 {
         let _ = e.print();
     }
     2
+}
+
+/// Prints a line; control characters, which may come from a file, are made harmless.
+pub fn line(text: impl Display) {
+    part(format!("{}\n", printable(&text.to_string())));
+}
+
+pub fn warning(text: impl Display) {
+    line(format_args!("warning: {text}"));
+}
+
+pub fn part(text: impl Display) {
+    let _ = std::io::stderr().write_all(text.to_string().as_bytes());
+}
+
+pub struct Terminal;
+
+impl Host for Terminal {
+    fn begin(&self, options: &RunOptions) -> Result<(), Error> {
+        in_json(options.json == Some(true));
+        let Some(n) = options.threads else { return Ok(()) };
+        rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
+    }
+
+    fn line(&self, text: &str) {
+        line(text);
+    }
+
+    fn progress(&self, quiet: bool) -> Box<dyn Show + '_> {
+        Box::new(Shown::new(quiet))
+    }
+
+    fn stop(&self, keeps: bool) -> &AtomicBool {
+        interrupt::stop(keeps)
+    }
 }

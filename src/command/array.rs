@@ -77,6 +77,18 @@ pub struct LocateRequest {
     pub common: Common,
 }
 
+impl LocateRequest {
+    /// Which readings are taps of one object, or of a stroke.
+    pub fn by(&self) -> By<'_> {
+        match &self.object {
+            Some(column) => By::Column(column),
+            None if self.same => By::Same,
+            None if self.strokes => By::Strokes(self.free.unwrap_or_default()),
+            None => By::Unsaid,
+        }
+    }
+}
+
 /// Answers readings of an array, which are the first file. Without any, of a result in memory: whether the array can answer, and its calibrations.
 pub fn run(asked: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let array = asked.array.as_deref().unwrap_or(Path::new(""));
@@ -136,14 +148,9 @@ pub fn run(asked: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error>
     let Some(readings) = readings else {
         return Ok(Reply { kept, result: known.into(), ..Reply::default() });
     };
-    let by = match &asked.object {
-        Some(column) => By::Column(column),
-        None if asked.same => By::Same,
-        None => By::Unsaid,
-    };
     let measured = context.data(readings)?;
     let warn = |text: &str| context.warn(text);
-    let ask = Ask { zero, by, ..Ask::of_file(&name, &columns, &warn) };
+    let ask = Ask { zero, by: asked.by(), ..Ask::of_file(&name, &columns, &warn) };
     let (table, counted) = answer(&whiskers, measured.rows(), &ask, &noise)?;
     let digest = measured.rows().hash()?;
     let of = json!({

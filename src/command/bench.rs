@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args as Flags;
 use serde_json::{Value, json};
 
-use super::aligned::{framed, objects, shown};
 use super::apart::{apart, cut};
+use super::reply::{framed, objects, shown};
 use super::{Common, Context, Reply, rough};
 use crate::backend::Backend;
 use crate::census::bench::{Bench, Measured, News};

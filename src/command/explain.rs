@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::aligned::aligned;
+use super::reply::aligned;
 use super::{Context, Reply, where_and_why};
 use crate::backend::Choice;
 use crate::census::At;

@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 
 use super::{Common, Context, Reply};
 use crate::error::{Error, InputError};
-use crate::explore::page::{HEAD, html};
-use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, sound};
+use crate::explore::page::{HEAD, document, html};
+use crate::explore::{Baked, TOLERANCE, bake_asked, remark, sound};
 use crate::sink::folder::Question;
 use crate::spec;
 

@@ -4,7 +4,6 @@
 // The comments of flags are terminal help: plain text, where [model] is a section and <out> a folder.
 #![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
-mod aligned;
 mod apart;
 pub mod array;
 pub mod bench;

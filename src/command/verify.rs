@@ -6,8 +6,8 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::aligned::{aligned, cell, framed, objects, shown};
 use super::apart::{apart, cut};
+use super::reply::{aligned, cell, framed, objects, shown};
 use super::{Common, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
 use crate::census::compare::{Line, QUANTITIES};

@@ -2,11 +2,9 @@
 //!
 //! In units of the contact distance a, a tap has five numbers: drive (θ in rad, or δ/a), r₀/a (or ρ/a), D/a, τa, and the place x/a of the strain. One
 //! chart over these has every distance and the strain along the whisker; a gauge's strain is a mean over x. Coulomb friction takes several charts.
-//! `domain`: ranges; `taps`: solver; `along`: chart; `check`: comparison with solved taps; [`document`]: JSON; [`page`]: file.
+//! `domain`: ranges; `taps`: solver, and comparison of the chart with solved taps; `along`: chart; [`page`]: the page.
 
 mod along;
-mod check;
-pub mod document;
 mod domain;
 pub mod page;
 mod taps;
@@ -15,8 +13,8 @@ use crate::error::{Error, InputError};
 use crate::physics::solid::is_solid;
 use crate::scene::{Contact, Geometry, Setup, Spec, Theory};
 use along::Along;
-use check::Census;
 use domain::Domain;
+use taps::Census;
 
 /// Numbers of ratios T/P between −μ and μ that are tried with friction.
 const RATIOS: [usize; 2] = [3, 5];

@@ -10,16 +10,13 @@ pub const MM: f64 = 72.0 / 25.4;
 pub struct Drawing {
     /// Width and height, pt.
     pub size: [f64; 2],
-    /// Items in drawing order.
     pub items: Vec<Item>,
 }
 
-/// An item of a drawing.
 #[derive(Debug, Clone)]
 pub enum Item {
     /// Lines and areas.
     Path {
-        /// Steps of the path.
         steps: Vec<Step>,
         /// Colour of the inside.
         fill: Option<Rgb>,
@@ -34,7 +31,6 @@ pub enum Item {
     Text {
         /// Position of the anchor on the baseline.
         at: [f64; 2],
-        /// The text.
         text: String,
         /// Size, pt.
         size: f64,
@@ -42,15 +38,12 @@ pub enum Item {
         anchor: Anchor,
         /// True if the text reads upwards.
         upwards: bool,
-        /// Colour of the text.
         colour: Rgb,
     },
 }
 
-/// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
-    /// Colour of the line.
     pub colour: Rgb,
     /// Width, pt.
     pub width: f64,
@@ -59,7 +52,6 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// A solid line.
     pub fn solid(colour: Rgb, width: f64) -> Self {
         Self { colour, width, dash: [0.0; 2] }
     }
@@ -75,27 +67,19 @@ impl Stroke {
     }
 }
 
-/// A step of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// Move to.
     To([f64; 2]),
-    /// Line to.
     Line([f64; 2]),
     /// Cubic curve: two control points and the end.
     Curve([[f64; 2]; 3]),
-    /// Close the path.
     Close,
 }
 
-/// Anchor of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// Beginning.
     Start,
-    /// Middle of the text.
     Middle,
-    /// End of the text.
     End,
 }
 
@@ -110,16 +94,12 @@ impl Anchor {
     }
 }
 
-/// A rectangle.
+/// Left and upper end, width and height, pt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rect {
-    /// Left end, pt.
     pub x: f64,
-    /// Upper end, pt.
     pub y: f64,
-    /// Width, pt.
     pub w: f64,
-    /// Height, pt.
     pub h: f64,
 }
 
@@ -129,14 +109,12 @@ impl Rect {
         [self.x, self.y, self.w, self.h]
     }
 
-    /// Its outline.
     pub fn steps(self) -> Vec<Step> {
         let Self { x, y, w, h } = self;
         closed(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
     }
 }
 
-/// A closed path through `points`.
 pub fn closed(points: &[[f64; 2]]) -> Vec<Step> {
     let mut steps = open(points);
     steps.push(Step::Close);
@@ -172,17 +150,14 @@ pub fn circle([x, y]: [f64; 2], r: f64) -> Vec<Step> {
 }
 
 impl Drawing {
-    /// Adds an area.
     pub fn fill(&mut self, steps: Vec<Step>, fill: Rgb, opacity: f64, clip: Option<Rect>) {
         self.path(steps, Some(fill), None, opacity, clip);
     }
 
-    /// Adds a line.
     pub fn stroke(&mut self, steps: Vec<Step>, stroke: Stroke, clip: Option<Rect>) {
         self.path(steps, None, Some(stroke), 1.0, clip);
     }
 
-    /// Adds a path.
     pub fn path(
         &mut self,
         steps: Vec<Step>,

@@ -11,7 +11,6 @@ use crate::error::InputError;
 /// DejaVu Sans 2.37, reduced to Latin, Greek and mathematical signs.
 const BUILT_IN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 
-/// A TrueType font.
 #[derive(Debug, Clone)]
 pub struct Font {
     bytes: Arc<[u8]>,
@@ -24,7 +23,6 @@ pub struct Font {
 const MOST: u64 = 64 << 20;
 
 impl Font {
-    /// The built-in font.
     pub fn built_in() -> Self {
         Self { bytes: BUILT_IN.into(), family: "DejaVu Sans".into(), file: None }
     }
@@ -54,12 +52,10 @@ impl Font {
         Ok(Self { bytes: bytes.into(), family, file: Some(path.to_owned()) })
     }
 
-    /// Bytes of the font file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The parsed font.
     pub fn face(&self) -> Face<'_> {
         Face::parse(&self.bytes, 0).expect("it was parsed when it was read")
     }

@@ -9,7 +9,6 @@ pub mod drawing;
 pub mod font;
 mod key;
 mod marks;
-mod notes;
 mod parallel;
 pub mod pdf;
 pub mod png;
@@ -24,7 +23,6 @@ pub use scale::Scale;
 use crate::error::Error;
 use font::Font;
 
-/// A file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Format {
     /// Vector, for pages and editing.
@@ -43,20 +41,17 @@ impl Format {
         ("pdf", Self::Pdf, "vector, for LaTeX"),
     ];
 
-    /// File ending.
     pub fn ending(self) -> &'static str {
         Self::WORDS[self as usize].0
     }
 }
 
-/// Style of figures.
 #[derive(Debug, Clone)]
 pub struct Style {
     /// Width of a column, mm, and of a figure with one panel; others have two columns and their gap.
     pub width: f64,
     /// Text size, pt.
     pub size: f64,
-    /// Font of all text.
     pub font: Font,
 }
 

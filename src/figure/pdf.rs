@@ -16,7 +16,6 @@ const POSTSCRIPT: Name<'static> = Name(b"Figure-Sans");
 const SYSTEM: SystemInfo<'static> =
     SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 
-/// The file.
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> Vec<u8> {
     let [catalog, pages, page, contents, type0, cid, descriptor, file, unicode, info] =
         std::array::from_fn(|i| Ref::new(i as i32 + 1));

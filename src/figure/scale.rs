@@ -7,7 +7,6 @@ use super::data::Axis;
 pub struct Scale {
     /// Values at the two ends.
     pub ends: [f64; 2],
-    /// Logarithmic.
     pub log: bool,
 }
 

@@ -9,7 +9,7 @@ use super::drawing::{Anchor, Drawing, MM, Rect};
 use super::font::{length, lines};
 use super::marks::{self, Place};
 use super::scale::Scale;
-use super::{Style, axes, key, notes, parallel};
+use super::{Style, axes, key, parallel};
 
 const GUTTER: f64 = 5.0;
 const GAP: f64 = 8.0;
@@ -22,7 +22,6 @@ const BESIDE: f64 = 8.0;
 /// Least width of any panel, likewise.
 const LEAST: f64 = 4.0;
 
-/// Lays out `figure`.
 pub fn lay(figure: &Figure, style: &Style) -> Drawing {
     let face = style.font.face();
     let size = style.size;
@@ -144,7 +143,7 @@ fn one(
     axes::draw(d, panel, &place, cell, &face, size);
     let bands = [&panel.x, &panel.y].map(|axis| !axis.words.is_empty());
     panel.marks.iter().for_each(|m| marks::draw(d, &place, m, bands));
-    notes::draw(d, panel, &place, &face);
+    marks::draw_notes(d, panel, &place, &face);
     axes::edge(d, inside);
     let room = cell[1] - cell[0];
     let title = lines(&face, &panel.title, room / size);

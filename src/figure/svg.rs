@@ -7,7 +7,6 @@ use super::data::Figure;
 use super::drawing::{Anchor, Drawing, Item, Step};
 use super::font::Font;
 
-/// The SVG file.
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
     let [w, h] = drawing.size;
     let mut text = format!(

@@ -3,10 +3,9 @@
 //! ([`Place`](crate::sweep::Place)), and the number of a chart's candidates to solve is decided here. No tap is solved; memory holds positions, not
 //! rows.
 
-mod order;
 mod part;
 mod record;
-mod source;
+mod rows;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -18,7 +17,7 @@ use crate::sink::folder::{Folder, Question, Written};
 use crate::sink::table::Table;
 use crate::sweep::PLACES;
 use part::Part;
-use source::Source;
+use rows::{Order, Source};
 
 #[derive(Debug)]
 pub struct Report {
@@ -73,7 +72,7 @@ fn tables(part: &Part) -> impl Iterator<Item = Table> {
 }
 
 fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Error> {
-    let order = order::Order::new(parts)?;
+    let order = Order::new(parts)?;
     let mut rows = [0u64; 3];
     for table in tables(&parts[0]) {
         let open = |part| Source::open(part, table);

@@ -73,10 +73,10 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
     Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)
 }
 
-/// Number of drives in the first scan (nominal whisker only), and how many of them on each side of the best the next scan covers.
+/// Number of drives in the first scan (nominal whisker only), and how many of them on each side of the best the second scan covers.
 const FIRST: (usize, usize) = (65, 4);
-/// Number of drives in each later scan, between the neighbours of the last best one, and number of these scans.
-const NEXT: (usize, u32) = (9, 5);
+/// Number of drives in the second scan, and relative width to which its best is narrowed down.
+const SECOND: (usize, f64) = (9, 1e-4);
 
 #[derive(Debug)]
 pub struct Other {
@@ -97,43 +97,69 @@ pub(super) fn judge(
     setup.estimate.theory = theory;
     let mut scorer = Scorer::new(&setup, layout, search, method);
     scorer.evaluator.leaves = true;
-    let mut best: Option<Tuple> = None;
-    if let Some(v) = search.variables.iter().find(|v| v.quantity == Quantity::Column(Column::Drive)) {
-        let between = |ends: [f64; 2], n: usize| -> Vec<f64> {
-            let share = |i: usize| i as f64 / (n - 1) as f64;
-            (0..n).map(|i| ends[0] * (ends[1] / ends[0]).powf(share(i))).collect()
-        };
-        let around = |drives: &[f64], at: usize, by: usize| {
-            [drives[at.saturating_sub(by)], drives[(at + by).min(drives.len() - 1)]]
-        };
-        let drives = between([v.min, v.max], FIRST.0);
-        let scores = scorer.nominal(&taps(point, &drives), &|| true)?;
-        let mut ends = least(&scores, goal).map(|at| around(&drives, at, FIRST.1));
-        for _ in 0..NEXT.1 {
-            let Some(these) = ends else { break };
-            let drives = between(these, NEXT.0);
-            let scores = scorer.scores(&taps(point, &drives))?;
-            let at = least(&scores, goal);
-            best = at.map(|at| Tuple { drive: drives[at], ..*point }).or(best);
-            ends = at.map(|at| around(&drives, at, 1));
-        }
-    } else if layout.n_drives > 1 {
-        let drives: Vec<f64> = (0..layout.n_drives).map(|j| layout.drive(point, j)).collect();
-        let scores = scorer.scores(&taps(point, &drives))?;
-        best = least(&scores, goal).map(|at| Tuple { drive: drives[at], ..*point });
-    }
-    let mut design = |point: Tuple| {
-        let score = scorer.scores(&[point])?[0];
-        scorer.design(Found { point, score })
+    let taps = |drives: &[f64]| drives.iter().map(|&drive| Tuple { drive, ..*point }).collect::<Vec<_>>();
+    let found = |points: Vec<Tuple>, scores: Vec<Score>| -> Vec<Found> {
+        points.into_iter().zip(scores).map(|(point, score)| Found { point, score }).collect()
     };
-    Ok(Other { theory, here: design(*point)?, best: best.map(design).transpose()? })
+    let value = |f: &Found| if goal.feasible(&f.score) { goal.value(&f.score) } else { f64::INFINITY };
+    let least = |all: &[Found]| {
+        let allowed = (0..all.len()).filter(|&i| value(&all[i]).is_finite());
+        allowed.min_by(|&i, &j| value(&all[i]).total_cmp(&value(&all[j])))
+    };
+    let around = |at: usize, by: usize, n: usize| [at.saturating_sub(by), (at + by).min(n - 1)];
+    let between = |ends: [f64; 2], n: usize| -> Vec<f64> {
+        let share = |i: usize| i as f64 / (n - 1) as f64;
+        (0..n).map(|i| ends[0] * (ends[1] / ends[0]).powf(share(i))).collect()
+    };
+    let variable = search.variables.iter().find(|v| v.quantity == Quantity::Column(Column::Drive));
+    let mut drives: Vec<f64> = (0..layout.n_drives).map(|j| layout.drive(point, j)).collect();
+    if let Some(v) = variable {
+        let first = between([v.min, v.max], FIRST.0);
+        let scores = scorer.nominal(&taps(&first), &|| true)?;
+        let ends = least(&found(taps(&first), scores)).map(|at| around(at, FIRST.1, FIRST.0));
+        drives = ends.map_or_else(Vec::new, |ends| between(ends.map(|i| first[i]), SECOND.0));
+    } else if drives.len() == 1 {
+        drives.clear();
+    }
+    let mut ask = |drives: &[f64]| -> Result<Vec<Found>, Error> {
+        Ok(found(taps(drives), scorer.scores(&taps(drives))?))
+    };
+    let (here, all) = (ask(&[point.drive])?[0], ask(&drives)?);
+    let best = match (least(&all), variable) {
+        (Some(at), Some(_)) => {
+            let [before, after] = around(at, 1, all.len()).map(|i| all[i]);
+            let drive = |f: &Found| f.point.drive;
+            Some(narrowed([before, all[at], after], SECOND.1, drive, &value, ask)?)
+        }
+        (at, _) => at.map(|at| all[at]),
+    };
+    let mut design = |found: Found| scorer.design(found);
+    Ok(Other { theory, here: design(here)?, best: best.map(design).transpose()? })
 }
 
-fn taps(point: &Tuple, drives: &[f64]) -> Vec<Tuple> {
-    drives.iter().map(|&drive| Tuple { drive, ..*point }).collect()
-}
-
-fn least(scores: &[Score], goal: Goal) -> Option<usize> {
-    let allowed = (0..scores.len()).filter(|&i| goal.feasible(&scores[i]));
-    allowed.min_by(|&i, &j| goal.value(&scores[i]).total_cmp(&goal.value(&scores[j])))
+/// The best near the middle of three samples: the interval around the best is halved until its relative width is `width`. `value` is smaller where
+/// better, infinite where nothing is allowed: a minimum at the edge of that is found too.
+pub fn narrowed<T: Copy>(
+    mut around: [T; 3],
+    width: f64,
+    drive: fn(&T) -> f64,
+    value: &dyn Fn(&T) -> f64,
+    mut ask: impl FnMut(&[f64]) -> Result<Vec<T>, Error>,
+) -> Result<T, Error> {
+    let mut best = around[1];
+    loop {
+        let [low, middle, high] = around.each_ref().map(drive);
+        if high - low <= width * high {
+            return Ok(best);
+        }
+        let between = ask(&[0.5 * (low + middle), 0.5 * (middle + high)])?;
+        let all = [around[0], between[0], around[1], between[1], around[2]];
+        // Of equal ones the middle, which at an end of the interval is there twice.
+        let order = |i: &usize, j: &usize| value(&all[*i]).total_cmp(&value(&all[*j]));
+        let at = [2, 1, 3, 0, 4].into_iter().min_by(order).unwrap_or(2);
+        around = [all[at.saturating_sub(1)], all[at], all[(at + 1).min(4)]];
+        if value(&all[at]) < value(&best) {
+            best = all[at];
+        }
+    }
 }

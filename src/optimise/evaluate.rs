@@ -9,13 +9,13 @@ use super::report;
 use super::score::{Score, deviations};
 use super::session::Found;
 use super::variables::Variables;
-use crate::backend::Choice;
+use crate::backend::{Backend, Choice};
 use crate::chart::between;
 use crate::chart::lanes::Figures;
 use crate::chart::ranges::Wanted;
 use crate::chart::ranker::Ranker;
 use crate::chart::reader::{LEAST_TAPS, Reader, directions};
-use crate::curve::{self, Ask, Curve, Reach, both};
+use crate::curve::{self, Ask, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Task};
@@ -24,8 +24,15 @@ use crate::scene::search::{Calibrated, Quantity, Search};
 use crate::scene::{Column, Direction, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Told};
 
-/// Taps per batch: for a GPU, and for a CPU, which checks for a stop between batches.
-pub(super) const BATCH: [usize; 2] = [1 << 18, 1 << 11];
+/// Taps per batch. Between batches a stop and the time are checked.
+pub(super) fn batch(backend: &Backend) -> usize {
+    match backend.name {
+        "gpu" => 1 << 18,
+        "reference" => 1 << 6,
+        _ => 1 << 11,
+    }
+}
+
 /// A candidate with exact curves counts as this many in a batch.
 const CURVE: usize = 4;
 
@@ -50,7 +57,7 @@ impl<'a> Scorer<'a> {
         let evaluator = Evaluator::new(setup, method);
         let margin = evaluator.tolerance().max(REFERENCE);
         let judge = Judge { setup, search, distances, reach: layout.reach(), deviations, margin };
-        Self { evaluator, judge, batch: BATCH[0], rows: None }
+        Self { evaluator, judge, batch: 1 << 18, rows: None }
     }
 
     pub fn taps(&self) -> usize {
@@ -235,46 +242,25 @@ impl Scorer<'_> {
     }
 
     fn along_some(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
-        let (setup, reach, direction) = (self.judge.setup, self.judge.reach, whisker.direction());
-        let n = self.judge.distances.len();
+        let (setup, reach, n) = (self.judge.setup, self.judge.reach, self.judge.distances.len());
         let design = Design::new(setup, *whisker);
-        let at = |drive: f64| Design { tuple: Tuple { drive, ..*whisker }, ..design.clone() };
-        let designs: Vec<Design> = drives.iter().map(|drive| at(*drive)).collect();
-        let task = |a: f64, drive: f64| Task::of(0, &Tuple { a, drive, ..*whisker });
-        let distances = &self.judge.distances;
-        let tasks: Vec<Task> =
-            drives.iter().flat_map(|&drive| distances.iter().map(move |&a| task(a, drive))).collect();
-        let one = std::slice::from_ref(&design);
-        let taps = self.evaluator.run(one, &tasks)?;
-        let own = self.curves(one, drives, Some(Reach::of(direction, reach)))?;
-        let scored = self.judge.reach_of(0, direction);
-        let of_scores = if scored == Some(Reach::of(direction, reach)) {
-            None
-        } else {
-            Some(self.curves(one, drives, scored)?)
-        };
+        let at = |drive: &f64| Design { tuple: Tuple { drive: *drive, ..*whisker }, ..design.clone() };
+        let designs: Vec<Design> = drives.iter().map(at).collect();
+        let tasks = self.judge.tasks(&designs);
+        let taps = self.evaluator.run(&designs, &tasks)?;
+        let reached = Reach::of(whisker.direction(), reach);
+        let asks = (0..).zip(drives).map(|(design, &drive)| Ask { design, drive, reach: reached });
+        let (own, _) = curve::solve(setup, &mut self.evaluator, &designs, &asks.collect::<Vec<_>>())?;
         let asks: Vec<both::Ask> =
             tasks.iter().zip(&taps).map(|(task, tap)| both::Ask::own(setup, *task, tap, reach)).collect();
-        let (both, _) = both::both(setup, &mut self.evaluator, one, &asks)?;
+        let (both, _) = both::both(setup, &mut self.evaluator, &designs, &asks)?;
         let one = |j: usize| {
-            let (design, taps) = (&designs[j], &taps[j * n..(j + 1) * n]);
+            let taps = &taps[j * n..(j + 1) * n];
             let both = both.get(j * n..(j + 1) * n).unwrap_or_default();
-            let row = self.judge.reduce(design, (taps, both), Told::by(&own, j), None);
-            let own = of_scores.as_ref().unwrap_or(&own).get(j..=j).unwrap_or_default();
-            (row, self.judge.score(std::slice::from_ref(design), (taps, &[]), (own, both)))
+            let row = self.judge.reduce(&designs[j], (taps, both), Told::by(&own, j), None);
+            let own = own.get(j..=j).unwrap_or_default();
+            (row, self.judge.score(&designs[j..=j], (taps, &[]), (own, both)))
         };
         Ok((0..drives.len()).map(one).collect())
-    }
-
-    /// The exact model's curves at `drives`; empty without a `reach`.
-    fn curves(
-        &mut self,
-        design: &[Design],
-        drives: &[f64],
-        reach: Option<Reach>,
-    ) -> Result<Vec<Option<Curve>>, Error> {
-        let Some(reach) = reach else { return Ok(Vec::new()) };
-        let asks: Vec<Ask> = drives.iter().map(|&drive| Ask { design: 0, drive, reach }).collect();
-        Ok(curve::solve(self.judge.setup, &mut self.evaluator, design, &asks)?.0)
     }
 }

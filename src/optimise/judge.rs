@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::score::{Limit, Score, deviation, gather};
-use super::whisker::{self, Read, Seen, continued, over};
+use super::score::{self, Limit, Read, Score, Seen, continued, deviation, gather, over};
 use crate::chart::lanes::Figures;
 use crate::curve::{
     Curve, Reach,
@@ -186,7 +185,7 @@ impl Judge<'_> {
         let nearest = self.distances.iter().copied().fold(figures.arc[0], f64::min);
         let [place, highest] = figures.peak;
         if row.complete() {
-            score.figures = whisker::figures(self, row, x2 - x1, tuple.L_a);
+            score.figures = score::figures(self, row, x2 - x1, tuple.L_a);
         }
         self.limits(
             &mut score,

@@ -19,9 +19,7 @@ pub mod run;
 pub mod score;
 pub mod sensitivity;
 pub mod session;
-pub mod shares;
 pub mod variables;
-mod whisker;
 
 pub use report::Report;
 pub use run::find;

@@ -2,6 +2,8 @@
 //! ([`Stencil`]). The step that minimises the model within trust region, bounds and limits is tried, also with tightened limits, because a binding
 //! limit is only as good as its model. Bounds are met exactly, a binding limit from its inner side to about the square of the last radius.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::quadratic::{Quadratic, Stencil, step};
 use super::score::{Goal, Score};
 use super::session::{Found, Halt, Session, Stage};
@@ -94,7 +96,7 @@ fn steps(goal: Goal, radius: f64, u: &[f64], stencil: &Stencil, scores: &[Score]
     let mut aim = model(&|s| goal.value(s) / scale);
     if !aim.is_finite() {
         let k = u.len();
-        aim = Quadratic { value: 0.0, slope: vec![0.0; k], curvature: vec![0.0; k * k] };
+        aim = Quadratic { value: 0.0, slope: DVector::zeros(k), curvature: DMatrix::zeros(k, k) };
     }
     limits.retain(Quadratic::is_finite);
     let lo: Vec<f64> = u.iter().map(|x| (-radius).max(-x)).collect();

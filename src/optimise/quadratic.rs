@@ -6,25 +6,17 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadratic {
     pub value: f64,
-    pub slope: Vec<f64>,
-    /// H, row by row.
-    pub curvature: Vec<f64>,
+    pub slope: DVector<f64>,
+    pub curvature: DMatrix<f64>,
 }
 
 impl Quadratic {
-    pub fn at(&self, p: &[f64]) -> f64 {
-        let k = p.len();
-        let bend: f64 = (0..k * k).map(|ij| self.curvature[ij] * p[ij / k] * p[ij % k]).sum();
-        self.value + dot(&self.slope, p) + 0.5 * bend
-    }
-
-    fn slope_at(&self, p: &[f64]) -> Vec<f64> {
-        let k = p.len();
-        (0..k).map(|i| self.slope[i] + dot(&self.curvature[i * k..(i + 1) * k], p)).collect()
+    pub fn at(&self, p: &DVector<f64>) -> f64 {
+        self.value + self.slope.dot(p) + 0.5 * p.dot(&(&self.curvature * p))
     }
 
     pub fn is_finite(&self) -> bool {
-        self.value.is_finite() && self.slope.iter().chain(&self.curvature).all(|x| x.is_finite())
+        self.value.is_finite() && self.slope.iter().chain(self.curvature.iter()).all(|x| x.is_finite())
     }
 }
 
@@ -63,20 +55,20 @@ impl Stencil {
 
     pub fn model(&self, values: &[f64]) -> Quadratic {
         let k = self.axes.len();
-        let (mut slope, mut curvature) = (vec![0.0; k], vec![0.0; k * k]);
+        let (mut slope, mut curvature) = (DVector::zeros(k), DMatrix::zeros(k, k));
         let along = |i: usize| [values[1 + 2 * i] - values[0], values[2 + 2 * i] - values[0]];
         for (i, &[s, t]) in self.axes.iter().enumerate() {
             let [a, b] = along(i);
             let (a, b) = (a / s, b / t);
-            curvature[i * k + i] = 2.0 * (a - b) / (s - t);
+            curvature[(i, i)] = 2.0 * (a - b) / (s - t);
             slope[i] = a - s * (a - b) / (s - t);
         }
         let mut corner = 1 + 2 * k;
         for i in 0..k {
             for j in 0..i {
                 let mixed = values[corner] - values[0] - along(i)[0] - along(j)[0];
-                curvature[i * k + j] = mixed / (self.axes[i][0] * self.axes[j][0]);
-                curvature[j * k + i] = curvature[i * k + j];
+                curvature[(i, j)] = mixed / (self.axes[i][0] * self.axes[j][0]);
+                curvature[(j, i)] = curvature[(i, j)];
                 corner += 1;
             }
         }
@@ -89,8 +81,8 @@ const STEPS: usize = 40;
 
 /// The step p in the box [`lo`, `hi`] that minimises `goal` with all `limits` ≤ 0: augmented Lagrangian, projected Newton steps (D. P. Bertsekas,
 /// SIAM J. Control Optim. 20, 1982). If the limits cannot be kept, it violates them little. `goal` and `limits` are of order 1.
-pub fn step(goal: &Quadratic, limits: &[Quadratic], [lo, hi]: [&[f64]; 2]) -> Vec<f64> {
-    let mut p: Vec<f64> = lo.iter().zip(hi).map(|(lo, hi)| 0.0f64.clamp(*lo, *hi)).collect();
+pub fn step(goal: &Quadratic, limits: &[Quadratic], [lo, hi]: [&[f64]; 2]) -> DVector<f64> {
+    let mut p = DVector::from_fn(lo.len(), |i, _| 0.0f64.clamp(lo[i], hi[i]));
     let mut multipliers = vec![0.0; limits.len()];
     let (mut weight, mut before) = (10.0, f64::INFINITY);
     for _ in 0..UPDATES {
@@ -112,61 +104,59 @@ pub fn step(goal: &Quadratic, limits: &[Quadratic], [lo, hi]: [&[f64]; 2]) -> Ve
     p
 }
 
-type Local = (f64, Vec<f64>, Vec<f64>);
-
-/// goal + Σ (max(0, λ + w c)² − λ²)/(2w).
-fn lagrangian(goal: &Quadratic, limits: &[Quadratic], multipliers: &[f64], weight: f64, p: &[f64]) -> Local {
-    let k = p.len();
-    let (mut value, mut slope, mut curvature) = (goal.at(p), goal.slope_at(p), goal.curvature.clone());
+/// goal + Σ (max(0, λ + w c)² − λ²)/(2w), as a model around `p`.
+fn lagrangian(
+    goal: &Quadratic,
+    limits: &[Quadratic],
+    multipliers: &[f64],
+    weight: f64,
+    p: &DVector<f64>,
+) -> Quadratic {
+    let slope_at = |q: &Quadratic| &q.slope + &q.curvature * p;
+    let mut all = Quadratic { value: goal.at(p), slope: slope_at(goal), curvature: goal.curvature.clone() };
     for (limit, m) in limits.iter().zip(multipliers) {
-        let push = m + weight * limit.at(p);
-        if push <= 0.0 {
-            value -= m * m / (2.0 * weight);
-            continue;
-        }
-        value += (push * push - m * m) / (2.0 * weight);
-        let g = limit.slope_at(p);
-        for i in 0..k {
-            slope[i] += push * g[i];
-            for j in 0..k {
-                curvature[i * k + j] += push * limit.curvature[i * k + j] + weight * g[i] * g[j];
-            }
+        let push = (m + weight * limit.at(p)).max(0.0);
+        all.value += (push * push - m * m) / (2.0 * weight);
+        if push > 0.0 {
+            let g = slope_at(limit);
+            all.slope += &g * push;
+            all.curvature += &limit.curvature * push + &g * g.transpose() * weight;
         }
     }
-    (value, slope, curvature)
+    all
 }
 
-fn newton(p: &mut [f64], [lo, hi]: [&[f64]; 2], f: &dyn Fn(&[f64]) -> Local) {
-    let k = p.len();
+fn newton(p: &mut DVector<f64>, [lo, hi]: [&[f64]; 2], f: &dyn Fn(&DVector<f64>) -> Quadratic) {
     for _ in 0..STEPS {
-        let (value, slope, curvature) = f(p);
-        let free: Vec<usize> = (0..k)
+        let Quadratic { value, slope, curvature } = f(p);
+        let free: Vec<usize> = (0..p.len())
             .filter(|&i| !(p[i] <= lo[i] && slope[i] > 0.0 || p[i] >= hi[i] && slope[i] < 0.0))
             .collect();
-        let g: Vec<f64> = free.iter().map(|&i| slope[i]).collect();
-        let h: Vec<f64> =
-            free.iter().flat_map(|&i| free.iter().map(move |&j| i * k + j)).map(|ij| curvature[ij]).collect();
+        let g = slope.select_rows(&free);
         if g.iter().all(|g| *g == 0.0) {
             return;
         }
-        let direction = descent(&g, &h);
+        let direction = descent(&g, curvature.select_rows(&free).select_columns(&free));
+        // What is gained is less than the rounding of the value.
+        if g.dot(&direction).abs() < f64::EPSILON * value.abs() {
+            return;
+        }
         let mut share = 1.0;
-        let lower = loop {
-            let mut next = p.to_vec();
+        let next = loop {
+            let mut next = p.clone();
             for (&i, d) in free.iter().zip(&direction) {
                 next[i] = (p[i] + share * d).clamp(lo[i], hi[i]);
             }
-            if f(&next).0 < value {
-                break Some(next);
+            if f(&next).value < value {
+                break next;
             }
             share *= 0.5;
             if share < 1e-9 {
-                break None;
+                return;
             }
         };
-        let Some(next) = lower else { return };
-        let moved = next.iter().zip(&*p).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        p.copy_from_slice(&next);
+        let moved = (&next - &*p).amax();
+        *p = next;
         if moved < 1e-15 {
             return;
         }
@@ -174,18 +164,13 @@ fn newton(p: &mut [f64], [lo, hi]: [&[f64]; 2], f: &dyn Fn(&[f64]) -> Local) {
 }
 
 /// −H⁻¹g with the eigenvalues of H made positive: Newton where H is positive definite; elsewhere it leads away from a saddle.
-fn descent(g: &[f64], h: &[f64]) -> Vec<f64> {
-    let k = g.len();
-    if !g.iter().chain(h).all(|x| x.is_finite()) {
-        return vec![0.0; k];
+fn descent(g: &DVector<f64>, h: DMatrix<f64>) -> DVector<f64> {
+    if !g.iter().chain(h.iter()).all(|x| x.is_finite()) {
+        return DVector::zeros(g.len());
     }
-    let eigen = DMatrix::from_row_slice(k, k, h).symmetric_eigen();
+    let eigen = h.symmetric_eigen();
     let least = eigen.eigenvalues.amax().max(1e-12) * 1e-10;
-    let along = eigen.eigenvectors.tr_mul(&DVector::from_row_slice(g));
+    let along = eigen.eigenvectors.tr_mul(g);
     let scaled = along.zip_map(&eigen.eigenvalues, |g, l| -g / l.abs().max(least));
-    (&eigen.eigenvectors * scaled).iter().copied().collect()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    &eigen.eigenvectors * scaled
 }

@@ -1,18 +1,13 @@
 //! Results of a finished search, as JSON and tables.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::{Duration, Instant};
-
 use serde_json::{Value, json};
 
 use super::best::Other;
 use super::blame::why;
 use super::front::Front;
 use super::score::{Limit, Score};
-use super::sensitivity::{Pair, Sensitivity};
+use super::sensitivity::{CONFIDENCE, Pair, Sensitivity, Share, Shares};
 use super::session::{Ended, Step};
-use super::shares::{CONFIDENCE, Share, Shares};
 use super::variables::value;
 use crate::backend::Backend;
 use crate::error::Error;
@@ -65,35 +60,6 @@ pub struct Report {
 
 pub(crate) fn unit(setup: &Setup, point: &Tuple) -> f64 {
     crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
-}
-
-const EVERY: Duration = Duration::from_millis(20);
-
-#[derive(Debug, Default)]
-pub struct Alarm {
-    pub rings: AtomicBool,
-    /// True once something was scored: a time limit waits for this, so that even a slow machine gives an answer.
-    pub scored: AtomicBool,
-}
-
-/// Runs `f`; another thread raises the alarm once `stop` is set, or after `seconds` if something has been scored.
-pub fn watched<R>(stop: &AtomicBool, seconds: Option<f64>, f: impl FnOnce(&Alarm) -> R) -> R {
-    let (alarm, begun) = (&Alarm::default(), Instant::now());
-    // The thread ends when the sender is dropped, even if `f` panics.
-    let (done, wait) = channel::<()>();
-    let look = move || {
-        while wait.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
-            let late = seconds.is_some_and(|s| begun.elapsed().as_secs_f64() >= s);
-            if stop.load(Ordering::Relaxed) || late && alarm.scored.load(Ordering::Relaxed) {
-                alarm.rings.store(true, Ordering::Relaxed);
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        scope.spawn(look);
-        let _done = done;
-        f(alarm)
-    })
 }
 
 pub fn names(objective: Objective) -> Vec<&'static str> {

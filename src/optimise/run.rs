@@ -6,10 +6,10 @@ use std::time::Instant;
 
 use super::best;
 use super::blame::{infeasible, shortfall};
-use super::evaluate::{BATCH, Scorer, wanted};
+use super::evaluate::{Scorer, batch, wanted};
 use super::front::{self, Front};
 use super::global::{self, STARTS};
-use super::report::{self, Alarm, Report};
+use super::report::Report;
 use super::score::{Goal, Limit};
 use super::sensitivity;
 use super::session::{Ended, Found, Session, Stage, Watch};
@@ -75,25 +75,13 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
 pub fn find(
     spec: &Spec,
     search: &Search,
-    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
+    (choice, options, mut needed): (&Choice, &RunOptions, Option<Needed>),
     stop: &AtomicBool,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
-    spec.study.space.layout().ok_or_else(no_axes)?;
-    let choices = ([choice, &precise(options)?], needed);
-    report::watched(stop, search.budget.seconds, |alarm| {
-        under_alarm(spec, search, choices, (stop, alarm, watch))
-    })
-}
-
-fn under_alarm(
-    spec: &Spec,
-    search: &Search,
-    ([choice, precise], mut needed): ([&Choice; 2], Option<Needed>),
-    (stop, alarm, watch): (&AtomicBool, &Alarm, &mut dyn Watch),
-) -> Result<Report, Error> {
     let begun = Instant::now();
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
+    let precise = &precise(options)?;
     let variables = Variables::new(&spec.study.setup, &layout, search);
     let wanted = wanted(&layout, search, &variables);
     let fewer = needed.as_ref().map(|n| n.setup.clone());
@@ -105,7 +93,7 @@ fn under_alarm(
         let mut scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
         // Taps near no equilibrium get no distance; the reference would need seconds for each.
         scorer.evaluator.leaves = true;
-        scorer.batch = BATCH[usize::from(choice.backend.name != "gpu")];
+        scorer.batch = batch(&choice.backend);
         Ok::<_, Error>(scorer)
     };
     let before = choice.seconds + needed.as_ref().map_or(0.0, |n| n.seconds[0]);
@@ -122,10 +110,10 @@ fn under_alarm(
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, alarm, watch));
+    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, watch));
 
     let (ended, front, best) = loop {
-        session.stop_by(&alarm.rings);
+        session.stop_by(stop);
         let (ended, front) = if search.objective == Objective::Pareto {
             let (result, points) = front::search(&mut session, search.seed)?;
             (global::ending(result)?, Some(points))

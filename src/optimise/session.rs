@@ -1,10 +1,10 @@
 //! A running search: its budget, its findings, and its only access to evaluations.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::evaluate::Scorer;
-use super::report::Alarm;
 use super::score::{Goal, Score};
 use super::variables::Variables;
 use crate::error::{Error, SolveError};
@@ -77,7 +77,6 @@ pub struct Session<'a> {
     kept_back: u64,
     begun: Instant,
     stop: &'a AtomicBool,
-    alarm: &'a Alarm,
     watch: &'a mut dyn Watch,
     pub start: u32,
     pub swarms: u32,
@@ -94,7 +93,7 @@ impl<'a> Session<'a> {
         variables: &'a Variables,
         goal: Goal,
         budget: Budget,
-        (stop, alarm, watch): (&'a AtomicBool, &'a Alarm, &'a mut dyn Watch),
+        (stop, watch): (&'a AtomicBool, &'a mut dyn Watch),
     ) -> Self {
         Self {
             scorers,
@@ -104,7 +103,6 @@ impl<'a> Session<'a> {
             kept_back: 0,
             begun: Instant::now(),
             stop,
-            alarm,
             watch,
             start: 0,
             swarms: 0,
@@ -129,27 +127,20 @@ impl<'a> Session<'a> {
         if take == 0 && !points.is_empty() {
             return Err(Halt::Ended(Ended::Evaluations));
         }
+        let late = || self.budget.seconds.is_some_and(|s| self.begun.elapsed().as_secs_f64() >= s);
         // At least one evaluation is made, so that a slow machine gives an answer too.
-        let spent = |s| self.evaluations > 0 && self.begun.elapsed().as_secs_f64() >= s;
-        if self.budget.seconds.is_some_and(spent) {
-            return Err(Halt::Ended(Ended::Seconds));
-        }
-        let stop = self.stop;
-        let on = || !stop.load(Ordering::Relaxed);
+        let first = Cell::new(self.evaluations == 0);
+        let on = || !self.stop.load(Ordering::Relaxed) && (first.replace(false) || !late());
         let scores = match self.scorers[stage as usize].scores_while(&points[..take], &on) {
-            Err(Error::Solve(SolveError::Stopped)) => {
-                let asked = stop.load(Ordering::Relaxed);
-                return Err(Halt::Ended(if asked { Ended::Interrupted } else { Ended::Seconds }));
-            }
+            Err(Error::Solve(SolveError::Stopped)) => return Err(Halt::Ended(Ended::Interrupted)),
             scores => scores?,
         };
+        self.evaluations += scores.len() as u64;
+        self.note(stage, &points[..scores.len()], &scores);
         if scores.len() < take {
-            self.evaluations += scores.len() as u64;
-            self.note(stage, &points[..scores.len()], &scores);
-            return Err(Halt::Ended(Ended::Interrupted));
+            let stopped = self.stop.load(Ordering::Relaxed);
+            return Err(Halt::Ended(if stopped { Ended::Interrupted } else { Ended::Seconds }));
         }
-        self.evaluations += take as u64;
-        self.note(stage, &points[..take], &scores);
         if take < points.len() { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(scores) }
     }
 
@@ -173,7 +164,6 @@ impl<'a> Session<'a> {
         if points.is_empty() {
             return;
         }
-        self.alarm.scored.store(true, Ordering::Relaxed);
         let goal = self.goal;
         for (&point, &score) in points.iter().zip(scores) {
             let found = Found { point, score };

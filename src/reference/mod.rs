@@ -1,14 +1,17 @@
 //! The reference: every key of a spec, every column of every table, every status word, every exit code. [`page`] is the page of the site.
 
-pub mod columns;
-pub mod keys;
 mod layout;
 pub mod schema;
-pub mod words;
 
-pub use layout::{Entry, Part};
+use toml::{Table, Value};
 
 use crate::scene::Property;
+use crate::sink::fact::Fact;
+use crate::sink::heading::{HEADINGS, Heading, units};
+use crate::spec::keys::{Form, Key, Section, inline, section, sections};
+use crate::status::Status;
+use layout::EXAMPLE;
+pub use layout::{Entry, Part};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
@@ -26,9 +29,9 @@ impl Topic {
 
     pub fn parts(self) -> Vec<Part> {
         match self {
-            Self::Spec => keys::parts(),
-            Self::Columns => columns::parts(),
-            Self::Statuses => words::parts(),
+            Self::Spec => keys(),
+            Self::Columns => columns(),
+            Self::Statuses => words(),
         }
     }
 
@@ -40,9 +43,9 @@ impl Topic {
 
     fn heading(self) -> [&'static str; 2] {
         match self {
-            Self::Spec => ["The spec", keys::ABOUT],
-            Self::Columns => ["The tables", columns::ABOUT],
-            Self::Statuses => ["Words and exit codes", words::ABOUT],
+            Self::Spec => ["The spec", KEYS],
+            Self::Columns => ["The tables", COLUMNS],
+            Self::Statuses => ["Words and exit codes", WORDS],
         }
     }
 
@@ -114,4 +117,92 @@ pub fn page() -> String {
         }
     }
     text
+}
+
+const COLUMNS: &str = "CSV in UTF-8 with one header and no comment lines; numbers in the shortest form that reads back the same. A value \
+    that does not exist is empty, never 0. Read columns by name: new ones may be added before `status`. *if varied*: the column is there if the spec has an axis of it, or the tuple file has the column. `delta_mm` stands in place of `theta_deg` \
+    with `drive = \"displacement\"`, K has the unit mm with `convention = \"elongation\"`. Sections (§) and equations are those of \
+    docs/model.md.";
+
+fn columns() -> Vec<Part> {
+    let entry = |fact: &&Fact| {
+        let meaning = match fact.only.when() {
+            "" => fact.meaning.clone(),
+            when => format!("{} ({when})", fact.meaning),
+        };
+        Entry { facts: vec![units(&fact.name)], meaning, name: fact.name.replace('|', " or ") }
+    };
+    let part = |table: &Heading| {
+        let title = format!("{} ({})", table.file, table.command);
+        Part::new(title, &table.row, &["column", "unit", "meaning"], table.columns.iter().map(entry))
+    };
+    HEADINGS.iter().map(part).collect()
+}
+
+const KEYS: &str = "A spec is TOML: lengths in mm, angles in degrees, moduli in MPa, forces in N; strain has no unit. Unknown keys are \
+    errors, paths are relative to the spec. A key without default is required, or off. *axis*: the key takes a value, a list or an axis. \
+    `--plan` prints every value in force.";
+
+fn keys() -> Vec<Part> {
+    let heads = ["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
+    let entries = |s: &'static Section| s.keys.iter().map(|k| entry(s, k));
+    let part = |title: String, s: &'static Section| Part::new(title, s.about, &heads, entries(s));
+    let top = part("Above all sections".to_owned(), section(""));
+    let inline = inline().map(|s| Part {
+        examples: s.examples.clone(),
+        ..Part::new(s.name, s.about, &["key", "unit", "default", "allowed", "meaning"], entries(s))
+    });
+    let sections = sections().map(|s| part(format!("[{}]", s.name), s));
+    std::iter::once(top).chain(sections).chain(inline).collect()
+}
+
+fn entry(section: &Section, key: &Key) -> Entry {
+    let note = if key.note.is_empty() { String::new() } else { format!(". {}", key.note) };
+    let axis = match &key.form {
+        _ if section.name.contains('.') => "",
+        Form::Axis(_) => "; axis",
+        Form::Any(forms) if forms.iter().any(|form| matches!(form, Form::Axis(_))) => {
+            "; a number may be an axis"
+        }
+        _ => "",
+    };
+    let mut facts = vec![key.unit.to_owned(), key.if_absent(), key.allowed() + axis];
+    if !key.example.is_empty() {
+        facts.push(format!("`{} = {}`", key.name, key.example));
+    }
+    Entry { name: key.name.to_owned(), facts, meaning: format!("{}{note}", key.what) }
+}
+
+const WORDS: &str = "Every row that was asked for comes back; one without values says why. `status` is `ok`, or words of the first list joined \
+    by `+` in its order; of a row over many taps it is the union of their words. A tap that counts enters K̄, SD, errors and maxima of its row. \
+    Summaries count each combination of words once, and add up to the number of taps, as `counts.combinations` of run.json does; `counts.status` there \
+    counts each word.";
+
+fn words() -> Vec<Part> {
+    let all: Table = include_str!("words.toml").parse().expect("words.toml is TOML");
+    all.iter().map(|(title, words)| list(title, words)).collect()
+}
+
+fn list(title: &str, words: &Value) -> Part {
+    let about = words.get("about").and_then(Value::as_str).unwrap_or_default();
+    let heads = match title {
+        "status" => &["word", "counts", "values of the tap", "in locate", "meaning"][..],
+        _ => &["word", "meaning"],
+    };
+    let told =
+        words.as_table().into_iter().flatten().filter_map(|(word, told)| Some((word, told.as_array()?)));
+    let entries = told.map(|(word, told)| {
+        let [meaning, values, locate] =
+            [0, 1, 2].map(|k| told.get(k).and_then(Value::as_str).unwrap_or_default().to_owned());
+        let status = Status::ALL.iter().find(|(_, name)| name == word).filter(|_| title == "status");
+        // Words that sweeps never give have no entry for counting.
+        let counts = status.map(|(status, _)| match (values.as_str(), status.counts()) {
+            ("", _) => "",
+            (_, true) => "yes",
+            (_, false) => "no",
+        });
+        let facts = counts.map_or_else(Vec::new, |counts| vec![counts.to_owned(), values, locate]);
+        Entry { name: word.clone(), facts, meaning }
+    });
+    Part::new(title, about, heads, entries)
 }

@@ -57,37 +57,35 @@ fn short(adapter: &str) -> &str {
     adapter.split(" (").next().unwrap_or(adapter)
 }
 
-/// Points, and a line through those that none beats: it never turns back.
-fn reached(panel: Panel, name: &str, (colour, marker): (usize, Marker), points: &[(f64, f64)]) -> Panel {
-    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-    let best = front(&x, &y);
-    let line = Path::new(name, colour, best.iter().map(|i| (x[*i], y[*i])));
-    let points = Path::new(name, colour, points.iter().copied());
-    panel.with(Mark::line(line, 0)).with(Mark::points(points, marker))
+/// For each place the `error` of its kernels in `configuration` over the time: points, and a line through those that none beats, which never turns back.
+fn reached(work: &Frame, mut panel: Panel, configuration: &str, error: &[f64]) -> Result<Panel, InputError> {
+    let time = work.numbers("ns_per_tap")?;
+    for (i, (name, rows)) in places(work).iter().enumerate() {
+        let is = |r: &&usize| is_solved(work, **r) && work.word("configuration", **r) == configuration;
+        let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
+        let (x, y): (Vec<f64>, Vec<f64>) = points.filter(|p| p.1 > 0.0).unzip();
+        let (colour, marker) = series(i);
+        let line = Path::new(name, colour, front(&x, &y).into_iter().map(|i| (x[i], y[i])));
+        let points = Path::new(name, colour, x.iter().copied().zip(y.iter().copied()));
+        panel = panel.with(Mark::line(line, 0)).with(Mark::points(points, marker));
+    }
+    Ok(panel)
+}
+
+fn is_solved(work: &Frame, row: usize) -> bool {
+    matches!(work.word("kernel", row).as_str(), "exact" | "reference")
 }
 
 /// The first configuration only: every kernel, and the peers.
 fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
-    let places = places(work);
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
-    let time = work.numbers("ns_per_tap")?;
     let (mut panels, mut beyond) = (Vec::new(), Vec::new());
     for (title, column, theirs) in
         [("99 of 100 taps are better", "strain_error_p99", "p99"), ("worst tap", "strain_error_max", "worst")]
     {
         let error = work.numbers(column)?;
         let mut panel = Panel::new(title, Axis::log(TIME.0, TIME.1), Axis::log("strain error, relative", ""));
-        for (i, (name, rows)) in places.iter().enumerate() {
-            let of = |kernel: &str| -> Vec<(f64, f64)> {
-                let is = |r: &&usize| {
-                    work.word("configuration", **r) == first && work.word("kernel", **r) == kernel
-                };
-                let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
-                points.filter(|p| p.1 > 0.0).collect()
-            };
-            let ladder = [of("exact"), of("reference")].concat();
-            panel = reached(panel, name, series(i), &ladder);
-        }
+        panel = reached(work, panel, &first, error)?;
         if let Some(peers) = peers {
             let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
             for r in peers.rows(|r| !peers.word("name", r).starts_with("vibrissa") && error[r] > 0.0) {
@@ -100,7 +98,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
                 let family = name.split([' ', ',']).next().unwrap_or_default().to_owned();
                 let known = ["scipy", "JAX", "numba", "PyElastica", "diffrax"];
                 let after = known.iter().position(|f| *f == family).unwrap_or(known.len());
-                let (colour, marker) = series(places.len() + after);
+                let (colour, marker) = series(places(work).len() + after);
                 let path = Path::new(family, colour, [(1e9 / rate[r], error[r])]);
                 panel = panel.with(Mark::Points {
                     path,
@@ -140,22 +138,14 @@ fn share(panels: &mut [Panel]) {
 }
 
 fn configurations(work: &Frame) -> Result<Figure, InputError> {
-    let places = places(work);
-    let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
-    let ladder = |r: usize| matches!(work.word("kernel", r).as_str(), "exact" | "reference");
-    let names: IndexSet<String> =
-        work.rows(ladder).into_iter().map(|r| work.word("configuration", r)).collect();
-    let mut panels = Vec::new();
-    for c in &names {
-        let mut panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
-        for (i, (name, rows)) in places.iter().enumerate() {
-            let is = |r: &&usize| ladder(**r) && work.word("configuration", **r) == *c;
-            let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
-            let points: Vec<_> = points.filter(|p| p.1 > 0.0).collect();
-            panel = reached(panel, name, series(i), &points);
-        }
-        panels.push(panel);
-    }
+    let error = work.numbers("strain_error_p99")?;
+    let solved = work.rows(|r| is_solved(work, r)).into_iter();
+    let names: IndexSet<String> = solved.map(|r| work.word("configuration", r)).collect();
+    let panel = |c: &String| {
+        let panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
+        reached(work, panel, c, error)
+    };
+    let mut panels = names.iter().map(panel).collect::<Result<Vec<_>, _>>()?;
     share(&mut panels);
     let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
     Ok(Figure::new("configurations", "Every configuration", caption, panels))

@@ -30,10 +30,8 @@ pub fn points_of(
     }
 }
 
-/// Figures and tables of a result.
 #[derive(Debug, Default)]
 pub struct Content {
-    /// The answer in one sentence.
     pub answer: String,
     /// In page order.
     pub figures: Vec<Figure>,

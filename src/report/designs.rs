@@ -8,6 +8,7 @@ use super::quantity::{self, distinct};
 use super::source::Source;
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
+use crate::optimise::front::unbeaten;
 use crate::scene::Property;
 use crate::sink::frame::Frame;
 
@@ -56,13 +57,7 @@ pub fn chosen(table: &Frame, by: &str) -> Result<(Vec<usize>, String), InputErro
 /// Pareto front of `x` and `y` (smaller is better), by ascending x.
 pub fn front(x: &[f64], y: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..x.len()).filter(|i| x[*i].is_finite() && y[*i].is_finite()).collect();
-    order.sort_by(|a, b| x[*a].total_cmp(&x[*b]).then(y[*a].total_cmp(&y[*b])));
-    let mut least = f64::INFINITY;
-    order.retain(|i| {
-        let better = y[*i] < least;
-        least = least.min(y[*i]);
-        better
-    });
+    unbeaten(&mut order, |i| [x[*i], y[*i]]);
     order
 }
 

@@ -1,7 +1,7 @@
 //! `report`: figures and a page from a result folder.
 //!
 //! [`source`] reads the folder and refuses damaged files; one file per command makes [`mod@content`] (figures as data, rows of the page);
-//! [`crate::figure`] draws; [`crate::page`] makes the page. Nothing is recomputed: figures show the tables.
+//! [`crate::figure`] draws; [`page`] makes the page. Nothing is recomputed: figures show the tables.
 
 pub mod answer;
 mod bins;
@@ -26,7 +26,6 @@ use crate::error::{Error, InputError};
 use content::Content;
 use source::Source;
 
-/// File name of the page.
 pub const PAGE: &str = "report.html";
 
 type Draw = fn(&Source) -> Result<Content, Error>;
@@ -43,7 +42,6 @@ const DRAWN: [(&str, Draw); 9] = [
     ("shape", shape::content),
 ];
 
-/// Figures and rows of a result.
 pub fn content(source: &Source) -> Result<Content, Error> {
     if let Some((_, content)) = DRAWN.iter().find(|(command, _)| *command == source.command) {
         return content(source);

@@ -1,4 +1,4 @@
-//! The page of a report: data as JSON, and scripts that draw them.
+//! The page of a report: one self-contained file with style, data as JSON, and scripts that draw them.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,6 @@ use super::content::Content;
 use super::source::Source;
 use crate::combinations::told;
 use crate::figure::{self, Marker};
-use crate::page::{Page, html};
 
 /// Scripts in the order in which they depend on each other: `pages/report/*.ts`, built.
 const SCRIPTS: [&str; 9] = [
@@ -36,8 +35,7 @@ pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
         "tables": content.tables,
         "spec": source.run["spec"]["text"],
     });
-    let title = format!("{} of {}", source.command, source.name);
-    html(&Page { title: &title, style: include_str!("../page/report.css"), data: &data, scripts: &SCRIPTS })
+    html(&format!("{} of {}", source.command, source.name), &data)
 }
 
 /// Origin of the result, as names and values.
@@ -77,4 +75,18 @@ fn made(source: &Source) -> Vec<[String; 2]> {
         ("BLAKE3 of run.json", source.hash.clone()),
     ];
     rows.into_iter().filter(|(_, v)| !v.is_empty()).map(|(k, v)| [k.to_owned(), v]).collect()
+}
+
+/// A file whose content policy forbids all requests, so that opening a mailed page is not reported to anyone.
+fn html(title: &str, data: &Value) -> String {
+    // Inside a script element only `</` and `<!--` have a meaning.
+    let data = data.to_string().replace('<', "\\u003c");
+    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
+         <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{}</style>\n</head>\n<body>\n<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n(() => {{\n{}\n}})();\n</script>\n</body>\n</html>\n",
+        include_str!("../../pages/report/report.css"),
+        SCRIPTS.join("\n")
+    )
 }

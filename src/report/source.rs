@@ -12,12 +12,9 @@ use crate::sink::frame::Frame;
 use crate::sink::read;
 use crate::sink::run_json::FORMAT;
 
-/// A finished result.
 #[derive(Debug)]
 pub struct Source {
-    /// Path of the folder.
     pub folder: PathBuf,
-    /// Content of `run.json`.
     pub run: Value,
     /// Command that made the result.
     pub command: String,

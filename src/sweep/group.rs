@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::about::Place;
 use super::best::Kept;
+use super::output::Place;
 use super::taps::{Places, Taps};
 use super::{CHUNK, Run};
 use crate::curve::{Ask, Curve, Reach, both::Both};

@@ -7,9 +7,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::Run;
-use super::about::About;
 use super::best::{Best, Highlights};
-use super::writers::Writers;
+use super::output::{About, Writers};
 use crate::chart::lanes::Found;
 use crate::error::Error;
 use crate::kernel::gpu::Log;

@@ -2,17 +2,16 @@
 //! spec and its index. So a stopped sweep continues with the missing chunks, and a part of a sweep is some of the designs. Memory holds one chunk or
 //! design, the rows kept with `top`, and listed tuples (with all outcomes if the rows of their designs alternate).
 
-mod about;
 mod best;
 mod charted;
 mod group;
 mod keep;
 mod needed;
+mod output;
 mod probe;
 mod route;
 mod running;
 mod taps;
-mod writers;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -33,18 +32,16 @@ use crate::sink::{
     shard::Shard,
 };
 
-use about::About;
-pub use about::{Place, ordered};
 pub use best::Kept;
 pub use keep::EVERY;
 use keep::{Keeper, Reached, State};
 use needed::{checked, fuller};
 pub use needed::{run_needed, whole};
+use output::{About, Writers};
+pub use output::{PLACES, Place, Tables, ordered};
 pub use probe::seconds;
 use running::Run;
 use taps::Taps;
-use writers::Writers;
-pub use writers::{PLACES, Tables};
 
 /// The result of a finished sweep.
 #[derive(Debug)]
@@ -118,7 +115,7 @@ fn attempt(
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound);
     let (study, shard) = (&spec.study, target.shard);
     let about = About::new(spec, plan, choice, (shard, bound));
-    let names = writers::names(study, plan, &about);
+    let names = output::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let open = |out| Folder::open(out, about.question.clone(), &names, target.force);
     let folder = target.out.map(open).transpose()?;
@@ -176,7 +173,7 @@ fn attempt(
         document["resumed"] = json!({ "from": left.done, "seconds_before": left.seconds });
     }
     if let Some(shard) = shard {
-        document["shard"] = about::description(shard, study, plan, &about);
+        document["shard"] = output::description(shard, study, plan, &about);
     }
     folder.run_json(&document)?;
     Written { files: report.files, removed: report.removed } = folder.finish()?;

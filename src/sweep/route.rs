@@ -1,10 +1,10 @@
 //! The order in which a sweep visits the designs: all of them, or ranked first and then those of the kept rows.
 
 use super::Run;
-use super::about::Place;
 use super::best::Kept;
 use super::charted;
 use super::group::{Group, Strokes};
+use super::output::Place;
 use super::taps::Taps;
 use crate::error::Error;
 use crate::scene::Per;

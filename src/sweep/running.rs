@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::best::Best;
 use super::keep::{Keeper, Reached};
-use super::writers::Writers;
+use super::output::Writers;
 use crate::backend::Choice;
 use crate::census::{Taps, sample};
 use crate::curve::{

@@ -1,11 +1,9 @@
 //! The best tap angle of one whisker. Without noise the smallest angle is best, because all deviations grow with θ². The error from noise falls with
 //! 1/θ, so with noise the optimum lies inside the interval, unless the strain limit comes first. The curve is evaluated in f64 on an even grid; each
-//! local minimum is polished by Brent's method; a limit inside an interval is found by bisection.
+//! local minimum is narrowed down by halving.
 
+mod attempts;
 mod curve;
-mod needed;
-mod optimum;
-mod tried;
 mod write;
 
 use std::sync::atomic::AtomicBool;
@@ -23,10 +21,9 @@ use crate::scene::search::{Budget, Limits, Objective, Search};
 use crate::scene::{BackendChoice, Contact, Layout, Precision, RunOptions, Setup, Study, Theory};
 use crate::statistics::DriveRow;
 
+use attempts::{COARSE, STEPS, incomplete, overstrained, tried};
+pub use attempts::{find, needed};
 use curve::Curve;
-use tried::{COARSE, STEPS, incomplete, overstrained, tried};
-
-pub use needed::{find, needed};
 pub use write::{k_names, result, table, unit};
 
 /// Reason for the CPU in f64 as default.
@@ -186,21 +183,21 @@ fn best(
     curve.scorer.evaluator.spare = LEFT[1];
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
-    let free = |s: &Sample| optimum::relaxed(s, goal);
-    let Some(unconstrained) = optimum::find(&mut curve, &samples, goal, &free)? else {
+    let free = |s: &Sample| curve::relaxed(s, goal);
+    let Some(unconstrained) = curve::find(&mut curve, &samples, goal, &free)? else {
         return Err(incomplete(setup, &samples).into());
     };
     let kept = |s: &Sample| goal.feasible(&s.score);
     let optimum = match kept(&unconstrained) {
         true => Some(unconstrained),
-        false => optimum::find(&mut curve, &samples, goal, &kept)?,
+        false => curve::find(&mut curve, &samples, goal, &kept)?,
     };
     let Some(optimum) = optimum else { return Err(overstrained(setup, &samples).into()) };
-    let (mut limited_by, at_bound) = optimum::limited_by(&optimum, ends, objective);
+    let (mut limited_by, at_bound) = curve::limited_by(&optimum, ends, objective);
     let inside = matches!(limited_by, LimitedBy::Bias | LimitedBy::Noise);
     if inside
         && matches!(setup.model.contact, Contact::Coulomb(f64::MIN_POSITIVE..))
-        && optimum::kinked(&mut curve, &optimum, goal)?
+        && curve::kinked(&mut curve, &optimum, goal)?
     {
         limited_by = LimitedBy::Friction;
     }

@@ -58,7 +58,7 @@ fn no_two_colours_look_the_same_to_any_reader() {
     }
     let light = |c: Linear| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2] + 0.05;
     let ground =
-        include_str!("../../src/page/report.css").split("--ground: ").nth(2).expect("the dark ground");
+        include_str!("../../pages/report/report.css").split("--ground: ").nth(2).expect("the dark ground");
     let map = MAP_DARK.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
     for (colours, least) in [(&DARK[..], 4.5), (&map.each_ref().map(String::as_str)[..], 4.0)] {
         let contrasts = colours.iter().map(|c| light(linear(c)) / light(linear(&ground[..7])));

@@ -8,7 +8,7 @@ use toml::Value;
 use crate::common::keys;
 use crate::common::program::{Desk, SPEC};
 use vibrissa::census::compare::{FAULTS, QUANTITIES};
-use vibrissa::reference::words;
+use vibrissa::reference::Topic;
 use vibrissa::sink::fact::{Fact, Only};
 use vibrissa::sink::heading::{HEADINGS, heading};
 use vibrissa::spec::keys::{Key, Section, inline, section, sections};
@@ -220,7 +220,7 @@ fn words_of(source: &str, name: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_word_is_described() {
-    let parts = words::parts();
+    let parts = Topic::Statuses.parts();
     let told = |k: usize| parts[k].entries.iter().map(|e| e.name.clone()).collect::<BTreeSet<_>>();
     let reasons = words_of(include_str!("../../crates/lab/src/estimator/taps.rs"), "word");
     assert_eq!(reasons, told(1), "reasons");

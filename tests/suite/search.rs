@@ -2,6 +2,7 @@
 
 use crate::common::searching::{brute, dense, search};
 use crate::common::sweeping::{CPU, GPU, Place};
+use nalgebra::{DMatrix, DVector};
 use vibrissa::optimise::quadratic::{Quadratic, Stencil, step};
 use vibrissa::optimise::score::{Goal, Limit, Score};
 
@@ -133,16 +134,16 @@ fn no_point_of_a_front_loses_to_a_million_designs() {
 fn quadratics_are_read_exactly_and_steps_keep_to_bounds_and_limits() {
     let of = |value, slope: &[f64], curvature: &[f64]| Quadratic {
         value,
-        slope: slope.to_vec(),
-        curvature: curvature.to_vec(),
+        slope: DVector::from_row_slice(slope),
+        curvature: DMatrix::from_row_slice(slope.len(), slope.len(), curvature),
     };
     let truth = of(0.7, &[1.0, -2.0, 0.3], &[2.0, 0.5, -1.0, 0.5, 3.0, 0.2, -1.0, 0.2, -4.0]);
     for u in [[0.5, 0.5, 0.5], [0.0, 1.0, 0.99], [1.0, 0.003, 0.0]] {
         let stencil = Stencil::new(&u, 0.01);
-        let from = |x: &Vec<f64>| x.iter().zip(u).map(|(x, u)| x - u).collect::<Vec<_>>();
+        let from = |x: &Vec<f64>| DVector::from_fn(3, |i, _| x[i] - u[i]);
         let values: Vec<f64> = stencil.places.iter().map(|x| truth.at(&from(x))).collect();
         let model = stencil.model(&values);
-        let numbers = |q: &Quadratic| [q.slope.clone(), q.curvature.clone()].concat();
+        let numbers = |q: &Quadratic| [q.slope.as_slice(), q.curvature.as_slice()].concat();
         assert!(numbers(&model).iter().zip(numbers(&truth)).all(|(a, b)| (a - b).abs() < 1e-9), "{model:?}");
     }
     // min (x − 2)² + (y − 1)² in the box with x² + y² ≤ 1 and x + y ≤ 1.2; a limit that the box does not keep; a saddle.

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::common::program::Desk;
 use crate::common::sweeping::{CPU_F64, Table, number, sweep};
-use vibrissa::optimise::shares::{LINES, Line, Share, Shares, level, shares};
+use vibrissa::optimise::sensitivity::{LINES, Line, Share, Shares, level, shares};
 use vibrissa::scene::sampler::Sampler;
 
 const STEPS: [usize; 2] = [60, 60];

@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::Axis;
 use crate::figure::series;
 
-/// Shape of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Marker {
@@ -104,9 +103,7 @@ pub struct Path {
     pub name: String,
     /// Index in [`COLOURS`](crate::figure::COLOURS).
     pub colour: usize,
-    /// Values across.
     pub x: Vec<f64>,
-    /// Values up.
     pub y: Vec<f64>,
 }
 
@@ -152,13 +149,10 @@ pub struct Cells {
 /// Name of empty cells in the key.
 pub const NO_VALUE: &str = "empty: no value";
 
-/// Something drawn in a panel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Mark {
-    /// Points joined.
     Line {
-        /// Vertices.
         #[serde(flatten)]
         path: Path,
         /// 0: solid, 1: dashed, 2: dotted.
@@ -168,16 +162,13 @@ pub enum Mark {
     },
     /// Points alone.
     Points {
-        /// Positions.
         #[serde(flatten)]
         path: Path,
-        /// Marker of all points.
         marker: Marker,
         /// Half length of a bar in y; empty for no bars.
         error: Vec<f64>,
         /// Rows of the page's table; empty for none.
         rows: Vec<usize>,
-        /// Notes on the points; empty for none.
         notes: Vec<String>,
     },
     /// Horizontal bars from 0, at the positions of words up.
@@ -190,34 +181,24 @@ pub enum Mark {
     },
     /// A closed, filled area.
     Area {
-        /// Vertices of the edge.
         #[serde(flatten)]
         path: Path,
-        /// True if the edge is drawn.
         outlined: bool,
     },
-    /// Map of values.
     Cells(Cells),
-    /// Line across the panel.
     Rule {
-        /// Direction.
         along: Along,
-        /// Position.
         at: f64,
         /// Name in the key.
         name: String,
-        /// Index of the colour.
         colour: usize,
         /// 0: solid, 1: dashed, 2: dotted.
         dash: u8,
     },
     /// Text near a point, where there is room.
     Note {
-        /// Position across.
         x: f64,
-        /// Position up.
         y: f64,
-        /// The text.
         text: String,
     },
 }

@@ -11,13 +11,10 @@ pub use mark::{Along, Cells, Mark, Marker, NO_VALUE, Path};
 pub struct Figure {
     /// File name without ending.
     pub name: String,
-    /// A short title.
     pub title: String,
     /// Description: content, source table, omissions.
     pub caption: String,
-    /// Panels, row by row.
     pub panels: Vec<Panel>,
-    /// Number of panels in a row.
     pub columns: usize,
     /// Drawn instead of panels.
     pub parallel: Option<Parallel>,
@@ -45,27 +42,21 @@ impl Figure {
 /// A pair of axes with marks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Panel {
-    /// Title of the panel; may be empty.
     pub title: String,
-    /// Axis across.
     pub x: Axis,
-    /// Axis up.
     pub y: Axis,
     /// True for equal units in x and y.
     pub to_scale: bool,
-    /// Marks in drawing order.
     pub marks: Vec<Mark>,
     /// Text in the key about points beyond the y axis; may be empty.
     pub beyond: String,
 }
 
 impl Panel {
-    /// A panel without marks.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
         Self { title: title.into(), x, y, to_scale: false, marks: Vec::new(), beyond: String::new() }
     }
 
-    /// The map, if it has one.
     pub fn map(&self) -> Option<&Cells> {
         self.marks.iter().find_map(|m| if let Mark::Cells(c) = m { Some(c) } else { None })
     }
@@ -86,7 +77,6 @@ pub struct Axis {
     pub label: String,
     /// Unit; empty for a pure number.
     pub unit: String,
-    /// Logarithmic.
     pub log: bool,
     /// Names of the places 0, 1, … for an axis without numbers, or with few values.
     pub words: Vec<String>,
@@ -95,28 +85,23 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// A linear axis.
     pub fn new(label: &str, unit: &str) -> Self {
         Self { label: label.into(), unit: unit.into(), ..Self::default() }
     }
 
-    /// A logarithmic axis.
     pub fn log(label: &str, unit: &str) -> Self {
         Self { log: true, ..Self::new(label, unit) }
     }
 
-    /// An axis of words.
     pub fn words(label: &str, words: Vec<String>) -> Self {
         Self { words, ..Self::new(label, "") }
     }
 
-    /// Fixes the ends.
     pub fn over(mut self, ends: [f64; 2]) -> Self {
         self.ends = Some(ends);
         self
     }
 
-    /// Label with unit.
     pub fn text(&self) -> String {
         if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
     }
@@ -131,7 +116,6 @@ pub struct Parallel {
     pub values: Vec<Vec<f64>>,
     /// Index of the axis that gives the colour.
     pub colour: usize,
-    /// Rows in grey.
     pub muted: Vec<bool>,
     /// Reason for grey, in the key.
     pub why: String,
