@@ -93,7 +93,11 @@ pub fn find(
             best = Some(found);
         }
     }
-    Ok(best)
+    // Where the value falls towards a bound, rounding may put the best beside it.
+    let bound = [&samples[0], &samples[last]].into_iter().find(|end| {
+        allowed(end) && best.as_ref().is_some_and(|b| (b.drive - end.drive).abs() <= REACHED * end.drive)
+    });
+    Ok(bound.copied().or(best))
 }
 
 /// Smallest relative step of the search for a kink; larger than the error of the taps.
