@@ -13,7 +13,7 @@ use crate::scene::model::Side;
 
 /// Longest steps: under a gauge at the clamp, over D/p, p the rate at which the strain of the skin fades; and elsewhere, over the distance of the
 /// object. Times the last number at tolerances from 1e-6 on.
-const STEPS: [f64; 3] = [0.8, 1.0 / 8.0, 2.0];
+const STEPS: [f64; 3] = [0.8, 1.0 / 8.0, 3.0];
 
 /// A force on the contact of a plain rod, seen from its base.
 #[derive(Debug, Clone, Copy, PartialEq)]
