@@ -1,5 +1,5 @@
 //! The reference solver of the exact planar rod (model §3), which judges the kernels and shares no method with them: Gragg–Bulirsch–Stoer
-//! extrapolation and shooting. Answers are accurate to 1e-12 … 1e-11, relative.
+//! extrapolation and shooting. Answers are accurate to 1e-12 … 1e-11, relative. Only `changed`, for the kernels, uses its equations, with other steps.
 
 mod changed;
 mod collocation;
