@@ -1,4 +1,4 @@
-//! What distorting sections and a foil change of a rod under a known force on its contact (model §8), by steps of order 8 from its base on.
+//! What distorting sections and a foil change of a rod under a known force on its contact (model §8), by steps from its base on.
 
 use std::array::from_fn;
 
@@ -12,8 +12,21 @@ use crate::physics::tableau::{A, B, C, STAGES};
 use crate::scene::model::Side;
 
 /// Longest steps: under a gauge at the clamp, over D/p, p the rate at which the strain of the skin fades; and elsewhere, over the distance of the
-/// object. Times the last number at tolerances from 1e-6 on.
-const STEPS: [f64; 3] = [0.8, 1.0 / 8.0, 3.0];
+/// object.
+const STEPS: [f64; 2] = [0.8, 1.0 / 8.0];
+
+/// Those at tolerances from `COARSE` on, by the classic method of order 4, whose four stages are fewer for short parts.
+const LONG_STEPS: [f64; 2] = [0.025 * FADES, 1.0 / 18.0];
+const COARSE: f64 = 1e-6;
+const FOURTH: [Stage; 4] = [
+    (&[], 0.0, 1.0 / 6.0),
+    (&[(0, 0.5)], 0.5, 1.0 / 3.0),
+    (&[(1, 0.5)], 0.5, 1.0 / 3.0),
+    (&[(2, 1.0)], 1.0, 1.0 / 6.0),
+];
+
+/// Earlier stages and their weights, place within the step, and weight in the end.
+type Stage = (&'static [(usize, f64)], f64, f64);
 
 /// A force on the contact of a plain rod, seen from its base.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,12 +72,12 @@ impl RodProblem<'_> {
         let gauge = held.gauge.map(|x| x.min(arc));
         // In the frame of the base σ is −s.
         let load = EndLoad { arc: 0.0, force, point: through };
-        let [faded, elsewhere, coarser] = STEPS;
-        let coarser = if tolerance >= 1e-6 { coarser } else { 1.0 };
-        // The error goes as e^(−px/D) and the eighth power of the step.
-        let room = (0.125 * FADES * self.gauge[0] / self.taper.D).exp();
-        let [faded, elsewhere] =
-            [faded / FADES * self.taper.D * room, elsewhere * through.x].map(|step| coarser * step);
+        let eighth: [Stage; STAGES] = from_fn(|stage| (A[stage], C[stage], B[stage][0]));
+        let ([faded, elsewhere], stages, order): (_, &[Stage], _) =
+            if tolerance >= COARSE { (LONG_STEPS, &FOURTH, 4.0) } else { (STEPS, &eighth, 8.0) };
+        // The error goes as e^(−px/D) and the step to the power of the order.
+        let room = (FADES * self.gauge[0] / self.taper.D / order).exp();
+        let (faded, elsewhere) = (faded / FADES * self.taper.D * room, elsewhere * through.x);
         let carry = |rod: &Whisker<'_>, mut y: [f64; 4], [from, to]: [f64; 2]| {
             let within = 0.5 * (from + to);
             let over = gauge[0] < within && within < gauge[1];
@@ -74,13 +87,13 @@ impl RodProblem<'_> {
             let h = (from - to) / n;
             for k in 0..n as usize {
                 let mut rates = [[0.0; 4]; STAGES];
-                for (stage, (shares, place)) in A.iter().zip(C).enumerate() {
+                for (stage, (shares, place, _)) in stages.iter().enumerate() {
                     let at =
                         from_fn(|i| shares.iter().fold(y[i], |y, (k, share)| y + h * share * rates[*k][i]));
                     rates[stage] = load.slope(rod, part, h * (k as f64 + place) - from, &at)?.rate;
                 }
                 y = from_fn(|i| {
-                    B.iter().zip(&rates).fold(y[i], |y, ([share, ..], rate)| y + h * share * rate[i])
+                    stages.iter().zip(&rates).fold(y[i], |y, ((.., share), rate)| y + h * share * rate[i])
                 });
             }
             Some(y)
