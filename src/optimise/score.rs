@@ -1,5 +1,5 @@
-//! Scores of candidates, and figures and limits of one whisker from its taps. Limits follow feasibility rules (K. Deb, Comput. Methods Appl. Mech. Engrg. 186, 2000), not penalties: a feasible candidate
-//! beats an infeasible one; of two feasible ones the smaller objective wins; of two infeasible ones the smaller violation.
+//! Scores of candidates, and figures and limits of one whisker from its taps. Limits follow feasibility rules (K. Deb, Comput. Methods Appl. Mech.
+//! Engrg. 186, 2000), not penalties: a feasible candidate beats an infeasible one; of two feasible ones the smaller objective wins; of two infeasible ones the smaller violation.
 
 use super::judge::{Calibration, Judge};
 use crate::curve::both::Both;

@@ -1,4 +1,4 @@
-//! What charts rank rows by.
+//! Statistics by which charts rank rows.
 
 use crate::scene::RankBy;
 
@@ -20,7 +20,7 @@ impl OfErrors {
         ("TOTAL_RMS", Self::Total),
     ];
 
-    /// That of `by`: `Some(None)` is the spread of K, `None` what charts do not rank by.
+    /// The statistic of `by`; `Some(None)` for the spread of K, `None` where charts cannot rank.
     pub fn of(by: RankBy) -> Option<Option<Self>> {
         match by {
             RankBy::KSd => Some(None),

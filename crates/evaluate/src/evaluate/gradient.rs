@@ -236,7 +236,7 @@ fn traced(
     };
     let input = |x: Traced| Sloped { value: x.value, slope: std::array::from_fn(|k| x.slope[UNKNOWNS + k]) };
     let timoshenko = setup.estimate.theory == Theory::Timoshenko;
-    // Of a built whisker linear theory takes as long as the rod.
+    // Linear theory of a built whisker takes as long as its rod.
     let asked = numbers.iter().any(|number| [LINEAR, DEVIATION].contains(number));
     let linear = if asked { input(amount * curve(timoshenko).value(a)) } else { nan };
     let side = sign(setup);

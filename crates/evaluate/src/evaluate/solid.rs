@@ -133,7 +133,7 @@ impl<'a> Trial<'a> {
         Some((self.planar(depth(share), base, share)?, g))
     }
 
-    /// What the skin and the foil change, and the strain that the gauge shows; `None` of the strain if it is the rod's.
+    /// Changes by the skin and the foil, and the strain that the gauge shows, or `None` if that is the rod's.
     fn changed(
         &self,
         frame: &Frame,

@@ -1,4 +1,4 @@
-//! What distorting sections and a foil change of a rod under a known force on its contact (model §8), by steps from its base on.
+//! Changes of a rod under a known contact force by distorting sections and a foil (model §8), by steps from its base on.
 
 use std::array::from_fn;
 
@@ -42,7 +42,7 @@ pub struct Borne {
 /// The changes of the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Changed {
-    /// Of the mean strain under the gauge, positive as on the contact side, before the foil passes on its share.
+    /// Change of the mean strain under the gauge, positive as on the contact side, before the foil passes on its share.
     pub strain: f64,
     /// Turn of the base, rad, counterclockwise; its outer part stays.
     pub turn: f64,
