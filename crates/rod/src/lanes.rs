@@ -5,7 +5,7 @@ use vibrissa_core::physics::number::Number;
 use vibrissa_kernel::cpu::law::Law;
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 
-use super::lane::Lane;
+use super::lane::{Dual, Lane};
 use super::panel::{Carried, Panel, Part, Stuff};
 use super::rule::{Rule, Turns, dot};
 use super::{Effects, Tap};
@@ -79,6 +79,8 @@ pub struct Ground<P, const N: usize, const S: usize> {
     /// Linear theory: P, T and x of the drive; strain.
     first: [P; 3],
     strain: P,
+    /// Mean of R/EI under the gauge.
+    mean: P,
     gauge: Two<P>,
     least: P,
     scale: [P; 2],
@@ -105,6 +107,8 @@ pub struct Answer<P> {
     pub error: P,
     pub load: P,
     pub sweeps: P,
+    pub tails: [P; 5],
+    pub shown: P,
 }
 
 impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
@@ -228,6 +232,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             slid: [zero; 2],
             first: [zero; 3],
             strain: zero,
+            mean: zero,
             gauge: [pack(&|t| t.rod.gauge[0] / t.a), pack(&|t| t.rod.gauge[1] / t.a)],
             least: pack(&|t| t.least),
             scale: [pack(&|t| t.a), pack(&|t| stress(t) * t.a)],
@@ -250,17 +255,18 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     fn linear(&mut self, fixed: &Fixed<P::Scalar, N, S>, hub: Two<P>, lift: Two<P>, lifted: P) {
         let (zero, one) = (P::of(0.0), P::of(1.0));
         let Effects { curved, extension, shear, .. } = self.effects;
+        let n = fixed.rule.count.min(N);
         let (mut reach, mut give, mut turn) = ([zero, self.contact_radius], zero, [zero; 2]);
         for panel in &mut self.panels {
             let mut path = [[zero; N]; 2];
-            for i in 0..N {
+            for i in 0..n {
                 path[0][i] = panel.along[i][0] * panel.weight[i];
                 path[1][i] = panel.along[i][1] * panel.weight[i];
             }
             let (mut flex, mut bends) = ([zero; N], [[zero; N]; 2]);
-            for i in 0..N {
+            for i in 0..n {
                 panel.lever[i] = if curved {
-                    add(reach, [dot(&fixed.rule.integral[i], &path[0]), dot(&fixed.rule.integral[i], &path[1])])
+                    add(reach, [dot(n, &fixed.rule.integral[i], &path[0]), dot(n, &fixed.rule.integral[i], &path[1])])
                 } else {
                     [one - panel.arc[i], self.contact_radius]
                 };
@@ -268,19 +274,19 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 bends[0][i] = flex[i] * panel.lever[i][1];
                 bends[1][i] = zero - flex[i] * panel.lever[i][0];
             }
-            for i in 0..N {
+            for i in 0..n {
                 let row = &fixed.rule.integral[i];
-                panel.give[i] = give + dot(row, &flex);
-                let along = if curved { turn[0] + dot(row, &bends[0]) } else { self.contact_radius * panel.give[i] };
-                panel.turn[i] = [along, turn[1] + dot(row, &bends[1])];
+                panel.give[i] = give + dot(n, row, &flex);
+                let along = if curved { turn[0] + dot(n, row, &bends[0]) } else { self.contact_radius * panel.give[i] };
+                panel.turn[i] = [along, turn[1] + dot(n, row, &bends[1])];
             }
             reach = if curved {
-                add(reach, [dot(&fixed.rule.weights, &path[0]), dot(&fixed.rule.weights, &path[1])])
+                add(reach, [dot(n, &fixed.rule.weights, &path[0]), dot(n, &fixed.rule.weights, &path[1])])
             } else {
                 [reach[0] + panel.place[1], reach[1]]
             };
-            give = give + dot(&fixed.rule.weights, &flex);
-            turn = add(turn, [dot(&fixed.rule.weights, &bends[0]), dot(&fixed.rule.weights, &bends[1])]);
+            give = give + dot(n, &fixed.rule.weights, &flex);
+            turn = add(turn, [dot(n, &fixed.rule.weights, &bends[0]), dot(n, &fixed.rule.weights, &bends[1])]);
         }
         let offset = times(self.pole, self.normal);
         self.centre = add(reach, offset);
@@ -294,7 +300,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             self.give[k] = add(self.give[k], times(self.soft * self.moment[k], square(self.centre)));
         }
         for panel in &self.panels {
-            for i in 0..N {
+            for i in 0..n {
                 let weight = P::splat(fixed.rule.weights[i]) * panel.weight[i];
                 let [c, s] = panel.along[i];
                 let section = &panel.section[i];
@@ -335,6 +341,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         self.first = if self.effects.stick { [normal, rest, zero] } else { [normal, self.ratio * normal, rest] };
         let begun = self.force_at(self.normal, self.drive * self.first[0], self.drive * self.first[1]);
         self.strain = self.read(fixed, begun, true);
+        self.mean = self.read_mean(fixed);
     }
 
     /// The force of P and T on the whisker, along and across it at rest at a.
@@ -362,6 +369,65 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     }
 
     #[inline(always)]
+    fn read_mean(&self, fixed: &Fixed<P::Scalar, N, S>) -> P {
+        let of = P::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let [x1, x2] = self.gauge;
+        let mut sum = zero;
+        for panel in &self.panels {
+            let [end, length, _] = panel.place;
+            let inside = |s: P| s.max(x1).min(x2);
+            let (from, to) = (inside(end - length), inside(end));
+            for &(point, weight) in &fixed.gauge {
+                let section = panel.part.section(&self.effects, &self.stuff, from + (to - from) * P::splat(point));
+                sum = sum + P::splat(weight) * (to - from) * section.radius * section.bare;
+            }
+        }
+        let _ = one;
+        sum / (x2 - x1)
+    }
+
+    /// Last coefficients of the series of bending and of the moment's growth: over the turn of the base, and over the moment at the gauge.
+    #[inline(always)]
+    fn tails(&self, fixed: &Fixed<P::Scalar, N, S>, closed: &Closed<P>, strain: P) -> [P; 5] {
+        let zero = P::of(0.0);
+        let n = fixed.rule.count.min(N);
+        let [fx, fy] = closed.force;
+        let (mut bend, mut pull, mut lag) = (zero, zero, zero);
+        for panel in &self.panels {
+            let (mut bends, mut lags) = ([zero; N], [zero; N]);
+            for i in 0..n {
+                let moment = panel.entry[0] + dot(n, &fixed.rule.integral[i], &panel.pull);
+                let whole = moment + panel.lever[i][0] * fy - panel.lever[i][1] * fx;
+                bends[i] = whole * panel.section[i].flex * panel.weight[i];
+                lags[i] = moment * panel.section[i].flex * panel.weight[i];
+            }
+            for k in n - 2..n {
+                bend = bend + dot(n, &fixed.rule.legendre[k], &bends).abs();
+                lag = lag + dot(n, &fixed.rule.legendre[k], &lags).abs();
+                pull = pull + dot(n, &fixed.rule.legendre[k], &panel.pull).abs();
+            }
+        }
+        let (mut slid, mut drawn) = (zero, zero);
+        let m = fixed.slide.count.min(S);
+        for panel in &self.slides {
+            if panel.place[1].abs().all_at_most(zero) {
+                continue;
+            }
+            let mut lags = [zero; S];
+            for i in 0..m {
+                let moment = panel.entry[0] + dot(m, &fixed.slide.integral[i], &panel.pull);
+                lags[i] = moment * panel.section[i].flex * panel.weight[i];
+            }
+            for k in m - 1..m {
+                slid = slid + dot(m, &fixed.slide.legendre[k], &lags).abs();
+                drawn = drawn + dot(m, &fixed.slide.legendre[k], &panel.pull).abs();
+            }
+        }
+        [bend / self.drive, lag / self.drive, pull * self.mean / strain.abs(), slid / self.drive, drawn * self.mean / strain.abs()]
+    }
+
+    #[inline(always)]
     fn under<const M: usize>(
         &self,
         fixed: &Fixed<P::Scalar, N, S>,
@@ -374,6 +440,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let Effects { curved, extension, law, far, .. } = self.effects;
+        let n = rule.count.min(M);
         let [x1, x2] = self.gauge;
         let [end, length, _] = panel.place;
         let inside = |s: P| s.max(x1).min(x2);
@@ -386,26 +453,26 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let side = if far { of(-1.0) } else { one };
         let mut pulls = [zero; M];
         let (mut angles, mut levers) = ([zero; M], [[zero; M]; 2]);
-        for k in 0..M {
-            pulls[k] = dot(&rule.legendre[k], &panel.pull);
+        for k in 0..n {
+            pulls[k] = dot(n, &rule.legendre[k], &panel.pull);
         }
         if extension {
             let mut turns = [zero; M];
-            for i in 0..M {
+            for i in 0..n {
                 turns[i] = panel.lag[i] + panel.turn[i][0] * force[0] + panel.turn[i][1] * force[1];
             }
-            for k in 0..M {
-                angles[k] = dot(&rule.legendre[k], &turns);
+            for k in 0..n {
+                angles[k] = dot(n, &rule.legendre[k], &turns);
             }
         }
         if curved {
             let (mut x, mut y) = ([zero; M], [zero; M]);
-            for i in 0..M {
+            for i in 0..n {
                 (x[i], y[i]) = (panel.lever[i][0], panel.lever[i][1]);
             }
-            for k in 0..M {
-                levers[0][k] = dot(&rule.legendre[k], &x);
-                levers[1][k] = dot(&rule.legendre[k], &y);
+            for k in 0..n {
+                levers[0][k] = dot(n, &rule.legendre[k], &x);
+                levers[1][k] = dot(n, &rule.legendre[k], &y);
             }
         }
         let mut sum = zero;
@@ -426,7 +493,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 (true, _) => zero,
                 (_, false) => (one - s) * force[1] - self.contact_radius * force[0],
                 _ => {
-                    series(&levers[0], w) * force[1] - series(&levers[1], w) * force[0]
+                    series(n, &levers[0], w) * force[1] - series(n, &levers[1], w) * force[0]
                 }
             };
             let bending = section.radius * section.bare;
@@ -434,11 +501,11 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 let axial = if extension { section.stretch * local[0] } else { zero };
                 axial - side * bending * lever
             } else {
-                let mut moment = panel.entry[0] + primitive(&pulls, w);
+                let mut moment = panel.entry[0] + primitive(n, &pulls, w);
                 let (mut axial, mut stretched) = (zero, zero);
                 if extension {
-                    let [versine, over] = fixed.turns.of(series(&angles, w));
-                    let sine = series(&angles, w) - over;
+                    let [versine, over] = fixed.turns.of(series(n, &angles, w));
+                    let sine = series(n, &angles, w) - over;
                     stretched = section.stretch * (sine * local[1] - versine * local[0]);
                     axial = section.stretch * local[0] + stretched;
                 }
@@ -461,12 +528,12 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
 
 /// Σ c_k P_k(2w − 1).
 #[inline(always)]
-fn series<P: Packed, const M: usize>(c: &[P; M], w: P) -> P {
+fn series<P: Packed, const M: usize>(n: usize, c: &[P; M], w: P) -> P {
     let of = P::of;
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = c[0];
     let (mut before, mut now) = (of(1.0), x);
-    for k in 1..M {
+    for k in 1..n {
         sum = sum + c[k] * now;
         let kf = k as f64;
         let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
@@ -477,12 +544,12 @@ fn series<P: Packed, const M: usize>(c: &[P; M], w: P) -> P {
 
 /// ∫₀^w of the series.
 #[inline(always)]
-fn primitive<P: Packed, const M: usize>(c: &[P; M], w: P) -> P {
+fn primitive<P: Packed, const M: usize>(n: usize, c: &[P; M], w: P) -> P {
     let of = P::of;
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = c[0] * w;
     let (mut before, mut now) = (of(1.0), x);
-    for k in 1..M {
+    for k in 1..n {
         let kf = k as f64;
         let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
         sum = sum + c[k] * (next - before) * of(0.5 / (2.0 * kf + 1.0));
@@ -678,7 +745,13 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             }
             closed = self.sweep(fixed, &state, done);
         }
-        let (push, drag, x) = self.contact(&state);
+        self.answer(fixed, &state, &closed, error, sweeps)
+    }
+
+    #[inline(always)]
+    fn answer(&self, fixed: &Fixed<P::Scalar, N, S>, state: &State<P>, closed: &Closed<P>, error: P, sweeps: P) -> Answer<P> {
+        let one = P::of(1.0);
+        let (push, drag, x) = self.contact(state);
         let dev = self.read(fixed, closed.force, false);
         let ratio = dev / self.strain;
         let deviation = state.force + ratio;
@@ -701,6 +774,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             error,
             load: closed.carried.load,
             sweeps,
+            tails: self.tails(fixed, closed, strain),
+            shown: self.mean * cross([one, self.contact_slope], closed.force).abs() / strain.abs(),
         }
     }
 }
@@ -713,4 +788,58 @@ fn turned_tip<P: Lane, const N: usize, const S: usize>(leaned: Two<P>, ground: &
     let linear = add([zero, ground.contact_slope * x], times(zero - ground.bend * x, square([zero, ground.contact_radius])));
     let all = add(leaned, linear);
     [all[0], all[1]]
+}
+
+impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<Dual<Q, K>, N, S> {
+    /// Newton's method with the derivatives of the passes themselves: for taps on which the shape follows slowly.
+    #[inline(always)]
+    pub fn solve_exactly(&mut self, fixed: &Fixed<Q::Scalar, N, S>, tolerance: f64, most: usize) -> Answer<Dual<Q, K>> {
+        let of = Q::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let mut z = [zero; 2];
+        let mut done = zero;
+        let (mut error, mut sweeps) = (one, zero);
+        let stop = of((0.1 * tolerance).max(4.0 * Q::Scalar::ROUNDING));
+        let seeds = |z: [Q; 2]| State { force: Dual::seed(z[0], 0), other: Dual::seed(z[1], 1) };
+        let mut frozen = Dual::default();
+        let mut closed = self.sweep(fixed, &seeds(z), frozen);
+        let trace = std::env::var("TRACE").is_ok();
+        for count in 1..=most {
+            let [[ex, ey], [fx, fy]] = [[closed.miss[0].slope[0], closed.miss[1].slope[0]], [closed.miss[0].slope[1], closed.miss[1].slope[1]]];
+            let miss = [closed.miss[0].value, closed.miss[1].value];
+            let det = one / (ex * fy - ey * fx);
+            let step = [(miss[0] * fy - miss[1] * fx) * det, (ex * miss[1] - ey * miss[0]) * det];
+            let size = step[0].abs().max(step[1].abs());
+            if trace {
+                eprintln!("exact {count} p {:.9} o {:.9} step {:.3e} {:.3e} miss {:.3e} {:.3e}", z[0].lane(0), z[1].lane(0), step[0].lane(0), step[1].lane(0), miss[0].lane(0), miss[1].lane(0));
+            }
+            let share = one.min(of(0.5) / size.max(of(1e-30)));
+            let step = [zero.if_less(done, zero, share * step[0]), zero.if_less(done, zero, share * step[1])];
+            z = [z[0] - step[0], z[1] - step[1]];
+            for panel in &mut self.panels {
+                follow(&mut panel.lag, step);
+            }
+            for panel in &mut self.slides {
+                follow(&mut panel.lag, step);
+            }
+            error = zero.if_less(done, error, size);
+            sweeps = sweeps + zero.if_less(done, zero, one);
+            done = stop.if_less(error, done, one);
+            if one.all_at_most(done) {
+                break;
+            }
+            frozen.value = done;
+            closed = self.sweep(fixed, &seeds(z), frozen);
+        }
+        let plain = |x: Q| Dual { value: x, ..Dual::default() };
+        self.answer(fixed, &seeds(z), &closed, plain(error), plain(sweeps))
+    }
+}
+
+/// The shape follows a step of the unknowns.
+#[inline(always)]
+fn follow<Q: Packed, const K: usize, const N: usize>(lag: &mut [Dual<Q, K>; N], step: [Q; 2]) {
+    for i in 0..N {
+        lag[i].value = lag[i].value - step[0] * lag[i].slope[0] - step[1] * lag[i].slope[1];
+    }
 }

@@ -51,6 +51,14 @@ pub struct Tap<'a, T = f64> {
     pub least: T,
 }
 
+impl<T: Copy> Tap<'_, T> {
+    /// `f` of each number, of the whisker `rod`.
+    pub fn map<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(T) -> U) -> Tap<'b, U> {
+        let Self { a, hub, turn, lift, ratio, pole, softer, least, .. } = *self;
+        Tap { rod, a: f(a), hub: f(hub), turn: f(turn), lift: f(lift), ratio: f(ratio), pole: f(pole), softer: f(softer), least: f(least) }
+    }
+}
+
 pub fn fixed<T: Scalar, const N: usize, const S: usize>(terms: usize, chart: Option<&Chart>) -> Fixed<T, N, S> {
     let gauge = Nodes::of(N / 2 + 2);
     Fixed {
@@ -79,11 +87,11 @@ macro_rules! avx {
         /// # Safety
         /// AVX2.
         #[target_feature(enable = "avx2,fma")]
-        pub unsafe fn $name(fixed: &Fixed<$t, $n, $s>, effects: Effects, taps: &[Tap<'_>], tolerance: f64, most: usize, out: &mut Vec<[f64; 9]>) {
+        pub unsafe fn $name(fixed: &Fixed<$t, $n, $s>, effects: Effects, taps: &[Tap<'_>], tolerance: f64, most: usize, out: &mut Vec<[f64; 15]>) {
             for part in taps.chunks($l) {
                 let a = pack::<Pack<$t, $l, AVX2>, $n, $s>(fixed, effects, part, tolerance, most);
                 for i in 0..part.len() {
-                    out.push([a.strain, a.deviation, a.normal, a.tangential, a.arc, a.wrench[0], a.wrench[1], a.wrench[2], a.sweeps].map(|x| x.lane(i)));
+                    out.push([a.strain, a.deviation, a.normal, a.tangential, a.arc, a.wrench[0], a.wrench[1], a.wrench[2], a.sweeps, a.tails[0], a.tails[1], a.tails[2], a.shown, a.tails[3], a.tails[4]].map(|x| x.lane(i)));
                 }
             }
         }
@@ -95,3 +103,18 @@ avx!(f64_10, f64, 8, 10, 4);
 avx!(f64_16, f64, 8, 16, 4);
 avx!(f64_24, f64, 8, 24, 6);
 avx!(f32_6, f32, 16, 6, 3);
+
+/// # Safety
+/// AVX2.
+#[target_feature(enable = "avx2,fma")]
+pub unsafe fn exact(fixed: &Fixed<f64, 24, 6>, effects: Effects, taps: &[Tap<'_>], tolerance: f64, most: usize, out: &mut Vec<[f64; 15]>) {
+    for part in taps.chunks(4) {
+        let lifted: Vec<Rod<vibrissa_core::physics::real::Dual<2>>> = part.iter().map(|t| t.rod.map(vibrissa_core::physics::number::Number::of)).collect();
+        let own: Vec<_> = part.iter().zip(&lifted).map(|(t, rod)| t.map(rod, vibrissa_core::physics::number::Number::of)).collect();
+        let mut ground = Ground::<lane::Dual<Pack<f64, 4, AVX2>, 2>, 24, 6>::new(fixed, effects, |i| &own[if i < own.len() { i } else { 0 }]);
+        let a = ground.solve_exactly(fixed, tolerance, most);
+        for i in 0..part.len() {
+            out.push([a.strain, a.deviation, a.normal, a.tangential, a.arc, a.wrench[0], a.wrench[1], a.wrench[2], a.sweeps, a.tails[0], a.tails[1], a.tails[2], a.shown, a.tails[3], a.tails[4]].map(|x| x.lane(i)));
+        }
+    }
+}

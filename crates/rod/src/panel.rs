@@ -184,8 +184,9 @@ impl<P: Lane, const N: usize> Panel<P, N> {
     /// Sections between other ends; the state stays.
     #[inline(always)]
     pub fn put(&mut self, rule: &Rule<P::Scalar, N>, effects: &Effects, stuff: &Stuff<P>, [near, far]: [P; 2]) {
+        let n = rule.count.min(N);
         (self.place[0], self.place[1]) = (far, far - near);
-        for i in 0..N {
+        for i in 0..n {
             let [s, rate] = self.at(P::splat(rule.points[i]));
             self.weight[i] = rate;
             self.arc[i] = s;
@@ -243,12 +244,13 @@ impl<P: Lane, const N: usize> Panel<P, N> {
     ) -> Carried<P> {
         let of = P::of;
         let (zero, one, two, half) = (of(0.0), of(1.0), of(2.0), of(0.5));
+        let n = rule.count.min(N);
         let mut next = *carried;
         self.entry = [carried.moment, carried.lag];
         let [fx, fy] = force;
         let (mut twist, mut bends, mut friction) = ([zero; N], [zero; N], [zero; N]);
         let (mut sines, mut versines, mut overs) = ([zero; N], [zero; N], [zero; N]);
-        for i in 0..N {
+        for i in 0..n {
             let turn = self.lag[i] + self.turn[i][0] * fx + self.turn[i][1] * fy;
             let [versine, over] = turns.of(turn);
             let sine = turn - over;
@@ -269,8 +271,8 @@ impl<P: Lane, const N: usize> Panel<P, N> {
                 twist[i] = (y - versine * y - sine * x) * self.weight[i];
             }
         }
-        for i in 0..N {
-            let mut moment = carried.moment + dot(&rule.integral[i], &self.pull);
+        for i in 0..n {
+            let mut moment = carried.moment + dot(n, &rule.integral[i], &self.pull);
             if let (Some(law), true) = (law, effects.law) {
                 let whole = moment + self.lever[i][0] * fy - self.lever[i][1] * fx;
                 let Section { radius, bare, stretch, .. } = self.section[i];
@@ -287,17 +289,17 @@ impl<P: Lane, const N: usize> Panel<P, N> {
             bends[i] = moment * self.section[i].flex * self.weight[i];
         }
         if effects.stick {
-            for i in 0..N {
-                let moment = carried.friction[0] + dot(&rule.integral[i], &twist);
+            for i in 0..n {
+                let moment = carried.friction[0] + dot(n, &rule.integral[i], &twist);
                 friction[i] = moment * self.section[i].flex * self.weight[i];
             }
-            next.friction[0] = carried.friction[0] + dot(&rule.weights, &twist);
-            next.friction[1] = carried.friction[1] - dot(&rule.weights, &friction);
+            next.friction[0] = carried.friction[0] + dot(n, &rule.weights, &twist);
+            next.friction[1] = carried.friction[1] - dot(n, &rule.weights, &friction);
         }
-        next.moment = carried.moment + dot(&rule.weights, &self.pull);
-        next.lag = carried.lag - dot(&rule.weights, &bends);
-        for i in 0..N {
-            let lag = carried.lag - dot(&rule.integral[i], &bends);
+        next.moment = carried.moment + dot(n, &rule.weights, &self.pull);
+        next.lag = carried.lag - dot(n, &rule.weights, &bends);
+        for i in 0..n {
+            let lag = carried.lag - dot(n, &rule.integral[i], &bends);
             let lag = zero.if_less(done, self.lag[i], lag);
             // The turn has advanced by a little since its sine was taken.
             let step = lag - self.lag[i];
@@ -334,7 +336,7 @@ impl<P: Lane, const N: usize> Panel<P, N> {
             gather(effects, self.along[i], weight, &mut next.shift, [x, y]);
             gather(effects, self.along[i], weight, &mut next.swept, [cx, cy]);
             if effects.stick {
-                let turn = carried.friction[1] - dot(&rule.integral[i], &friction);
+                let turn = carried.friction[1] - dot(n, &rule.integral[i], &friction);
                 let [along, across] = local(effects, self.along[i], tangent);
                 let slid = self.section[i].slack * across;
                 let mut both = [next.friction[2], next.friction[3]];

@@ -39,6 +39,29 @@ pub struct Rod<T = f64> {
     pub gauge: [T; 2],
 }
 
+impl<T: Copy> Rod<T> {
+    /// `f` of each number.
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Rod<U> {
+        let Self { curvature, root, moduli, nu, gauge, power, .. } = *self;
+        let piece = |p: &Piece<T>| Piece {
+            near: f(p.near),
+            far: f(p.far),
+            radius: p.radius.map(&f),
+            inner: p.inner.map(&f),
+            bends: f(p.bends),
+        };
+        Rod {
+            pieces: self.pieces.iter().map(piece).collect(),
+            power: power.map(|power| power.map(&f)),
+            curvature: curvature.map(&f),
+            root: root.map(&f),
+            moduli: moduli.map(&f),
+            nu: f(nu),
+            gauge: gauge.map(&f),
+        }
+    }
+}
+
 impl<T: Real> Rod<T> {
     /// A cone that begins at the end of its clamp, with a gauge.
     pub fn cone(taper: &Taper<T>, [modulus, nu]: [T; 2], gauge: [T; 2], foil: Option<&Bonded<T>>) -> Self {

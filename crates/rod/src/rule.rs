@@ -7,6 +7,8 @@ use vibrissa_kernel::cpu::{law::polynomial, series};
 /// Tables of N nodes.
 #[derive(Debug, Clone)]
 pub struct Rule<T, const N: usize> {
+    /// N, as a number that the compiler does not know: loops over nodes stay loops.
+    pub count: usize,
     /// Nodes w.
     pub points: [T; N],
     /// ∫₀¹ y dw = Σ weights y.
@@ -24,6 +26,7 @@ impl<T: Scalar, const N: usize> Rule<T, N> {
         let row = |v: &[f64]| -> [T; N] { std::array::from_fn(|i| T::of(v[i])) };
         let rows = |m: &[Vec<f64>]| -> [[T; N]; N] { std::array::from_fn(|i| row(&m[i])) };
         Self {
+            count: std::hint::black_box(N),
             points: row(&nodes.points),
             weights: row(&nodes.weights),
             integral: rows(&nodes.integral),
@@ -34,9 +37,9 @@ impl<T: Scalar, const N: usize> Rule<T, N> {
 
 /// Σ row y.
 #[inline(always)]
-pub fn dot<P: Packed, const N: usize>(row: &[P::Scalar; N], y: &[P; N]) -> P {
+pub fn dot<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[P; N]) -> P {
     let mut sum = P::splat(row[0]) * y[0];
-    for j in 1..N {
+    for j in 1..n.min(N) {
         sum = P::splat(row[j]).mul_add(y[j], sum);
     }
     sum
