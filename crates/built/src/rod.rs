@@ -1,6 +1,6 @@
-//! A built whisker as the kernel takes it: pieces along which radii are linear.
+//! A built whisker as a device takes it: pieces along which radii are linear.
 
-use vibrissa_core::physics::body::Body;
+use vibrissa_rod::Rod as Whisker;
 
 /// A piece between two places where the profile, the material or the gauge changes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -51,25 +51,24 @@ pub struct Rod {
 const TAPERED: f64 = 0.15;
 
 impl Rod {
-    /// The whisker `body` with a gauge on [x1, x2], mm.
-    pub fn new(body: &Body, gauge: [f64; 2]) -> Self {
-        let mut edges: Vec<f64> = body.knots().iter().copied().chain(gauge).collect();
-        edges.retain(|s| *s > 0.0 && *s < body.length);
-        edges.extend([0.0, body.length]);
+    /// The whisker `rod`, in pieces that end also where the gauge does.
+    pub fn of(rod: &Whisker) -> Self {
+        let (length, gauge) = (rod.length, rod.gauge);
+        let mut edges: Vec<f64> = rod.pieces.iter().map(|piece| piece.near).chain(gauge).collect();
+        edges.retain(|s| *s >= 0.0 && *s < length);
+        edges.push(length);
         edges.sort_by(f64::total_cmp);
         edges.dedup();
         let piece = |ends: &[f64]| {
             let (near, far) = (ends[0], ends[1]);
             let middle = 0.5 * (near + far);
-            let over = |at: &dyn Fn(f64) -> f64| {
-                let (begin, end) = (at(near), at(far));
-                [begin, (end - begin) / (far - near)]
-            };
-            let radius = over(&|s| body.radius(s, middle));
-            let inner = over(&|s| 0.5 * body.inside(s, middle));
-            let tapered = (body.radius(far, middle) / radius[0]).ln().abs().min(10.0);
+            let after = rod.pieces.partition_point(|piece| piece.near <= middle).max(1);
+            let whole = &rod.pieces[after - 1];
+            let moved = |[begin, slope]: [f64; 2]| [begin + slope * (near - whole.near), slope];
+            let (radius, inner) = (moved(whole.radius), moved(whole.inner));
+            let tapered = (1.0 + radius[1] * (far - near) / radius[0]).ln().abs().min(10.0);
             let under = middle > gauge[0] && middle < gauge[1];
-            let share = (far - near) / body.length + TAPERED * tapered;
+            let share = (far - near) / length + TAPERED * tapered;
             Piece { near, far, radius, inner, gauge: f64::from(under), share }
         };
         let mut pieces: Vec<Piece> = edges.windows(2).map(piece).collect();
@@ -78,17 +77,9 @@ impl Rod {
         if let Some(last) = pieces.last_mut() {
             last.far = f64::MAX;
         }
-        let root = body.root;
-        Self {
-            pieces,
-            length: body.length,
-            power: body.power(),
-            curvature: body.base_curvature(),
-            root: [root.k_theta, root.k_x, root.k_y].map(f64::recip),
-            moduli: [body.modulus, body.core_modulus()],
-            nu: body.nu,
-            gauge,
-        }
+        let power = rod.power.map(|[base, tip, n, _]| [base, tip, n]);
+        let Whisker { curvature, root, moduli, nu, .. } = *rod;
+        Self { pieces, length, power, curvature, root, moduli, nu, gauge }
     }
 
     /// R and R′ at the arc `s`, mm, by the piece that holds `within`; a power by its formula.

@@ -20,7 +20,6 @@ fn main() {
     let only = args.get(1).cloned().unwrap_or_default();
     let count: usize = args.get(2).map_or(60, |x| x.parse().unwrap());
     let steep: f64 = args.get(3).map_or(10.0, |x| x.parse().unwrap());
-    let n: usize = args.get(4).map_or(16, |x| x.parse().unwrap());
     let kinds = ["hooke", "practical", "timoshenko", "neo", "mooney", "yeoh", "pole-far", "stick", "stick-neo", "coulomb", "passive", "sharp", "next", "profile", "power", "curved", "root", "bore", "core", "all"];
     for kind in kinds {
         if !only.is_empty() && only != kind { continue; }
@@ -70,37 +69,22 @@ fn main() {
             solved += 1;
             let rod = if is_built { Rod::built(&body, gauge, None) } else { Rod::cone(&taper, [3.2, 0.5], gauge, None) };
             let law = !matches!(model.material, Material::Hooke(_));
-            let effects = Effects { shear: model.shear, extension: model.extension, surface: model.surface, stick: tap.sticking && model.contact != Contact::Frictionless, law, far: side == Side::Far, curved: !body.is_straight(), inner: built.inner.is_some(), power: rod.power.is_some() };
+            let effects = Effects { shear: model.shear, extension: model.extension, surface: model.surface, stick: tap.sticking && model.contact != Contact::Frictionless, law, far: side == Side::Far, ..Effects::default() };
             let chart = if law { Chart::new(&model.material, 0.15, [0.9, 0.0], [1e-11, 1e-9]) } else { None };
             let e0 = model.material.e0();
             let rod = Rod { moduli: [e0, rod.moduli[1]], ..rod };
-            let t = Tap { rod: &rod, a, hub, turn: if passive { 0.0 } else { amount }, lift: if passive { amount } else { 0.0 }, ratio: if mu > 0.0 && !tap.sticking { mu.copysign(tap.tangential_force) } else { 0.0 }, pole: model.pole_radius, softer: 1.0, least: 0.0 };
-            let mut out = Vec::new();
-            let goal = if args.len() > 6 { 1e-12 } else { 1e-10 };
-            unsafe {
-                match n {
-                    6 => f64_6(&fixed(14, chart.as_ref()), effects, &[t], goal, 60, &mut out),
-                    8 => f64_8(&fixed(14, chart.as_ref()), effects, &[t], goal, 60, &mut out),
-                    10 => f64_10(&fixed(14, chart.as_ref()), effects, &[t], goal, 60, &mut out),
-                    2 => exact(&fixed(14, chart.as_ref()), effects, &[t], goal, 60, &mut out),
-                    24 => f64_24(&fixed(14, chart.as_ref()), effects, &[t], goal, 60, &mut out),
-                    _ => f64_16(&fixed(14, chart.as_ref()), effects, &[t], goal, 60, &mut out),
-                }
-            }
-            let o = out[0];
+            let t = Tap { rod: &rod, a, hub, turn: if passive { 0.0 } else { amount }, lift: if passive { amount } else { 0.0 }, ratio: if mu > 0.0 && !tap.sticking { mu.copysign(tap.tangential_force) } else { 0.0 }, pole: model.pole_radius, softer: 1.0, soft: [0.0; 2], skin: None, least: 1e-3 * tap.strain.abs() };
+            let goal: f64 = args.get(4).map_or(1e-8, |x| x.parse().unwrap());
+            let f = solve(&[t], effects, goal, chart.as_ref())[0];
+            let o = [f.strain, f.error, f.normal, f.tangential, f.arc, f.wrench[0], f.wrench[1], f.wrench[2], f.sweeps];
             let force = tap.normal_force.hypot(tap.tangential_force);
             let e = [(o[0] / tap.strain - 1.0).abs(), (o[4] - tap.contact_arc).abs() / a, (o[2] - tap.normal_force).abs() / force, (o[3] - tap.tangential_force).abs() / force, (o[5] - tap.wrench[0]).abs() / (force * a), (o[6] - tap.wrench[1]).abs() / force, (o[7] - tap.wrench[2]).abs() / force];
             let w = e.iter().fold(0.0f64, |m, x| if x.is_nan() { f64::INFINITY } else { m.max(*x) });
-            if args.len() > 6 {
-                let mut finest = Vec::new();
-                unsafe { f64_24(&fixed(14, chart.as_ref()), effects, &[t], 1e-12, 100, &mut finest) };
-                let f = finest[0];
-                if f[8] < 100.0 && o[8] < 60.0 { println!("DATA,{kind},{n},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{amount},{:e},{},{:e},{:e},{a},{:e},{:e}", (o[0] / f[0] - 1.0).abs(), o[9], o[10], o[11], o[12], (o[4] / f[4] - 1.0).abs(), (o[2] - f[2]).abs() / force, (o[5] / f[5] - 1.0).abs(), f[9], rod.pieces.len(), o[13], o[14], f[4], f[0]); }
-            }
             sweeps += o[8];
-            let converged = o[8] < 60.0;
-            if w <= 1e-8 { good += 1 } else if converged { wrong += 1 } else { lost += 1 }
-            if w > 1e-8 && (args.len() > 5 || w > 1e-5) && count <= 200 { println!("  {kind} {k}: D {big:.2} d {small:.2} a {a:.2} amount {amount:.3} hub {hub} sweeps {} strain {:.4e} {:?}", o[8], tap.strain, e.map(|x| (x * 1e12).round() / 1e12)); }
+            let converged = o[1] <= goal;
+            let limit = goal.max(1e-8);
+            if !converged { lost += 1 } else if e[0] <= limit && w <= 10.0 * limit { good += 1 } else { wrong += 1 }
+            if (!converged || e[0] > limit || w > 10.0 * limit) && args.len() > 5 { println!("  {kind} {k}: error {:.1e} D {big:.2} d {small:.2} a {a:.2} amount {amount:.3} hub {hub} sweeps {} strain {:.4e} {:?}", o[1], o[8], tap.strain, e.map(|x| (x * 1e12).round() / 1e12)); }
             errors.push(w);
         }
         errors.sort_by(f64::total_cmp);

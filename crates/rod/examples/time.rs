@@ -31,48 +31,37 @@ fn main() {
         asks.push((a, th));
     }
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap();
-    let taps: Vec<Tap> = rods.iter().zip(&asks).map(|(rod, &(a, th))| Tap { rod, a, hub: 0.0, turn: th, lift: 0.0, ratio: 0.0, pole: model.pole_radius, softer: 1.0, least: 0.0 }).collect();
+    let taps: Vec<Tap> = rods.iter().zip(&asks).map(|(rod, &(a, th))| Tap { rod, a, hub: 0.0, turn: th, lift: 0.0, ratio: 0.0, pole: model.pole_radius, softer: 1.0, soft: [0.0; 2], skin: None, least: 0.0 }).collect();
     let effects = Effects { shear: practical, extension: practical, surface: practical, ..Effects::default() };
     let precision = if n == 32 { Precision::F32 } else { Precision::F64 };
     let rungs = Rung::ladder(precision, &model.material, tolerance);
     let old = Old::new(&model, Side::Contact, false);
     let old_taps: Vec<_> = frames.iter().map(|f| *f.tap()).collect();
     let mut out = Vec::new();
-    let mut known = Vec::new();
-    unsafe { f64_24(&fixed(14, None), effects, &taps, 1e-11, 60, &mut known) };
+    let known = vibrissa_rod::solve(&taps, effects, 1e-10, None);
     let (mut old_best, mut new_best) = (f64::MAX, f64::MAX);
     for round in 0..12 {
         let t = Instant::now();
         solve(&mut Cpu::new(precision), old, &rungs, tolerance, &old_taps, &mut out).unwrap();
         let old_time = t.elapsed().as_secs_f64() / count as f64 * 1e9;
-        let mut new = Vec::with_capacity(count);
         let t = Instant::now();
-        unsafe {
-            match n {
-                6 => f64_6(&fixed(12, None), effects, &taps, tolerance, 60, &mut new),
-                8 => f64_8(&fixed(12, None), effects, &taps, tolerance, 60, &mut new),
-                10 => f64_10(&fixed(12, None), effects, &taps, tolerance, 60, &mut new),
-                24 => f64_24(&fixed(14, None), effects, &taps, tolerance, 60, &mut new),
-                32 => f32_6(&fixed(5, None), effects, &taps, tolerance, 60, &mut new),
-                _ => f64_16(&fixed(14, None), effects, &taps, tolerance, 60, &mut new),
-            }
-        }
+        let new = vibrissa_rod::solve(&taps, effects, tolerance, None);
         let new_time = t.elapsed().as_secs_f64() / count as f64 * 1e9;
         let (mut worst, mut old_worst, mut sweeps, mut old_sweeps) = (0.0f64, 0.0f64, 0.0, 0.0);
-        let (mut dev, mut errors) = (0.0f64, Vec::new());
+        let (mut open, mut errors) = (0, Vec::new());
         for i in 0..count {
-            let e = (new[i][0] / known[i][0] - 1.0).abs();
+            let e = (new[i].strain / known[i].strain - 1.0).abs();
             errors.push(e);
             worst = worst.max(e);
-            dev = dev.max((new[i][1] - known[i][1]).abs());
+            open += usize::from(new[i].error > tolerance);
             let r = frames[i].response(&out[i]);
-            old_worst = old_worst.max((r.strain / known[i][0] - 1.0).abs());
-            sweeps += new[i][8] / count as f64;
+            old_worst = old_worst.max((r.strain / known[i].strain - 1.0).abs());
+            sweeps += new[i].sweeps / count as f64;
             old_sweeps += out[i].sweeps / count as f64;
         }
         errors.sort_by(f64::total_cmp);
         old_best = old_best.min(old_time); new_best = new_best.min(new_time);
         let (old_time, new_time) = (old_best, new_best);
-        if round == 11 { println!("{:.2}: old {old_time:.0} ns {old_sweeps:.2} sweeps worst {old_worst:.1e}; new {new_time:.0} ns {sweeps:.2} sweeps worst {worst:.1e} p99 {:.1e} median {:.1e} dev {dev:.1e}", new_best / old_best, errors[count * 99 / 100], errors[count / 2]); }
+        if round == 11 { println!("{:.2}: old {old_time:.0} ns {old_sweeps:.2} sweeps worst {old_worst:.1e}; new {new_time:.0} ns {sweeps:.2} sweeps worst {worst:.1e} p99 {:.1e} median {:.1e} open {open}", new_best / old_best, errors[count * 99 / 100], errors[count / 2]); }
     }
 }

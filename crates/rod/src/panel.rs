@@ -1,104 +1,13 @@
-//! A panel of the rod: its sections at the nodes, and one pass of the equations over it, from its end at the contact to that at the base.
+//! A panel of the rod: its nodes, and one pass of the equations over it, from its end at the contact to that at the base.
 
+use vibrissa_kernel::cpu::Packed;
 use vibrissa_kernel::cpu::law::Law;
-use vibrissa_kernel::cpu::pack::Packed;
 
-use super::lane::Lane;
 use super::Effects;
+use super::lane::Lane;
 use super::rule::{Rule, Turns, dot};
-
-/// A part of a whisker from `near` to `far` in its pack's unit of length: R, the inner radius, and the factor of the curvature.
-#[derive(Debug, Clone, Copy)]
-pub struct Part<P> {
-    pub near: P,
-    pub far: P,
-    pub radius: [P; 2],
-    pub inner: [P; 2],
-    pub bends: P,
-}
-
-/// What all sections of a whisker share.
-#[derive(Debug, Clone, Copy)]
-pub struct Stuff<P> {
-    /// E of the core over that of the skin.
-    pub core: P,
-    /// ¾ + ν/2.
-    pub quarter: P,
-    /// κ_base and κ_slope.
-    pub curvature: [P; 2],
-    /// R(0) − R(L_a), R(L_a), n and 1/L_a.
-    pub power: [P; 4],
-    /// ψ₀ at a.
-    pub rest: P,
-    /// 1/kG over that of model §3.
-    pub softer: P,
-}
-
-/// A section: R, bends/EI, 1/EI, 1/EA and 1/kGA for E = 1.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Section<P> {
-    pub radius: P,
-    pub flex: P,
-    pub bare: P,
-    pub stretch: P,
-    pub slack: P,
-}
-
-const PI: f64 = std::f64::consts::PI;
-
-impl<P: Lane> Part<P> {
-    /// R at `s`.
-    #[inline(always)]
-    pub fn radius(&self, effects: &Effects, stuff: &Stuff<P>, s: P) -> P {
-        if effects.power {
-            let [wider, tip, n, length] = stuff.power;
-            let v = P::of(1.0) - s * length;
-            return tip + wider * v.max(P::of(0.0)).pow(n);
-        }
-        self.radius[0] + self.radius[1] * (s - self.near)
-    }
-
-    #[inline(always)]
-    pub fn section(&self, effects: &Effects, stuff: &Stuff<P>, s: P) -> Section<P> {
-        let of = P::of;
-        let (zero, one) = (of(0.0), of(1.0));
-        let radius = self.radius(effects, stuff, s);
-        let r2 = radius * radius;
-        let (mut area, mut inertia) = (of(PI) * r2, of(0.25 * PI) * r2 * r2);
-        let (mut p, mut g) = (zero, zero);
-        if effects.inner {
-            let i = self.inner[0] + self.inner[1] * (s - self.near);
-            let i2 = i * i;
-            g = stuff.core;
-            p = i2 / r2;
-            let other = of(PI) * (g - one);
-            area = area + other * i2;
-            inertia = inertia + of(0.25) * other * i2 * i2;
-        }
-        let mut section = Section { radius, bare: one / inertia, ..Section::default() };
-        section.flex = section.bare * self.bends;
-        if effects.extension {
-            section.stretch = one / area;
-        }
-        if effects.shear {
-            section.slack = if effects.inner {
-                let quarter = stuff.quarter;
-                let over = zero - (one - g) * quarter * (one - p) / (one + g - (one - g) * p);
-                let (b, a) = (p * over, p * over - quarter);
-                let j = of(0.25) * a * (one - p * p)
-                    + of(0.5) * b * (one - p)
-                    + of(1.0 / 24.0) * (one - p * p * p)
-                    + g * (of(0.25) * (a + over) * p * p + of(1.0 / 24.0) * p * p * p);
-                zero - of(PI) * r2 * r2 * r2 * j * section.bare * section.bare
-            } else {
-                // k G of a disc, with E = 1: −J = q/4 − 1/24.
-                (of(0.25) * stuff.quarter - of(1.0 / 24.0)) * of(16.0) / (of(PI) * r2)
-            };
-            section.slack = section.slack * stuff.softer;
-        }
-        section
-    }
-}
+use super::section::{Part, Section, Whisker};
+use super::vector::{Two, dot2};
 
 /// Sections at the nodes of a panel and its state; lengths in contact distances, forces in E a².
 #[derive(Debug, Clone)]
@@ -125,8 +34,9 @@ pub struct Panel<P, const N: usize> {
     pub extra: [P; N],
     /// dM/dσ less the linear one, times the weight.
     pub pull: [P; N],
-    /// Moment less the linear one, and b, at the end at the contact.
+    /// Moment and turn less the linear ones at the end at the contact, and the lever there.
     pub entry: [P; 2],
+    pub begin: Two<P>,
 }
 
 /// Values carried from panel to panel.
@@ -137,13 +47,13 @@ pub struct Carried<P> {
     /// Turn against the contact, less the linear one.
     pub lag: P,
     /// Position, less the resting and the linear one.
-    pub shift: [P; 2],
+    pub shift: Two<P>,
     /// Σ turn d2: the motion by a unit of the relative force.
-    pub swept: [P; 2],
+    pub swept: Two<P>,
     /// Moment, turn and motion by a unit of friction (sticking contact).
     pub friction: [P; 4],
     /// Motion by a unit moment along the rod.
-    pub pivoted: [P; 2],
+    pub pivoted: Two<P>,
     /// Largest loads of a fibre, and of the chart.
     pub load: P,
     pub beyond: P,
@@ -152,15 +62,15 @@ pub struct Carried<P> {
 impl<P: Lane, const N: usize> Panel<P, N> {
     /// The panel from `near` to `far`, where s = `far` is towards the contact.
     #[inline(always)]
-    pub fn new(rule: &Rule<P::Scalar, N>, effects: &Effects, stuff: &Stuff<P>, part: &Part<P>, [near, far]: [P; 2], even: bool) -> Self {
+    pub fn new(rule: &Rule<P::Scalar, N>, effects: &Effects, whisker: &Whisker<P>, part: &Part<P>, [near, far]: [P; 2], even: bool) -> Self {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let length = far - near;
         let q = if even {
             one
         } else {
-            let [thin, thick] = [part.radius(effects, stuff, far), part.radius(effects, stuff, near)];
-            (thin / thick).max(of(1e-3)).sqrt()
+            let thick = part.radius(effects, whisker, near);
+            (part.radius(effects, whisker, far) / thick).max(of(1e-3)).sqrt()
         };
         let mut panel = Self {
             part: *part,
@@ -176,21 +86,22 @@ impl<P: Lane, const N: usize> Panel<P, N> {
             extra: [zero; N],
             pull: [zero; N],
             entry: [zero; 2],
+            begin: [zero; 2],
         };
-        panel.put(rule, effects, stuff, [near, far]);
+        panel.put(rule, effects, whisker, [near, far]);
         panel
     }
 
     /// Sections between other ends; the state stays.
     #[inline(always)]
-    pub fn put(&mut self, rule: &Rule<P::Scalar, N>, effects: &Effects, stuff: &Stuff<P>, [near, far]: [P; 2]) {
-        let n = rule.count.min(N);
+    pub fn put(&mut self, rule: &Rule<P::Scalar, N>, effects: &Effects, whisker: &Whisker<P>, [near, far]: [P; 2]) {
+        let n = rule.nodes();
         (self.place[0], self.place[1]) = (far, far - near);
         for i in 0..n {
             let [s, rate] = self.at(P::splat(rule.points[i]));
             self.weight[i] = rate;
             self.arc[i] = s;
-            self.section[i] = self.part.section(effects, stuff, s);
+            self.section[i] = self.part.section(effects, whisker, s);
         }
     }
 
@@ -218,46 +129,42 @@ impl<P: Lane, const N: usize> Panel<P, N> {
         share * (one + q) / (q * q * root * (root + one))
     }
 
+    /// Directions of the resting whisker.
     #[inline(always)]
-    pub fn curve(&mut self, turns: &Turns<P::Scalar>, stuff: &Stuff<P>) {
-        let of = P::of;
-        let [base, rising] = stuff.curvature;
+    pub fn curve(&mut self, turns: &Turns<P::Scalar>, whisker: &Whisker<P>) {
         for i in 0..N {
-            let s = self.arc[i];
-            let angle = (of(0.0) - (base + of(0.5) * rising * s) * s) - stuff.rest;
-            let [versine, over] = turns.of(angle);
-            self.along[i] = [of(1.0) - versine, angle - over];
+            let [versine, sine] = turns.rotation(whisker.rest_angle(self.arc[i]));
+            self.along[i] = [P::of(1.0) - versine, sine];
         }
     }
 
-    /// One pass. `whole_moment`: the linear part of the moment is not known beforehand.
+    /// One pass; lanes that are `done` keep their shape. `whole`: the carried moment and turn have no linear part.
     #[inline(always)]
     pub fn pass(
         &mut self,
         rule: &Rule<P::Scalar, N>,
         (turns, law): (&Turns<P::Scalar>, Option<&Law<P::Scalar>>),
         effects: &Effects,
-        (force, tangent): ([P; 2], [P; 2]),
-        done: P,
-        whole_moment: bool,
+        (force, tangent): (Two<P>, Two<P>),
+        (done, whole): (P, bool),
         carried: &Carried<P>,
     ) -> Carried<P> {
         let of = P::of;
         let (zero, one, two, half) = (of(0.0), of(1.0), of(2.0), of(0.5));
-        let n = rule.count.min(N);
+        let n = rule.nodes();
         let mut next = *carried;
         self.entry = [carried.moment, carried.lag];
         let [fx, fy] = force;
         let (mut twist, mut bends, mut friction) = ([zero; N], [zero; N], [zero; N]);
         let (mut sines, mut versines, mut overs) = ([zero; N], [zero; N], [zero; N]);
         for i in 0..n {
-            let turn = self.lag[i] + self.turn[i][0] * fx + self.turn[i][1] * fy;
+            let turn = self.lag[i] + dot2(self.turn[i], force);
             let [versine, over] = turns.of(turn);
             let sine = turn - over;
             (sines[i], versines[i], overs[i]) = (sine, versine, over);
             let [x, y] = local(effects, self.along[i], force);
             let mut pull = zero - versine * y - sine * x;
-            if whole_moment {
+            if whole {
                 pull = pull + y;
             }
             if effects.extension || effects.shear {
@@ -273,15 +180,15 @@ impl<P: Lane, const N: usize> Panel<P, N> {
         }
         for i in 0..n {
             let mut moment = carried.moment + dot(n, &rule.integral[i], &self.pull);
-            if let (Some(law), true) = (law, effects.law) {
-                let whole = moment + self.lever[i][0] * fy - self.lever[i][1] * fx;
+            if let Some(law) = law {
+                let all = moment + self.lever[i][0] * fy - self.lever[i][1] * fx;
                 let Section { radius, bare, stretch, .. } = self.section[i];
                 let [x, y] = local(effects, self.along[i], force);
                 let axial = (x - versines[i] * x + sines[i] * y) * stretch;
-                let b = (whole * radius * bare).abs();
+                let b = (all * radius * bare).abs();
                 let [extra, chi, beyond] = law.section(axial, b);
                 self.extra[i] = zero.if_less(done, self.extra[i], extra);
-                moment = moment + whole * chi;
+                moment = moment + all * chi;
                 let (e, kr) = (axial + extra, b * (one + chi));
                 next.load = next.load.max(e + kr).max(two * (kr - e));
                 next.beyond = next.beyond.max(beyond);
@@ -307,7 +214,7 @@ impl<P: Lane, const N: usize> Panel<P, N> {
             let cosine = one - versines[i];
             let versine = versines[i] + (sines[i] + half * cosine * step) * step;
             let sine = sines[i] + (cosine - half * sines[i] * step) * step;
-            let linear = self.turn[i][0] * fx + self.turn[i][1] * fy;
+            let linear = dot2(self.turn[i], force);
             let turn = lag + linear;
             let weight = P::splat(rule.weights[i]) * self.weight[i];
             let cosine = one - versine;
@@ -321,7 +228,7 @@ impl<P: Lane, const N: usize> Panel<P, N> {
                 if effects.extension {
                     let stretched = self.section[i].stretch * more + self.extra[i];
                     let all = self.section[i].stretch * along + stretched;
-                    x = x + (if whole_moment { all } else { stretched }) - all * versine;
+                    x = x + (if whole { all } else { stretched }) - all * versine;
                     y = y + all * sine;
                     cx = cx + all;
                 }
@@ -329,7 +236,7 @@ impl<P: Lane, const N: usize> Panel<P, N> {
                     let slack = self.section[i].slack;
                     let all = slack * (across + less);
                     x = x - all * sine;
-                    y = y + (if whole_moment { all } else { slack * less }) - all * versine;
+                    y = y + (if whole { all } else { slack * less }) - all * versine;
                     cy = cy + all;
                 }
             }
@@ -342,11 +249,31 @@ impl<P: Lane, const N: usize> Panel<P, N> {
                 let mut both = [next.friction[2], next.friction[3]];
                 gather(effects, self.along[i], weight, &mut both, [self.section[i].stretch * along - turn * sine, turn * cosine + slid]);
                 (next.friction[2], next.friction[3]) = (both[0], both[1]);
-            } else if !whole_moment {
+            } else if !whole {
                 gather(effects, self.along[i], weight, &mut next.pivoted, [zero - sine * self.give[i], cosine * self.give[i]]);
             }
         }
         next
+    }
+
+    /// The last `few` coefficients of the series of bending, of bending by all that linear theory has not, and of the moment's growth, summed.
+    #[inline(always)]
+    pub fn tails(&self, rule: &Rule<P::Scalar, N>, [fx, fy]: Two<P>, few: usize) -> [P; 3] {
+        let (zero, n) = (P::of(0.0), rule.nodes());
+        let (mut bends, mut lags) = ([zero; N], [zero; N]);
+        for i in 0..n {
+            let moment = self.entry[0] + dot(n, &rule.integral[i], &self.pull);
+            let flex = self.section[i].flex * self.weight[i];
+            lags[i] = moment * flex;
+            bends[i] = lags[i] + (self.lever[i][0] * fy - self.lever[i][1] * fx) * flex;
+        }
+        let mut sums = [zero; 3];
+        for k in n - few..n {
+            for (sum, y) in sums.iter_mut().zip([&bends, &lags, &self.pull]) {
+                *sum = *sum + dot(n, &rule.legendre[k], y).abs();
+            }
+        }
+        sums
     }
 }
 

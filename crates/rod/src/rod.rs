@@ -5,6 +5,8 @@ use vibrissa_core::physics::real::Real;
 use vibrissa_core::physics::solid::Bonded;
 use vibrissa_core::physics::taper::Taper;
 
+use super::Effects;
+
 /// A piece between two places where the profile, the inner part or the foil changes. Lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece<T = f64> {
@@ -25,6 +27,8 @@ pub struct Piece<T = f64> {
 pub struct Rod<T = f64> {
     /// From the base to the tip.
     pub pieces: Vec<Piece<T>>,
+    /// L_a, mm; infinite where the cone continues.
+    pub length: T,
     /// R(0), R(L_a), n and L_a, where the diameter is a power of the distance from the tip.
     pub power: Option<[T; 4]>,
     /// κ_base and κ_slope, 1/mm and 1/mm².
@@ -42,7 +46,7 @@ pub struct Rod<T = f64> {
 impl<T: Copy> Rod<T> {
     /// `f` of each number.
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> Rod<U> {
-        let Self { curvature, root, moduli, nu, gauge, power, .. } = *self;
+        let Self { length, curvature, root, moduli, nu, gauge, power, .. } = *self;
         let piece = |p: &Piece<T>| Piece {
             near: f(p.near),
             far: f(p.far),
@@ -52,6 +56,7 @@ impl<T: Copy> Rod<T> {
         };
         Rod {
             pieces: self.pieces.iter().map(piece).collect(),
+            length: f(length),
             power: power.map(|power| power.map(&f)),
             curvature: curvature.map(&f),
             root: root.map(&f),
@@ -63,6 +68,14 @@ impl<T: Copy> Rod<T> {
 }
 
 impl<T: Real> Rod<T> {
+    /// The effects of a model on this whisker.
+    pub fn effects(&self, model: Effects) -> Effects {
+        let curved = self.curvature != [T::of(0.0); 2];
+        let inner = self.pieces.iter().any(|piece| piece.inner != [T::of(0.0); 2]);
+        let power = self.power.is_some();
+        Effects { curved, inner, power, rough: curved || inner || power || self.pieces.len() > 1, ..model }
+    }
+
     /// A cone that begins at the end of its clamp, with a gauge.
     pub fn cone(taper: &Taper<T>, [modulus, nu]: [T; 2], gauge: [T; 2], foil: Option<&Bonded<T>>) -> Self {
         let zero = T::of(0.0);
@@ -70,6 +83,7 @@ impl<T: Real> Rod<T> {
         let radius = |s: T| [taper.radius(s), -taper.tan_alpha];
         Self {
             pieces: pieces(edges, foil, |near, _| (radius(near), [zero; 2])),
+            length: T::of(f64::INFINITY),
             power: None,
             curvature: [zero; 2],
             root: [zero; 3],
@@ -99,6 +113,7 @@ impl<T: Real> Rod<T> {
         };
         Self {
             pieces: pieces(edges, foil, piece),
+            length,
             power: power.map(|[base, tip, n]| [base, tip, n, length]),
             curvature: body.base_curvature(),
             root: [root.k_theta, root.k_x, root.k_y].map(|k| one / k),
@@ -106,12 +121,6 @@ impl<T: Real> Rod<T> {
             nu: body.nu,
             gauge,
         }
-    }
-
-    /// The piece that holds `s`.
-    pub fn piece(&self, s: f64) -> &Piece<T> {
-        let after = self.pieces.partition_point(|piece| piece.near.value() <= s).clamp(1, self.pieces.len());
-        &self.pieces[after - 1]
     }
 }
 

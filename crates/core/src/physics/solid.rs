@@ -113,6 +113,11 @@ impl<T: Real> Soft<T> {
         (hertz.value() != 0.0 || linear.value() != 0.0).then_some(Self { hertz, linear })
     }
 
+    /// δ(P) as Hertz's part in P^⅔ and the part in P, of P in N; where they have opposite signs δ stays at its largest value beyond that.
+    pub fn parts(&self) -> [T; 2] {
+        [self.hertz, self.linear]
+    }
+
     /// δ under a force P, N; an odd function.
     pub fn depth(&self, force: T) -> T {
         // Hertz's δ less a linear one would fall beyond this force, far outside the range of both.

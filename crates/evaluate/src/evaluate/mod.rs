@@ -1,11 +1,10 @@
 //! From designs and taps to outcomes, on any backend: the only place where statuses of the physics are decided.
 
-mod built;
 mod gradient;
 mod guard;
 mod outcome;
 mod rigs;
-mod solid;
+mod rod;
 mod solve;
 mod strains;
 mod task;
@@ -207,8 +206,8 @@ impl<'a> Evaluator<'a> {
                 false => reference(setup, &designs[t.design as usize], t),
             };
             tasks.par_iter().map(answer).collect()
-        } else if built::asked(setup) {
-            self.built(designs, tasks, None, None)?
+        } else if rod::asked(setup) {
+            self.rods(designs, tasks, None, None)?
         } else {
             let solved = self.solutions_anywhere(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, None)?
@@ -230,8 +229,8 @@ impl<'a> Evaluator<'a> {
     /// contact, to the strain of linear theory, as charts hold their ratio.
     pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip) -> Outcomes {
         go_on(self.stop)?;
-        if built::asked(self.setup) {
-            return self.built(designs, tasks, Some(grip), None);
+        if rod::asked(self.setup) {
+            return self.rods(designs, tasks, Some(grip), None);
         }
         let solved = self.solve(designs, tasks, &|_| grip, self.setup.asks_wrench())?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
@@ -249,8 +248,8 @@ impl<'a> Evaluator<'a> {
         if self.needs_no_kernel() {
             return self.run(designs, tasks);
         }
-        if built::asked(self.setup) {
-            return self.built(designs, tasks, None, Some(expected));
+        if rod::asked(self.setup) {
+            return self.rods(designs, tasks, None, Some(expected));
         }
         let solved = self.solutions_anywhere(designs, tasks)?;
         self.outcomes(designs, tasks, &solved, Some(expected))

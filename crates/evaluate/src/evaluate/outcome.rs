@@ -44,7 +44,7 @@ pub(super) fn fast(
 ) -> Outcome {
     let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
     let Asked { setup, linear, .. } = asked;
-    let Some(Solved { frame, solution, grip, plane, seen, .. }) =
+    let Some(Solved { frame, solution, grip, plane, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
@@ -55,10 +55,7 @@ pub(super) fn fast(
     let ratio = linear / frame.tap().strain - 1.0;
     let planar = (ratio - response.deviation) / (1.0 + response.deviation);
     let (strain, deviation, beside) = match plane {
-        None => match seen {
-            Some(strain) => (*strain, linear / strain - 1.0, None),
-            None => (response.strain, planar, None),
-        },
+        None => (response.strain, planar, None),
         Some(plane) => {
             let axial = sign(setup) * response.axial;
             let bending = response.strain - axial;

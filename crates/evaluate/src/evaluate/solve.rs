@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Evaluator, Method, Task, solid};
+use super::{Evaluator, Method, Task};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::{
@@ -33,8 +33,6 @@ pub(super) struct Solved {
     /// Sweeps spent on it, also for another grip.
     pub sweeps: f64,
     pub plane: Option<Plane>,
-    /// The gauge's reading, if it is not the strain of the rod, positive as on the contact side.
-    pub seen: Option<f64>,
 }
 
 impl Solved {
@@ -45,7 +43,6 @@ impl Solved {
             grip: Grip::Slide(0.0),
             sweeps: 0.0,
             plane: None,
-            seen: None,
         }
     }
 }
@@ -66,7 +63,6 @@ impl Evaluator<'_> {
     /// Solutions of `tasks` with any contact; `None` outside the domain or at the apex. `spatial`: with the values for the plane of bending.
     pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task], spatial: bool) -> Solutions {
         let solved = match self.setup.model.contact {
-            Contact::Frictionless if solid::asked(self.setup) => return self.solid(designs, tasks),
             Contact::Frictionless | Contact::Coulomb(0.0) => {
                 self.solve(designs, tasks, &|_| Grip::Slide(0.0), spatial)
             }
@@ -109,7 +105,7 @@ impl Evaluator<'_> {
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         let solved = |i: usize, frame: Frame, solution: Solution| {
             let (grip, sweeps) = (grip(i), solution.sweeps);
-            Solved { frame, solution, grip, sweeps, plane, seen: None }
+            Solved { frame, solution, grip, sweeps, plane }
         };
         if self.solutions.len() == frames.len() {
             let one = |(i, (frame, s)): (usize, (&Option<Frame>, &Solution))| Some(solved(i, (*frame)?, *s));

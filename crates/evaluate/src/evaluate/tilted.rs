@@ -7,7 +7,7 @@ use super::trial::{self, Turn};
 use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::tap::Frame;
-use crate::kernel::{Chart, Solution};
+use crate::kernel::Solution;
 use crate::physics::pole::{Planar, Pole, Rig};
 use crate::scene::{Contact, Drive, Setup};
 
@@ -104,7 +104,7 @@ impl trial::Trial for Trial<'_> {
         Some(self.at(self.phi)?.0)
     }
 
-    fn turn(&mut self, here: &Frame, solution: &Solution, (_, tolerance): (Option<&Chart>, f64)) -> Turn {
+    fn turn(&mut self, here: &Frame, solution: &Solution, tolerance: f64) -> Turn {
         let psi = solution.base + self.alpha;
         let (Some(next), Some(beside)) = (self.pole.azimuth(psi), self.pole.azimuth(psi + PROBE)) else {
             return Turn::Lost;
@@ -130,7 +130,7 @@ impl trial::Trial for Trial<'_> {
         match () {
             () if noise > NOISE * tolerance => Turn::Lost,
             () if left <= SHARE * tolerance => {
-                Turn::Found(frame, *solution, Some(Plane { azimuth: phi, slide }), None)
+                Turn::Found(frame, *solution, Plane { azimuth: phi, slide })
             }
             () => Turn::Next,
         }

@@ -3,18 +3,18 @@
 use rayon::prelude::*;
 
 use super::solve::{Plane, Solutions, Solved, frame};
-use super::{Evaluator, Method, Task};
+use super::{Evaluator, Task};
 use crate::design::{Design, Shared};
 use crate::kernel::tap::{Ask, Frame};
-use crate::kernel::{Chart, Solution};
+use crate::kernel::Solution;
 use crate::physics::linear::StrainCurve;
 use crate::physics::onset::Grip;
 use crate::scene::{Drive, Model, Setup, Side};
 
 #[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
 pub(super) enum Turn {
-    /// Converged: its frame, its solution, its plane of bending and its skin strain, where wanted.
-    Found(Frame, Solution, Option<Plane>, Option<f64>),
+    /// Converged: its frame, its solution and its plane of bending.
+    Found(Frame, Solution, Plane),
     Next,
     Lost,
 }
@@ -23,8 +23,8 @@ pub(super) trait Trial: Send + Sync {
     /// The next tap to solve; None if its strain means nothing.
     fn frame(&self) -> Option<Frame>;
 
-    /// Processes `solution` of the tap `here`; `told`: the chart of its law, and its tolerance.
-    fn turn(&mut self, here: &Frame, solution: &Solution, told: (Option<&Chart>, f64)) -> Turn;
+    /// Processes `solution` of the tap `here`, known to the tolerance.
+    fn turn(&mut self, here: &Frame, solution: &Solution, tolerance: f64) -> Turn;
 }
 
 /// The frictionless tap at `a`, mm, of the rod of `shared`, turned by `angle`, rad, about a place `hub` mm behind where it begins.
@@ -70,10 +70,6 @@ impl<'a> Evaluator<'a> {
         let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
         let mut open: Vec<(usize, T)> =
             begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
-        let chart = match &self.method {
-            Method::Fast { rungs, .. } => rungs.first().and_then(|rung| rung.chart().cloned()),
-            Method::Reference => None,
-        };
         for _ in 0..rounds {
             if open.is_empty() {
                 break;
@@ -84,7 +80,7 @@ impl<'a> Evaluator<'a> {
             let turned = |((i, mut trial), s): ((usize, T), Option<Solved>)| {
                 let s = s?;
                 let within = s.solution.within(tolerance);
-                let turn = within.then(|| trial.turn(&s.frame, &s.solution, (chart.as_ref(), tolerance)));
+                let turn = within.then(|| trial.turn(&s.frame, &s.solution, tolerance));
                 Some((i, trial, s, turn))
             };
             let turned: Vec<_> =
@@ -97,8 +93,8 @@ impl<'a> Evaluator<'a> {
                 match turn {
                     // The upright rod's answer: the material ends, or a kernel cannot decide.
                     None => *one = Solved { sweeps, plane: None, ..s },
-                    Some(Turn::Found(frame, solution, plane, seen)) => {
-                        *one = Solved { frame, solution, plane, seen, sweeps, ..s };
+                    Some(Turn::Found(frame, solution, plane)) => {
+                        *one = Solved { frame, solution, plane: Some(plane), sweeps, ..s };
                     }
                     Some(Turn::Next) => open.push((i, trial)),
                     Some(Turn::Lost) => {}

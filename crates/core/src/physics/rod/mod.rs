@@ -1,7 +1,6 @@
 //! The reference solver of the exact planar rod (model §3), which judges the kernels and shares no method with them: Gragg–Bulirsch–Stoer
-//! extrapolation and shooting. Answers are accurate to 1e-12 … 1e-11, relative. Only `changed`, for the kernels, uses its equations, with other steps.
+//! extrapolation and shooting. Answers are accurate to 1e-12 … 1e-11, relative.
 
-mod changed;
 mod collocation;
 mod gradient;
 mod ode;
@@ -20,7 +19,6 @@ use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
-pub use changed::{Borne, Changed};
 pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
 use ode::Ended;
 use shoot::{Shooter, Shot, Stopped, Unknowns};
@@ -204,7 +202,6 @@ pub fn bend(taper: Taper, modulus: f64, length: f64, force: DVec2) -> Option<Ben
         foil: None,
         skin: None,
         near: Cell::default(),
-        charted: None,
     };
     let (force, point) = (Vector::new(force.x, force.y), Vector::of(0.0, 0.0));
     let bent = EndLoad { arc: length, force, point }.bend(&rod, [0.0; 2]).ok()?;

@@ -33,11 +33,7 @@ pub(super) struct Whisker<'a, T = f64> {
     pub skin: Option<Skin<T>>,
     /// Approximate strain of the next section, where it is known; replaced by the strain found.
     pub near: Cell<Option<SectionStrain>>,
-    /// Gives the strain of a section faster than the law, where it can.
-    pub charted: Option<Charted<'a, T>>,
 }
-
-type Charted<'a, T> = &'a dyn Fn(T, T) -> Option<SectionStrain<T>>;
 
 pub(super) struct Skin<T = f64> {
     pub taper: Taper<T>,
@@ -95,7 +91,6 @@ impl<T: Real> Whisker<'_, T> {
                 halved: skin.halved,
             }),
             near: Cell::default(),
-            charted: None,
         })
     }
 
@@ -107,9 +102,6 @@ impl<T: Real> Whisker<'_, T> {
         let r = self.taper.radius(s);
         let n = if self.extension { axial / (r * r) } else { T::of(0.0) };
         let m = moment / (r * r * r);
-        if let Some(strain) = self.charted.and_then(|charted| charted(n, m)) {
-            return Some((r, strain));
-        }
         let Some(near) = self.near.get() else { return Some((r, self.law.deform(n, m)?)) };
         let strain = self.law.deform_near(near, n, m)?;
         self.near.set(Some(SectionStrain { axial: strain.axial.value(), bending: strain.bending.value() }));

@@ -54,7 +54,6 @@ impl<'a, T: Real> Shooter<'a, T> {
                 foil: problem.foil,
                 skin: Skin::new(problem),
                 near: Cell::default(),
-                charted: None,
             },
             soft: soft(problem),
             lever: (a + hub).value(),
