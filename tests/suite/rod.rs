@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::common::{all_effects, configuration, model, tap};
 use glam::DVec2;
-use vibrissa::physics::rod::{RodError, RodProblem, RodTap, bend};
+use vibrissa::physics::rod::{RodError, RodProblem, RodTap};
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::{Contact, Material, Model};
 
@@ -48,7 +48,12 @@ fn uniform_rod_has_the_exact_elastica() {
 
 /// Tip angle and position of a clamped rod under a dead load on its tip, by the secant method in the angle.
 fn cantilever(length: f64, taper: Taper, modulus: f64, load: DVec2) -> (f64, DVec2) {
-    let bent = |angle: f64| bend(taper, modulus, length, DVec2::from_angle(-angle).rotate(load)).unwrap();
+    let model = model(Material::Hooke(modulus));
+    let problem = RodProblem { taper, distance: length, ..tap(&model, 10.0, 40.0, 1.0) };
+    let bent = |angle: f64| {
+        let force = DVec2::from_angle(-angle).rotate(load);
+        problem.bent(length, [-force.y, force.x], 1).unwrap().clamp
+    };
     let lack = |angle: f64| bent(angle).angle + angle;
     let (mut before, mut now) = (0.0, -lack(0.0).signum() * 0.1);
     while (now - before).abs() > 1e-12 {
@@ -56,7 +61,7 @@ fn cantilever(length: f64, taper: Taper, modulus: f64, load: DVec2) -> (f64, DVe
         (before, now) = (now, now - lack_now * (now - before) / (lack_now - lack_before));
     }
     let rod = bent(now);
-    (now, DVec2::from_angle(-rod.angle).rotate(-rod.clamp))
+    (now, DVec2::from_angle(-rod.angle).rotate(-DVec2::from(rod.place)))
 }
 
 #[test]

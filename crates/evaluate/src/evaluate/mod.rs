@@ -30,7 +30,7 @@ use crate::scene::{Contact, Geometry, Layout, Material, Setup};
 use crate::status::Status;
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
-pub use outcome::{beside_linear, outcome_of_chart, path};
+pub use outcome::{beside_linear, outcome_of_chart, path, problem};
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
 use solve::{Solutions, Solved};

@@ -239,7 +239,7 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
 }
 
 /// The rod of a tap at `a` mm.
-pub(super) fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) -> RodProblem<'a> {
+pub fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) -> RodProblem<'a> {
     RodProblem {
         taper: shared.taper,
         gauge: shared.gauge,

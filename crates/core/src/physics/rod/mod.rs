@@ -9,14 +9,11 @@ mod shoot;
 mod statics;
 mod tilted;
 
-use std::cell::Cell;
-
-use glam::DVec2;
 use thiserror::Error;
 
 use crate::physics::body::Body;
 use crate::physics::real::{Real, Vector};
-use crate::physics::section::SectionLaw;
+use crate::physics::section::SectionStrain;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
@@ -24,7 +21,7 @@ pub use changed::{Borne, Changed};
 pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
 use ode::Ended;
 use shoot::{Shooter, Shot, Stopped, Unknowns};
-use statics::{EndLoad, Whisker};
+use statics::Bent;
 pub use tilted::TiltedTap;
 
 const RANGE_PARTS: u32 = 64;
@@ -183,30 +180,54 @@ impl RodProblem<'_> {
     }
 }
 
-/// A rod integrated from its loaded end to its clamp.
+/// A section of a bent rod, in the frame of its contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BentRod {
-    /// ψ(0): direction of the rod at its clamp in the frame of its end, rad.
+pub struct BentSection {
+    /// Arc s from the face of the clamp, mm.
+    pub arc: f64,
+    /// ψ: its direction, rad.
     pub angle: f64,
-    /// Position of the clamp in that frame, mm.
-    pub clamp: DVec2,
+    /// Its place, mm.
+    pub place: Vector,
+    /// Strain of the fibre on the touching side.
+    pub strain: f64,
 }
 
-/// Bends an inextensible, unshearable cone of this `length`, mm, and modulus, MPa, by `force`, N, on its end, in the end's frame.
-pub fn bend(taper: Taper, modulus: f64, length: f64, force: DVec2) -> Option<BentRod> {
-    let rod = Whisker {
-        taper,
-        body: None,
-        law: SectionLaw::Linear(modulus),
-        extension: false,
-        shear_compliance: 0.0,
-        side: Side::Contact,
-        foil: None,
-        skin: None,
-        near: Cell::default(),
-        charted: None,
-    };
-    let (force, point) = (Vector::new(force.x, force.y), Vector::of(0.0, 0.0));
-    let bent = EndLoad { arc: length, force, point }.bend(&rod, [0.0; 2]).ok()?;
-    Some(BentRod { angle: bent.angle, clamp: DVec2::from(bent.offset) - DVec2::new(length, 0.0) })
+/// A rod bent by the force on its contact, in the frame of that contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BentRod {
+    /// From the contact to the clamp, or to its face where the rod is clamped behind it.
+    pub sections: Vec<BentSection>,
+    /// The clamped section.
+    pub clamp: BentSection,
+    /// Move of the base by its springs, mm, and rotation of the contact against the base at rest, rad.
+    pub base: (Vector, f64),
+    /// Point of the force, mm.
+    pub point: Vector,
+    /// Unit vector towards the centre of the pole.
+    pub normal: Vector,
+}
+
+impl RodProblem<'_> {
+    /// The rod bent by `force`, [P, T] in N, on the contact at the arc `arc`, mm; in `parts` equal parts. `None` if the material cannot bear it.
+    pub fn bent(&self, arc: f64, force: [f64; 2], parts: u32) -> Option<BentRod> {
+        let (held, start) = self.held();
+        let shooter = Shooter::with(&held, Unknowns::Stick, 1.0);
+        let load = shooter.load(arc - start, force);
+        let end = start.max(0.0);
+        let (length, mut sections) = (arc - end, Vec::new());
+        let section = |arc, sigma, bent: &Bent, strain: f64| {
+            let place = bent.offset - Vector::new(sigma, 0.0);
+            BentSection { arc, angle: bent.angle, place, strain }
+        };
+        let see = |i: u32, sigma, bent: &Bent, strain: SectionStrain| {
+            let s = if i == 0 { arc } else { end + length * (1.0 - f64::from(i) / f64::from(parts)) };
+            sections.push(section(s, sigma, bent, strain.axial - strain.bending));
+            true
+        };
+        let (_, rod) = load.walk(&shooter.whisker, length, parts, see).ok()?;
+        let rod = load.carry(&shooter.whisker, false, rod, length, end - start).ok()?;
+        let (clamp, base) = (section(start, load.arc, &rod, 0.0), shooter.base(&load, &rod));
+        Some(BentRod { sections, clamp, base, point: load.point, normal: shooter.tilt(load.arc) })
+    }
 }

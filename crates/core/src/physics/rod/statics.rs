@@ -206,7 +206,7 @@ impl<T: Real> EndLoad<T> {
         })
     }
 
-    fn carry(
+    pub fn carry(
         &self,
         rod: &Whisker<'_, T>,
         over_gauge: bool,
@@ -243,22 +243,35 @@ impl<T: Real> EndLoad<T> {
     }
 
     pub fn is_in_range(&self, whisker: &Whisker<'_, T>, parts: u32) -> Result<bool, Ended> {
-        let length = self.arc / f64::from(parts);
-        let mut bent = Bent::unbent();
+        let inside = |_, _, _: &_, strain: SectionStrain<T>| {
+            let (axial, bending) = (strain.axial.value(), strain.bending.value());
+            SectionStrain { axial, bending }.is_in_range()
+        };
+        Ok(self.walk(whisker, self.arc, parts, inside)?.0)
+    }
+
+    /// Calls `see` with number, σ, rod and strain of the sections between equal `parts` of `length` from the contact, until it says false.
+    pub fn walk(
+        &self,
+        whisker: &Whisker<'_, T>,
+        length: T,
+        parts: u32,
+        mut see: impl FnMut(u32, T, &Bent<T>, SectionStrain<T>) -> bool,
+    ) -> Result<(bool, Bent<T>), Ended> {
+        let (part, mut bent) = (length / f64::from(parts), Bent::unbent());
         for i in 0..=parts {
-            let sigma = length * f64::from(i);
+            let sigma = part * f64::from(i);
             if i > 0 {
-                bent = self.carry(whisker, false, bent, sigma - length, length)?;
+                bent = self.carry(whisker, false, bent, sigma - part, part)?;
             }
             let [axial, _, moment] = self.resultants(sigma, &bent);
             let s = self.arc - sigma;
             let (_, strain) = whisker.strain((s, s.value()), axial, moment).ok_or(Ended::NoValue)?;
-            let (axial, bending) = (strain.axial.value(), strain.bending.value());
-            if !(SectionStrain { axial, bending }).is_in_range() {
-                return Ok(false);
+            if !see(i, sigma, &bent, strain) {
+                return Ok((false, bent));
             }
         }
-        Ok(true)
+        Ok((true, bent))
     }
 }
 

@@ -151,7 +151,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         }
     }
 
-    fn tilt(&self, arc: T) -> Vector<T> {
+    pub fn tilt(&self, arc: T) -> Vector<T> {
         let RodProblem { body, distance, model, .. } = *self.problem;
         body.map_or(self.touched.tilt, |body| body.tilt(arc, distance.value(), model.surface))
     }
@@ -172,7 +172,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         (load.point + Vector::new(load.arc, T::of(0.0)) - bent.offset).perp_dot(load.force)
     }
 
-    fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
+    pub fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
         let Some(root) = self.problem.body.map(|body| body.root) else {
             return (Vector::of(0.0, 0.0), -bent.angle);
         };
