@@ -62,34 +62,31 @@ fn basis(e: f64) -> [f64; 3] {
 fn least_squares(points: &[[f64; 2]]) -> Option<[f64; 3]> {
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let dot = |v: &[f64], w: &[f64]| v.iter().zip(w).map(|(x, y)| x * y).sum::<f64>();
-    let mut columns: [Vec<f64>; 3] =
-        std::array::from_fn(|k| points.iter().map(|[e, _]| basis(*e)[k]).collect());
-    let mut rest: Vec<f64> = points.iter().map(|[_, s]| *s).collect();
-    let mut scale = [0.0; 3];
-    for (scale, column) in scale.iter_mut().zip(&mut columns) {
-        *scale = length(column);
-        column.iter_mut().for_each(|x| *x /= *scale);
+    // The last column is the data.
+    let column = |k: usize| points.iter().map(|[e, s]| if k < 3 { basis(*e)[k] } else { *s }).collect();
+    let mut columns: [Vec<f64>; 4] = std::array::from_fn(column);
+    let scale: [f64; 3] = std::array::from_fn(|k| length(&columns[k]));
+    for (scale, column) in scale.iter().zip(&mut columns) {
+        column.iter_mut().for_each(|x| *x /= scale);
     }
-    let (mut r, mut y) = ([[0.0; 3]; 3], [0.0; 3]);
-    for k in 0..3 {
+    let mut r = [[0.0; 4]; 3];
+    for (k, r) in r.iter_mut().enumerate() {
         let (done, later) = columns.split_at_mut(k + 1);
         let q = &mut done[k];
-        r[k][k] = length(q);
-        if r[k][k].is_nan() || r[k][k] < DEPENDENT {
+        r[k] = length(q);
+        if r[k].is_nan() || r[k] < DEPENDENT {
             return None;
         }
-        q.iter_mut().for_each(|x| *x /= r[k][k]);
-        for (column, slot) in later.iter_mut().zip(&mut r[k][k + 1..]) {
+        q.iter_mut().for_each(|x| *x /= r[k]);
+        for (column, slot) in later.iter_mut().zip(&mut r[k + 1..]) {
             *slot = dot(q, column);
             column.iter_mut().zip(&*q).for_each(|(x, q)| *x -= *slot * q);
         }
-        y[k] = dot(q, &rest);
-        rest.iter_mut().zip(&*q).for_each(|(x, q)| *x -= y[k] * q);
     }
     let mut c = [0.0; 3];
     for k in (0..3).rev() {
         let known: f64 = (k + 1..3).map(|j| r[k][j] * c[j]).sum();
-        c[k] = (y[k] - known) / r[k][k];
+        c[k] = (r[k][3] - known) / r[k][k];
     }
     let c: [f64; 3] = std::array::from_fn(|k| c[k] / scale[k]);
     c.iter().all(|x| x.is_finite()).then_some(c)
