@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use crate::common::{all_effects, configuration, model, tap};
 use glam::DVec2;
-use vibrissa::physics::rod::{RodError, RodProblem, RodTap};
+use vibrissa::physics::rod::{RodProblem, RodTap};
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::{Contact, Material, Model};
+use vibrissa::status::Status;
 
 fn hooke() -> Model {
     model(Material::Hooke(3.2))
@@ -177,8 +178,8 @@ fn large_taps_converge_or_say_why_not() {
     let (linear, rubber) = (hooke(), model(Material::NeoHookean(3.2)));
     let large = tap(&linear, 10.0, 40.0, 60.0).solve().unwrap();
     assert!(large.contact_arc > 44.0 && large.base_angle > 1.5);
-    assert_eq!(tap(&linear, 4.0, 48.0, 60.0).solve(), Err(RodError::NotConverged));
-    assert_eq!(tap(&rubber, 10.0, 12.0, 60.0).solve(), Err(RodError::MaterialLimit));
+    assert_eq!(tap(&linear, 4.0, 48.0, 60.0).solve(), Err(Status::NOT_CONVERGED));
+    assert_eq!(tap(&rubber, 10.0, 12.0, 60.0).solve(), Err(Status::MATERIAL_LIMIT));
 }
 
 #[test]

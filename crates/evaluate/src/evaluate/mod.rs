@@ -197,8 +197,14 @@ impl<'a> Evaluator<'a> {
         matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
     }
 
-    /// [`Self::run`] for designs with rigs of one kind, without the guard.
-    fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
+    /// [`Self::run`] for designs with rigs of one kind, without the guard; `expected`: the answers of the reference, if known, so that it need not be
+    /// used again.
+    pub fn run_alike(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        expected: Option<&[Outcome]>,
+    ) -> Outcomes {
         go_on(self.stop)?;
         let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel() {
@@ -208,10 +214,10 @@ impl<'a> Evaluator<'a> {
             };
             tasks.par_iter().map(answer).collect()
         } else if built::asked(setup) {
-            self.built(designs, tasks, None, None)?
+            self.built(designs, tasks, None, expected)?
         } else {
             let solved = self.solutions_anywhere(designs, tasks)?;
-            self.outcomes(designs, tasks, &solved, None)?
+            self.outcomes(designs, tasks, &solved, expected)?
         };
         go_on(self.stop)?;
         Ok(outcomes)
@@ -244,18 +250,6 @@ impl<'a> Evaluator<'a> {
         Ok(tasks.par_iter().zip(&solved).map(read).collect())
     }
 
-    /// [`run`](Self::run) where the reference's answers are known, so that it need not be used again.
-    pub fn run_beside(&mut self, designs: &[Design], tasks: &[Task], expected: &[Outcome]) -> Outcomes {
-        if self.needs_no_kernel() {
-            return self.run(designs, tasks);
-        }
-        if built::asked(self.setup) {
-            return self.built(designs, tasks, None, Some(expected));
-        }
-        let solved = self.solutions_anywhere(designs, tasks)?;
-        self.outcomes(designs, tasks, &solved, Some(expected))
-    }
-
     /// True if kernels give up on taps that others solve: with friction, and where a law softens until its tangent vanishes, where its chart ends.
     fn ends_early(&self) -> bool {
         let Method::Fast { rungs, .. } = &self.method else { return false };
@@ -275,10 +269,8 @@ impl<'a> Evaluator<'a> {
         let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
         let asked = missed && (!self.samples || self.ends_early());
         let open = |s: &Solved| s.solution.unsure() || asked && !s.solution.is_told(tolerance);
-        if self.spare < usize::MAX {
-            let left = solved.iter().flatten().filter(|s| open(s)).count();
-            self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
-        }
+        let left = solved.iter().flatten().filter(|s| open(s)).count();
+        self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
             let astray = |s: &Solved| open(s) && s.solution.is_astray();

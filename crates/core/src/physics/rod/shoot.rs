@@ -9,12 +9,13 @@ use glam::{DMat2, DVec2};
 
 use super::ode::Ended;
 use super::statics::{Bent, EndLoad, Skin, Whisker};
-use super::{RANGE_PARTS, RodError, RodProblem};
+use super::{RANGE_PARTS, RodProblem};
 use crate::physics::body::Touched;
 use crate::physics::flexure::Flexure;
 use crate::physics::real::{Real, Vector};
 use crate::physics::solid::Soft;
 use crate::scene::channels::Signal;
+use crate::status::Status;
 
 const HIT: f64 = 1e-12;
 
@@ -69,7 +70,7 @@ pub(super) struct Shot<T = f64> {
 }
 
 pub(super) struct Stopped {
-    pub why: RodError,
+    pub why: Status,
     pub farthest: Option<Shot>,
 }
 
@@ -170,7 +171,7 @@ impl<'a> Shooter<'a> {
                 Ok((_, shot))
                     if self.problem.body.is_some_and(|body| shot.load.arc > body.length * BEYOND) =>
                 {
-                    return Err(Stopped { why: RodError::SlippedOff, farthest: Some(shot) });
+                    return Err(Stopped { why: Status::SLIPPED_OFF, farthest: Some(shot) });
                 }
                 Ok((_, shot)) if next == amount => return Ok(shot),
                 Ok((z, shot)) => {
@@ -186,7 +187,7 @@ impl<'a> Shooter<'a> {
                     let left = unseen.take().is_some_and(|shot| self.is_in_range(&shot) == Ok(false));
                     if left || stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
                         let law = left || missed == Missed::NoState;
-                        let why = if law { RodError::MaterialLimit } else { RodError::NotConverged };
+                        let why = if law { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED };
                         return Err(Stopped { why, farthest });
                     }
                 }

@@ -243,20 +243,20 @@ impl<T: Real> EndLoad<T> {
     }
 
     pub fn is_in_range(&self, whisker: &Whisker<'_, T>, parts: u32) -> Result<bool, Ended> {
-        let inside = |_, _, _: &_, strain: SectionStrain<T>| {
+        let inside = |_, _: &_, strain: SectionStrain<T>| {
             let (axial, bending) = (strain.axial.value(), strain.bending.value());
             SectionStrain { axial, bending }.is_in_range()
         };
         Ok(self.walk(whisker, self.arc, parts, inside)?.0)
     }
 
-    /// Calls `see` with number, σ, rod and strain of the sections between equal `parts` of `length` from the contact, until it says false.
+    /// Calls `see` with number, rod and strain of the sections between equal `parts` of `length` from the contact, until it says false.
     pub fn walk(
         &self,
         whisker: &Whisker<'_, T>,
         length: T,
         parts: u32,
-        mut see: impl FnMut(u32, T, &Bent<T>, SectionStrain<T>) -> bool,
+        mut see: impl FnMut(u32, &Bent<T>, SectionStrain<T>) -> bool,
     ) -> Result<(bool, Bent<T>), Ended> {
         let (part, mut bent) = (length / f64::from(parts), Bent::unbent());
         for i in 0..=parts {
@@ -267,7 +267,7 @@ impl<T: Real> EndLoad<T> {
             let [axial, _, moment] = self.resultants(sigma, &bent);
             let s = self.arc - sigma;
             let (_, strain) = whisker.strain((s, s.value()), axial, moment).ok_or(Ended::NoValue)?;
-            if !see(i, sigma, &bent, strain) {
+            if !see(i, &bent, strain) {
                 return Ok((false, bent));
             }
         }
