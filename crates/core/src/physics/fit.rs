@@ -2,53 +2,56 @@
 //! Orthogonalised columns (modified Gram–Schmidt) do not square the condition number.
 
 use super::section::SectionLaw;
+use crate::error::InputError;
+use crate::reduce::range;
 use crate::scene::Material;
 
 const DEPENDENT: f64 = 1e-7;
 
 const INTERVALS: u32 = 4000;
 
-/// A fitted law.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct YeohFit {
-    /// C10, C20, C30, MPa.
-    pub coefficients: [f64; 3],
-    /// Root mean square of law − data, MPa.
-    pub rms: f64,
-}
+/// Column of nominal strains.
+pub const STRAIN: &str = "strain";
+/// Column of nominal stresses.
+pub const STRESS: &str = "stress_MPa";
 
-/// Why the law cannot be fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Unfit {
-    /// The strains are too few or too alike to tell three coefficients apart.
-    Undetermined,
-    /// C10 (MPa) is not positive: the whisker would have no stiffness.
-    Soft(f64),
-    /// The law does not rise at this strain, inside the data or between them and 0.
-    Falls(f64),
-}
-
-/// Least squares of Yeoh's law to points (nominal strain > −1, nominal stress in MPa).
-pub fn yeoh(points: &[[f64; 2]]) -> Result<YeohFit, Unfit> {
-    let coefficients = least_squares(points).ok_or(Unfit::Undetermined)?;
+/// C10, C20 and C30, MPa, and the root mean square of law − data, MPa: least squares to points (strain > −1, stress in MPa), ascending in strain.
+///
+/// # Errors
+/// Strains too few or too alike to tell three coefficients apart; a whisker without stiffness; a law that does not rise over the data and to 0.
+pub fn yeoh(points: &[[f64; 2]]) -> Result<([f64; 3], f64), InputError> {
+    let [first, last] = range(points.iter().map(|[e, _]| *e));
+    let coefficients = least_squares(points).ok_or_else(|| {
+        InputError::new("these strains do not determine C10, C20 and C30 of Yeoh's law")
+            .key(STRAIN)
+            .value(format!("{first} … {last}"))
+            .allowed("strains spread over the range in use, for example 0 … 0.5")
+    })?;
     let [c10, ..] = coefficients;
     if c10 <= 0.0 {
-        return Err(Unfit::Soft(c10));
+        return Err(InputError::new("the Yeoh law fitted to this curve has no stiffness at rest")
+            .key("C10")
+            .value(format!("{c10} MPa"))
+            .allowed("C10 > 0 MPa: a curve whose slope at small strain is well measured"));
     }
     let SectionLaw::Hyperelastic(law) = SectionLaw::new(&Material::Yeoh(coefficients)) else {
         unreachable!("Yeoh's law is hyperelastic")
     };
-    let (min, max) = points.iter().fold((0.0f64, 0.0f64), |(lo, hi), [e, _]| (lo.min(*e), hi.max(*e)));
+    let (min, max) = (first.min(0.0), last.max(0.0));
     let strain = |i: u32| min + (max - min) * f64::from(i) / f64::from(INTERVALS);
     let flat = |e: &f64| {
         let (_, slope) = law.stress(*e);
         slope.is_nan() || slope <= 0.0
     };
     if let Some(e) = (0..=INTERVALS).map(strain).find(flat) {
-        return Err(Unfit::Falls(e));
+        let why = "the Yeoh law fitted to this curve is not monotone: its stress falls at strain";
+        return Err(InputError::new(format!("{why} {e:.4}"))
+            .key(STRESS)
+            .value(format!("fit over strains {first} … {last}"))
+            .allowed("a curve that Yeoh's law can follow, or { yeoh = [C10, C20, C30] }"));
     }
     let squares: f64 = points.iter().map(|[e, s]| (law.stress(*e).0 - s).powi(2)).sum();
-    Ok(YeohFit { coefficients, rms: (squares / points.len() as f64).sqrt() })
+    Ok((coefficients, (squares / points.len() as f64).sqrt()))
 }
 
 /// ds/dC10, ds/dC20, ds/dC30 at the strain `e`; free of cancellation at e = 0.

@@ -5,7 +5,7 @@ use crate::error::InputError;
 use crate::measure::Data;
 use crate::measure::names::Channel;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{Convention, Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple};
+use crate::scene::{Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple};
 
 /// A whisker with its gauge and model.
 #[derive(Debug, Clone)]
@@ -161,9 +161,6 @@ impl Rig {
 
     /// Factor of K in tables: 1, or x2 − x1 (mm) for elongation.
     pub fn k_unit(&self) -> f64 {
-        match self.setup.estimate.convention {
-            Convention::Mean => 1.0,
-            Convention::Elongation => self.shared().gauge[1] - self.shared().gauge[0],
-        }
+        self.design.elongation(&self.setup).unwrap_or(1.0)
     }
 }

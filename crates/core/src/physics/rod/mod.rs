@@ -18,7 +18,6 @@ use crate::scene::model::{Contact, Drive, Model, Side};
 use crate::status::Status;
 pub use changed::{Borne, Changed};
 pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
-use ode::Ended;
 use shoot::{Shooter, Shot, Stopped, Unknowns};
 use statics::Bent;
 pub use tilted::TiltedTap;
@@ -140,10 +139,8 @@ impl RodProblem<'_> {
     }
 
     fn read(&self, shooter: &Shooter<'_>, shot: Shot) -> Result<RodTap, Status> {
-        match shooter.is_in_range(&shot) {
-            Ok(true) => {}
-            Ok(false) | Err(Ended::NoValue) => return Err(Status::MATERIAL_LIMIT),
-            Err(Ended::Inaccurate) => return Err(Status::NOT_CONVERGED),
+        if !shooter.is_in_range(&shot)? {
+            return Err(Status::MATERIAL_LIMIT);
         }
         if let Some(body) = self.body {
             let [near, far] = body.piece(self.distance);
