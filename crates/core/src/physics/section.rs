@@ -221,8 +221,9 @@ impl Hyperelastic {
 
     fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
         let mut at = SectionStrain { axial: 0.0, bending: 0.0 };
+        // The first step, of the unloaded section.
+        let mut next = linear(6.0 * (self.0[0] + self.0[1]), n, m);
         for _ in 0..60 {
-            let next = self.step(at, n, m)?;
             let [mut axial, mut bending] = [next.axial - at.axial, next.bending - at.bending];
             let crushing = bending.abs() - axial;
             let room = at.axial - at.bending.abs() - CRUSHED;
@@ -236,6 +237,7 @@ impl Hyperelastic {
             if axial.abs().max(bending.abs()) <= LAST_STEP * size {
                 return Some(at);
             }
+            next = self.step(at, n, m)?;
         }
         None
     }
