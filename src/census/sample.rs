@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::chart::ranges::Wanted;
+use crate::reduce::range;
 use crate::scene::sampler::Sampler;
 use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Space, Study, Tuple};
 
@@ -31,8 +32,7 @@ pub struct Row {
 impl Row {
     /// Of distances that are all there are.
     pub fn new(point: Tuple, distances: Arc<[f64]>) -> Self {
-        let wider = |[lo, hi]: [f64; 2], a: &f64| [lo.min(*a), hi.max(*a)];
-        let reach = distances.iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider);
+        let reach = range(distances.iter().copied());
         Self { point, distances, reach }
     }
 
@@ -120,13 +120,7 @@ fn golden(n: u64, some: u64) -> impl Iterator<Item = u64> {
 
 /// About `samples` random taps of `space`, in its order, none twice; all of them where there are no more.
 pub fn random(space: &Space, samples: u32, seed: u64) -> Vec<Tuple> {
-    let (len, at): (u64, Box<dyn Fn(u64) -> Tuple>) = match space {
-        Space::Grid(factors) => {
-            let layout = Layout::new(factors);
-            (layout.len(), Box::new(move |i| layout.tuple(i)))
-        }
-        Space::List(listed) => (listed.len() as u64, Box::new(|i| listed.tuple(i as usize))),
-    };
+    let (len, at) = space.tuples();
     if len <= u64::from(samples) {
         return (0..len).map(at).collect();
     }

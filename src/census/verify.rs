@@ -128,7 +128,7 @@ impl Solved {
             let solver = kept.take().map_or_else(|| place.choice.solver(), Ok)?;
             let method = place.choice.method(solver, &taps.setup.model);
             let mut evaluator = Evaluator::new(&taps.setup, method).stopping(stop);
-            let found = evaluator.run_beside(&taps.designs, &taps.tasks, &expected);
+            let found = evaluator.run_alike(&taps.designs, &taps.tasks, Some(&expected));
             if let Method::Fast { solver, .. } = evaluator.into_method() {
                 *kept = Some(solver);
             }

@@ -272,9 +272,11 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
     let rigs = spec.study.setup.rigs.as_ref();
     let properties = rigs.map_or(&[][..], |rigs| &rigs.properties);
     properties.iter().for_each(|property| text += &format!(" {:>9}", property.name()));
-    let shown = spec.study.setup.directions;
-    let angles = [(shown.tilt, "tilt"), (shown.lean, "lean")];
-    angles.iter().filter(|(shown, _)| *shown).for_each(|(_, name)| text += &format!(" {name:>8}"));
+    let [tilt, lean] = spec.study.setup.directions;
+    [(tilt, "tilt"), (lean, "lean")]
+        .iter()
+        .filter(|(shown, _)| *shown)
+        .for_each(|(_, name)| text += &format!(" {name:>8}"));
     let _ = write!(text, " {symbol:>8}   {:>10}", "K_mean");
     columns.iter().for_each(|column| text += &format!(" {:>12}", column.word()));
     text.push('\n');
@@ -290,7 +292,7 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         for value in rigs.map_or(Vec::new(), |rigs| rigs.values(d.rig)) {
             text += &format!(" {:>9}", sized(value));
         }
-        for (_, angle) in [(shown.tilt, d.tilt), (shown.lean, d.lean)].iter().filter(|x| x.0) {
+        for (_, angle) in [(tilt, d.tilt), (lean, d.lean)].iter().filter(|x| x.0) {
             text += &format!(" {:>8}", short(*angle) + "°");
         }
         let _ = write!(text, " {drive:>8}   {mean:>10}");

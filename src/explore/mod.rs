@@ -137,7 +137,8 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
         return refuse("a page shows a cone clamped at its base", written(&BUILT, "0"), value, allowed);
     }
     if let Some(all) = &setup.channels {
-        let (value, allowed) = (format!("{} channels", all.len()), "\"strain\", \"moment\" or \"force\"");
+        let (value, allowed) =
+            (format!("{} channels", all.rows.len()), "\"strain\", \"moment\" or \"force\"");
         let key = written(&["sensor.signal", "sensor.matrix"], "");
         return refuse("a page shows what one signal tells", key, value, allowed);
     }

@@ -112,7 +112,7 @@ pub(super) fn judge(
         (0..n).map(|i| ends[0] * (ends[1] / ends[0]).powf(share(i))).collect()
     };
     let variable = search.variables.iter().find(|v| v.quantity == Quantity::Column(Column::Drive));
-    let mut drives: Vec<f64> = (0..layout.n_drives).map(|j| layout.drive(point, j)).collect();
+    let mut drives: Vec<f64> = (0..layout.n_drives).map(|j| layout.stroke(point, j).drive).collect();
     if let Some(v) = variable {
         let first = between([v.min, v.max], FIRST.0);
         let scores = scorer.nominal(&taps(&first), &|| true)?;

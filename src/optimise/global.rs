@@ -164,9 +164,7 @@ pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>
         random.jump();
     }
     let scramble = random.next_u64() | 1;
-    let even = |i: usize, c: usize| {
-        (f64::from(Sampler::Sobol.coordinate(scramble, c as u32, i as u32)) + 0.5) / 4_294_967_296.0
-    };
+    let even = |i: usize, c: usize| Sampler::Sobol.uniform(scramble, c as u32, i as u32);
     let mut positions: Vec<Vec<f64>> = seeds.iter().take(particles).cloned().collect();
     positions.extend((positions.len()..particles).map(|i| (0..k).map(|c| even(i, c)).collect()));
     let velocity = |i: usize| (0..k).map(|c| 0.5 * (even(particles + i, c) - 0.5)).collect();

@@ -179,7 +179,7 @@ pub fn deviation(seed: u64, i: usize, k: u32) -> f64 {
 fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
     // Odd, because a seed of 0 does not scramble.
     let seed = seed.wrapping_mul(2).wrapping_add(1);
-    let uniform = (f64::from(Sampler::Sobol.coordinate(seed, dimension, i)) + 0.5) / 4_294_967_296.0;
+    let uniform = Sampler::Sobol.uniform(seed, dimension, i);
     quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform)
 }
 

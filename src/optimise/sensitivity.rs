@@ -91,9 +91,7 @@ pub fn run(
     let k = variables.list.len();
     let (_, drive) = variables.place(best);
     let seed = seed.wrapping_mul(2).wrapping_add(1);
-    let coordinate = |i: usize, c: usize| {
-        (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i as u32)) + 0.5) / 4_294_967_296.0
-    };
+    let coordinate = |i: usize, c: usize| Sampler::Sobol.uniform(seed, c as u32, i as u32);
     let point = |i: usize, along: usize, j: usize| {
         let at = |c: usize| if c == along { level(i, j) } else { coordinate(i, c) };
         variables.point(&(0..k).map(at).collect::<Vec<_>>(), drive)

@@ -29,7 +29,7 @@ impl Variables {
         let drives = if drive_varies {
             vec![f64::NAN]
         } else {
-            (0..layout.n_drives).map(|j| layout.drive(&base, j)).collect()
+            (0..layout.n_drives).map(|j| layout.stroke(&base, j).drive).collect()
         };
         let middle = |v: &Variable| v.start.unwrap_or(0.5 * (v.min + v.max));
         let start = list

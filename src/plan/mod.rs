@@ -184,7 +184,7 @@ fn chunk(solved: Way, study: &Study, choice: &Choice) -> u64 {
 /// One study per rig of a grid; empty if there are too many rigs, or if rigs are sampled together with axes of designs.
 fn of_rigs(study: &Study) -> Vec<Study> {
     let (Some(rigs), Space::Grid(factors)) = (&study.setup.rigs, &study.space) else { return Vec::new() };
-    if rigs.len() > MOST_RIGS || factors.iter().any(|f| !f.properties.is_empty() && !f.axes.is_empty()) {
+    if rigs.count() > MOST_RIGS || factors.iter().any(|f| !f.properties.is_empty() && !f.axes.is_empty()) {
         return Vec::new();
     }
     let one = |rig| {
@@ -201,5 +201,5 @@ fn of_rigs(study: &Study) -> Vec<Study> {
         });
         Study { setup, space: Space::Grid(own.collect()), output: study.output }
     };
-    (0..rigs.len()).map(one).collect()
+    (0..rigs.count()).map(one).collect()
 }

@@ -2,6 +2,7 @@
 
 use crate::digits::{DIGITS, short_to};
 use crate::figure::Axis;
+use crate::reduce::range;
 use crate::sink::fact::{Fact, fact};
 
 /// Digits that distinguish any two f64.
@@ -17,8 +18,7 @@ pub fn axis(column: &str) -> Axis {
 
 /// Least and greatest finite number; (∞, −∞) without any.
 pub fn ends(numbers: impl IntoIterator<Item = f64>) -> [f64; 2] {
-    let none = [f64::INFINITY, f64::NEG_INFINITY];
-    numbers.into_iter().filter(|x| x.is_finite()).fold(none, |[a, b], x| [a.min(x), b.max(x)])
+    range(numbers.into_iter().filter(|x| x.is_finite()))
 }
 
 /// Distinct finite `numbers`, ascending.

@@ -10,7 +10,7 @@ use crate::design::Design;
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Outcome};
 use crate::progress::{Progress, go_on};
-use crate::scene::{DirectionColumns, Layout, Setup, Space, Spec, Tuple};
+use crate::scene::{Setup, Space, Spec, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::Field;
@@ -61,31 +61,22 @@ pub fn rows(space: &Space, nodes: usize, room: u64) -> Result<u64, InputError> {
 }
 
 fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
-    let many = |n: u64| {
+    let (n, at) = space.tuples();
+    if n > MOST_TAPS {
         let error = InputError::new("these are too many taps to look at").value(n).key("tuples");
-        error.allowed(format!("{MOST_TAPS} at most"))
-    };
-    match space {
-        Space::Grid(factors) => {
-            let layout = Layout::new(factors);
-            match layout.len() {
-                n if n > MOST_TAPS => Err(many(n)),
-                n => Ok((0..n).map(|i| layout.tuple(i)).collect()),
-            }
-        }
-        Space::List(listed) if listed.len() as u64 > MOST_TAPS => Err(many(listed.len() as u64)),
-        Space::List(listed) => Ok(listed.iter().collect()),
+        return Err(error.allowed(format!("{MOST_TAPS} at most")));
     }
+    Ok((0..n).map(at).collect())
 }
 
-fn tap_columns(DirectionColumns { tilt, lean }: DirectionColumns, t: &Tuple) -> impl Iterator<Item = Field> {
+fn tap_columns([tilt, lean]: [bool; 2], t: &Tuple) -> impl Iterator<Item = Field> {
     let whisker = [t.D, t.d, t.L_a, t.x_ss, t.l, t.a].into_iter();
     let stroke = tilt.then_some(t.tilt).into_iter().chain(lean.then_some(t.lean)).chain([t.drive]);
     whisker.chain(stroke).map(Field::Number)
 }
 
 /// x, y and, with directions of the pole, z.
-fn place(DirectionColumns { tilt, lean }: DirectionColumns, at: DVec3) -> impl Iterator<Item = f64> {
+fn place([tilt, lean]: [bool; 2], at: DVec3) -> impl Iterator<Item = f64> {
     [at.x, at.y].into_iter().chain((tilt || lean).then_some(at.z))
 }
 

@@ -24,7 +24,7 @@ fn kernels_take_no_more_sweeps_than_they_did() {
         let mut evaluator =
             Evaluator::new(&taps.setup, place.choice.open(&taps.setup.model).expect("the CPU"));
         let unknown = vec![Outcome::NOTHING; taps.tasks.len()];
-        let found = evaluator.run_beside(&taps.designs, &taps.tasks, &unknown).expect("the CPU answers");
+        let found = evaluator.run_alike(&taps.designs, &taps.tasks, Some(&unknown)).expect("the CPU answers");
         let (name, label) = (&case.name, place.label());
         let Some(pin) = pins.iter().find(|pin| pin["configuration"] == *name) else {
             faults.push(format!("{name} has no pin"));

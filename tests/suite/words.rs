@@ -90,7 +90,7 @@ fn faults(
 ) -> (Vec<String>, usize) {
     let taps = Taps::of(setup, tuples);
     let mut evaluator = Evaluator::new(setup, place.open(setup));
-    let found = evaluator.run_beside(&taps.designs, &taps.tasks, exact).expect("the backend answers");
+    let found = evaluator.run_alike(&taps.designs, &taps.tasks, Some(exact)).expect("the backend answers");
     let bound = match place.precision {
         Precision::F32 => 1e-5,
         Precision::F64 if words => 1e-8,

@@ -158,7 +158,7 @@ pub fn directions(layout: &Layout) -> Option<Vec<Direction>> {
     let own = layout.design(0);
     let strokes = (0..layout.n_directions).map(|k| k * layout.drives_each());
     let shared = own.tilt.is_nan() && own.lean.is_nan();
-    shared.then(|| strokes.map(|j| layout.direction(&own, j)).collect())
+    shared.then(|| strokes.map(|j| layout.stroke(&own, j).direction()).collect())
 }
 
 /// The charts that exist at `distances` mm, against poles of `directions`, for whiskers `wanted`, strain accurate to a tenth of `tolerance`.

@@ -79,13 +79,9 @@ impl<'a> Estimator<'a> {
     pub fn estimate(&self, k: f64, strain: f64, amount: f64, a: f64) -> Estimated {
         let Some(roots) = self.shared.theory.roots(k * strain / amount) else { return Estimated::NO_ROOT };
         let slope = self.shared.theory.curve().slope(roots.far);
-        let told = self.estimated(roots.far, amount * slope / k, roots.near);
-        let status = match told.status {
-            _ if roots.unseen => Status::AMBIGUOUS,
-            Status::OK if self.beyond(&roots, a) => Status::OUTSIDE_CALIBRATION,
-            status => status,
-        };
-        Estimated { status, ..told }
+        let told = self.estimated(roots.far, amount * slope / k, roots.near, roots.unseen);
+        let outside = told.status == Status::OK && self.beyond(&roots, a);
+        if outside { Estimated { status: Status::OUTSIDE_CALIBRATION, ..told } } else { told }
     }
 
     fn beyond(&self, roots: &Roots, a: f64) -> bool {
@@ -119,10 +115,11 @@ impl<'a> Estimator<'a> {
         a >= self.range[0] && a <= self.range[1]
     }
 
-    /// The estimate `a` mm, where |ε| has the slope `slope` (1/mm); `second` is another distance with the same strain.
-    pub fn estimated(&self, a: f64, slope: f64, second: Option<f64>) -> Estimated {
+    /// The estimate `a` mm, where |ε| has the slope `slope` (1/mm); `second` is another distance with the same strain, `unseen` if there may be one
+    /// beyond the farthest known.
+    pub fn estimated(&self, a: f64, slope: f64, second: Option<f64>, unseen: bool) -> Estimated {
         let sigma = if self.noise == 0.0 { 0.0 } else { self.noise / slope.abs() };
-        let twice = second.is_some_and(|a| self.interesting(a));
+        let twice = unseen || second.is_some_and(|a| self.interesting(a));
         let status = if twice { Status::AMBIGUOUS } else { Status::OK };
         Estimated { distance: a, sigma, status, ..Estimated::NOTHING }
     }

@@ -124,6 +124,11 @@ impl Sweeps {
     }
 }
 
+/// Smallest and largest of `values`; infinite if empty.
+pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+}
+
 /// Index of a percentile among `n` ≥ 1 sorted values (nearest rank): the smallest value that is not below `percent` % of them.
 pub fn percentile(n: usize, percent: usize) -> usize {
     (n * percent).div_ceil(100).max(1) - 1

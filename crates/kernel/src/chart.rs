@@ -8,7 +8,7 @@
 //! The factors t², t and b² are exact, so that both corrections keep their relative precision as the load vanishes. The polynomials interpolate the
 //! exact law at Chebyshev points; coefficients below the required accuracy are cut.
 
-use vibrissa_core::physics::chebyshev::{coefficients, coefficients2, points, transpose};
+use vibrissa_core::physics::chebyshev::{coefficients, points, transpose, twice};
 use vibrissa_core::physics::section::{SectionLaw, SectionStrain};
 use vibrissa_core::scene::Material;
 
@@ -118,8 +118,8 @@ impl Chart {
             covers &= !SectionStrain { axial, bending }.is_in_range();
         }
         let most = bending[0] + bending[1].abs() * axial;
-        let (p, cut_p) = trimmed(coefficients2(&p), accuracy / most);
-        let (q, cut_q) = trimmed(coefficients2(&q), accuracy / (most * most));
+        let (p, cut_p) = trimmed(twice(coefficients, &p), accuracy / most);
+        let (q, cut_q) = trimmed(twice(coefficients, &q), accuracy / (most * most));
         let (r, cut_r) = trimmed1(coefficients(&r), accuracy / axial);
         let (c, cut_c) = trimmed1(coefficients(&c), accuracy / axial);
         let error = cut_p * most + cut_q * most * most + (cut_r + cut_c) * axial;
@@ -128,8 +128,8 @@ impl Chart {
             bending,
             r: monomials(&r),
             c: monomials(&c),
-            p: monomials2(&p),
-            q: monomials2(&q),
+            p: twice(monomials, &p),
+            q: twice(monomials, &q),
             error,
             whole: true,
             covers,
@@ -172,9 +172,4 @@ fn monomials(c: &[f64]) -> Vec<f64> {
         before = std::mem::replace(&mut now, next);
     }
     sum
-}
-
-fn monomials2(c: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let rows: Vec<_> = c.iter().map(|row| monomials(row)).collect();
-    transpose(&transpose(&rows).iter().map(|column| monomials(column)).collect::<Vec<_>>())
 }

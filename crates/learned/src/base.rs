@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use crate::rows::range;
+use vibrissa_core::reduce::range;
 
 /// |signal| of a whisker as a function of a (mm) and the drive.
 pub type Whisker = Arc<dyn Fn(f64, f64) -> f64 + Send + Sync>;

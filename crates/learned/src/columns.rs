@@ -7,7 +7,8 @@ use nalgebra::DMatrix;
 use crate::base::{About, Base};
 use crate::hyper::Hyper;
 use crate::labels::TOGETHER;
-use crate::rows::{Cell, range};
+use crate::rows::Cell;
+use vibrissa_core::reduce::range;
 
 const DEGREE: usize = 2;
 const LESS: f64 = 0.3;

@@ -1,7 +1,8 @@
 //! Checks of labels: how far apart positions are, and positions in the wrong order (beyond its peak, the signal falls with the distance).
 
 use crate::hyper::{Hyper, Prior};
-use crate::rows::{Cell, range};
+use crate::rows::Cell;
+use vibrissa_core::reduce::range;
 
 /// Positions within this share of the range of ln a count as one.
 pub const TOGETHER: f64 = 0.01;

@@ -223,8 +223,7 @@ impl<'a> Proposal<'a> {
 
     fn point(&self, index: usize) -> Vec<f64> {
         let along = |(k, [below, above]): (usize, &[f64; 2])| {
-            let bits = Sampler::Sobol.coordinate(SEED, k as u32 % MAX_DIMENSIONS, index as u32);
-            let u = (f64::from(bits) + 0.5) / 4_294_967_296.0;
+            let u = Sampler::Sobol.uniform(SEED, k as u32 % MAX_DIMENSIONS, index as u32);
             let both = below + above;
             if u * both < *below {
                 below * quantile(u * both / (2.0 * below))

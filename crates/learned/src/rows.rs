@@ -37,12 +37,6 @@ pub struct Cell {
     pub rows: Vec<usize>,
 }
 
-/// Least and largest of `values`; infinite if empty.
-pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
-    let wider = |[lo, hi]: [f64; 2], x: f64| [lo.min(x), hi.max(x)];
-    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
-}
-
 const MOST: usize = 2500;
 
 /// Cells of the rows at `places`; with `timed`, rows of different times stay separate.

@@ -7,7 +7,8 @@ use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Fit, From, Task};
 use crate::labels::contradicted;
-use crate::rows::{Cell, range};
+use crate::rows::Cell;
+use vibrissa_core::reduce::range;
 
 /// Least exponent of 1/a of a whisker's signal.
 const FLAT: f64 = 0.3;

@@ -3,7 +3,6 @@
 //! Everything is the difference to linear theory under the same force, so that small taps keep their digits: the terms of first order, a matrix times
 //! the change of the force and the motion of the contact, are added apart.
 
-
 use super::ground::{Fixed, Ground};
 use super::lane::Lane;
 use super::panel::Carried;
@@ -11,11 +10,8 @@ use super::rule::Turns;
 use super::vector::{Two, add, columns, cross, dot2, square, times, turned};
 
 /// Three points of Gauss's rule and their weights.
-const THREE: [[f64; 2]; 3] = [
-    [0.112_701_665_379_258_3, 5.0 / 18.0],
-    [0.5, 4.0 / 9.0],
-    [0.887_298_334_620_741_7, 5.0 / 18.0],
-];
+const THREE: [[f64; 2]; 3] =
+    [[0.112_701_665_379_258_3, 5.0 / 18.0], [0.5, 4.0 / 9.0], [0.887_298_334_620_741_7, 5.0 / 18.0]];
 
 /// Unknowns of a pack.
 #[derive(Debug, Clone, Copy)]
@@ -113,7 +109,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             beyond = add(beyond, times(of(weight) * x, [zero - versine, sine]));
         }
         let lift = add(turned([zero, radius], turn), [zero, radius - self.radius]);
-        let unit = times(self.bend * x, add(square([zero, self.radius]), times(self.pole, square(self.normal))));
+        let unit =
+            times(self.bend * x, add(square([zero, self.radius]), times(self.pole, square(self.normal))));
         let grown = add(lift, times(self.pole, [normal[0] - self.normal[0], normal[1] - self.normal[1]]));
         beyond = add(beyond, add(add(grown, [zero, zero - wider]), unit));
         Touch { normal, radius, lift, beyond }

@@ -115,7 +115,9 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             softer: pack(&|t| t.softer),
         };
         // The piece that holds the contact; a cone's diameter continues.
-        let holder = pack(&|t| P::One::of(t.rod.pieces.partition_point(|p| p.near.value() <= t.a.value()).max(1) as f64 - 1.0));
+        let holder = pack(&|t| {
+            P::One::of(t.rod.pieces.partition_point(|p| p.near.value() <= t.a.value()).max(1) as f64 - 1.0)
+        });
         let mut contact = parts[0];
         for (k, part) in parts.iter().enumerate().skip(1) {
             let here = of(k as f64 - 0.5);
@@ -241,7 +243,13 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             let (mut flex, mut bends) = ([zero; N], [[zero; N]; 2]);
             for i in 0..n {
                 panel.lever[i] = if curved {
-                    add(reach, [dot(n, &fixed.rule.integral[i], &path[0]), dot(n, &fixed.rule.integral[i], &path[1])])
+                    add(
+                        reach,
+                        [
+                            dot(n, &fixed.rule.integral[i], &path[0]),
+                            dot(n, &fixed.rule.integral[i], &path[1]),
+                        ],
+                    )
                 } else {
                     [one - panel.arc[i], self.radius]
                 };
@@ -252,7 +260,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             for i in 0..n {
                 let row = &fixed.rule.integral[i];
                 panel.give[i] = give + dot(n, row, &flex);
-                let along = if curved { turn[0] + dot(n, row, &bends[0]) } else { self.radius * panel.give[i] };
+                let along =
+                    if curved { turn[0] + dot(n, row, &bends[0]) } else { self.radius * panel.give[i] };
                 panel.turn[i] = [along, turn[1] + dot(n, row, &bends[1])];
             }
             reach = if curved {
@@ -261,7 +270,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 [reach[0] + panel.place[1], reach[1]]
             };
             give = give + dot(n, &fixed.rule.weights, &flex);
-            turn = add(turn, [dot(n, &fixed.rule.weights, &bends[0]), dot(n, &fixed.rule.weights, &bends[1])]);
+            turn =
+                add(turn, [dot(n, &fixed.rule.weights, &bends[0]), dot(n, &fixed.rule.weights, &bends[1])]);
         }
         let offset = times(self.pole, self.normal);
         self.centre = add(reach, offset);
@@ -299,16 +309,14 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         // A unit drive moves the pole's centre by −J V₀ or along −y.
         let wanted = add(times(lifted - one, square(self.arm)), times(zero - one, lift));
         let (push, drag) = (times(zero - one, self.normal), times(zero - one, square(self.normal)));
-        let [force, other] = if self.effects.stick {
-            [push, drag]
-        } else {
-            [add(push, times(self.ratio, drag)), [zero; 2]]
-        };
+        let [force, other] =
+            if self.effects.stick { [push, drag] } else { [add(push, times(self.ratio, drag)), [zero; 2]] };
         let first = columns(&self.give, force);
         let second = if self.effects.stick { columns(&self.give, other) } else { self.slid };
         let det = one / cross(first, second);
         let (normal, rest) = (cross(wanted, second) * det, cross(first, wanted) * det);
-        self.first = if self.effects.stick { [normal, rest, zero] } else { [normal, self.ratio * normal, rest] };
+        self.first =
+            if self.effects.stick { [normal, rest, zero] } else { [normal, self.ratio * normal, rest] };
         let begun = self.force_at(self.normal, self.drive * self.first[0], self.drive * self.first[1]);
         [self.strain, self.mean] = self.first_reading(fixed, begun);
     }

@@ -120,11 +120,8 @@ impl<T: Number> Tap<'_, T> {
     /// `f` of each number, for the whisker `rod`.
     pub fn map<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(T) -> U) -> Tap<'b, U> {
         let Self { a, hub, turn, lift, ratio, pole, softer, soft, skin, least, .. } = *self;
-        let skin = skin.map(|skin| Skin {
-            taper: skin.taper.map(&f),
-            start: f(skin.start),
-            halved: skin.halved,
-        });
+        let skin =
+            skin.map(|skin| Skin { taper: skin.taper.map(&f), start: f(skin.start), halved: skin.halved });
         let soft = soft.map(&f);
         let [a, hub, turn, lift, ratio, pole, softer, least] =
             [a, hub, turn, lift, ratio, pole, softer, least].map(f);

@@ -62,7 +62,14 @@ pub struct Carried<P> {
 impl<P: Lane, const N: usize> Panel<P, N> {
     /// The panel from `near` to `far`, where s = `far` is towards the contact.
     #[inline(always)]
-    pub fn new(rule: &Rule<P::Scalar, N>, effects: &Effects, whisker: &Whisker<P>, part: &Part<P>, [near, far]: [P; 2], even: bool) -> Self {
+    pub fn new(
+        rule: &Rule<P::Scalar, N>,
+        effects: &Effects,
+        whisker: &Whisker<P>,
+        part: &Part<P>,
+        [near, far]: [P; 2],
+        even: bool,
+    ) -> Self {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let length = far - near;
@@ -94,7 +101,13 @@ impl<P: Lane, const N: usize> Panel<P, N> {
 
     /// Sections between other ends; the state stays.
     #[inline(always)]
-    pub fn put(&mut self, rule: &Rule<P::Scalar, N>, effects: &Effects, whisker: &Whisker<P>, [near, far]: [P; 2]) {
+    pub fn put(
+        &mut self,
+        rule: &Rule<P::Scalar, N>,
+        effects: &Effects,
+        whisker: &Whisker<P>,
+        [near, far]: [P; 2],
+    ) {
         let n = rule.nodes();
         (self.place[0], self.place[1]) = (far, far - near);
         for i in 0..n {
@@ -169,7 +182,8 @@ impl<P: Lane, const N: usize> Panel<P, N> {
             }
             if effects.extension || effects.shear {
                 let (n, q) = (x - versine * x + sine * y, y - versine * y - sine * x);
-                let stretched = if effects.extension { self.section[i].stretch * n + self.extra[i] } else { zero };
+                let stretched =
+                    if effects.extension { self.section[i].stretch * n + self.extra[i] } else { zero };
                 pull = pull + stretched * q - self.section[i].slack * q * n;
             }
             self.pull[i] = zero.if_less(done, self.pull[i], pull * self.weight[i]);
@@ -247,10 +261,22 @@ impl<P: Lane, const N: usize> Panel<P, N> {
                 let [along, across] = local(effects, self.along[i], tangent);
                 let slid = self.section[i].slack * across;
                 let mut both = [next.friction[2], next.friction[3]];
-                gather(effects, self.along[i], weight, &mut both, [self.section[i].stretch * along - turn * sine, turn * cosine + slid]);
+                gather(
+                    effects,
+                    self.along[i],
+                    weight,
+                    &mut both,
+                    [self.section[i].stretch * along - turn * sine, turn * cosine + slid],
+                );
                 (next.friction[2], next.friction[3]) = (both[0], both[1]);
             } else if !whole {
-                gather(effects, self.along[i], weight, &mut next.pivoted, [zero - sine * self.give[i], cosine * self.give[i]]);
+                gather(
+                    effects,
+                    self.along[i],
+                    weight,
+                    &mut next.pivoted,
+                    [zero - sine * self.give[i], cosine * self.give[i]],
+                );
             }
         }
         next

@@ -138,7 +138,8 @@ fn pieces<T: Real>(
     let piece = |ends: &[T]| {
         let (near, far) = (ends[0], ends[1]);
         let (radius, inner) = of(near, far);
-        let under = foil.filter(|foil| foil.span[0].value() <= near.value() && near.value() < foil.span[1].value());
+        let under =
+            foil.filter(|foil| foil.span[0].value() <= near.value() && near.value() < foil.span[1].value());
         Piece { near, far, radius, inner, bends: under.map_or(one, |foil| one - foil.stiffening) }
     };
     edges.windows(2).map(piece).collect()

@@ -147,8 +147,11 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let mut strain = self.reading(fixed, closed.force, lane);
         if !self.effects.distorting {
             let smooth = !(self.effects.curved || self.effects.power || self.effects.stick);
-            let linear =
-                if smooth { self.strain * (one + state.force) } else { self.first_reading(fixed, closed.force)[0] };
+            let linear = if smooth {
+                self.strain * (one + state.force)
+            } else {
+                self.first_reading(fixed, closed.force)[0]
+            };
             strain = linear + strain;
         }
         let measure = strain.abs().max(self.least).max(of(TINY));
@@ -164,7 +167,11 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         };
         let begun = cross(columns(&self.give, self.begun()), second);
         let upright = cross(closed.columns[0], closed.columns[1]) / begun;
-        let lost = of(UPRIGHT).if_less(upright, zero, one).max(closed.beta.abs().if_less(of(MOST_TURNED), zero, one));
+        let lost = of(UPRIGHT).if_less(upright, zero, one).max(closed.beta.abs().if_less(
+            of(MOST_TURNED),
+            zero,
+            one,
+        ));
         error = zero.if_less(lost, of(HOPELESS), error);
         error = one.if_less(closed.carried.beyond, of(HOPELESS), error);
         let force = add(closed.force, turned(closed.force, fixed.turns.rotation(closed.beta)));

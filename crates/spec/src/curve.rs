@@ -9,16 +9,12 @@ use super::table::{Columns, Source};
 use super::{properties, table};
 use crate::error::InputError;
 use crate::physics::body::rest;
-use crate::physics::fit;
-use crate::physics::fit::Unfit;
+use crate::physics::fit::{STRAIN, STRESS, yeoh};
 use crate::physics::inverse::bracketed;
 use crate::scene::built::Built;
 use crate::scene::{Axis, Column, MaterialFit, Property, Space};
 use crate::sink::frame::Frame;
 use crate::text_file::{Limit, TextFile};
-
-const STRAIN: &str = "strain";
-const STRESS: &str = "stress_MPa";
 
 const LEAST: usize = 5;
 
@@ -71,14 +67,8 @@ fn columns() -> Columns<'static> {
 fn fitted(points: Vec<Point>, label: &str, source: Source<'_>) -> Result<MaterialFit> {
     let points = checked(points, source)?;
     let (first, last) = (points[0][0], points[points.len() - 1][0]);
-    let law = fit::yeoh(&points).map_err(|why| source.whole(refusal(why, [first, last])))?;
-    Ok(MaterialFit {
-        file: label.to_owned(),
-        points: points.len(),
-        coefficients: law.coefficients,
-        rms: law.rms,
-        range: [first, last],
-    })
+    let (coefficients, rms) = yeoh(&points).map_err(|why| source.whole(why))?;
+    Ok(MaterialFit { file: label.to_owned(), points: points.len(), coefficients, rms, range: [first, last] })
 }
 
 fn allowed(column: &str) -> &'static str {
@@ -138,27 +128,6 @@ fn checked(mut points: Vec<Point>, source: Source<'_>) -> Result<Vec<[f64; 2]>> 
                 .allowed("points with strain > 0; compression is optional"))
         }
         _ => Ok(points),
-    }
-}
-
-fn refusal(why: Unfit, [min, max]: [f64; 2]) -> InputError {
-    match why {
-        Unfit::Undetermined => {
-            InputError::new("these strains do not determine C10, C20 and C30 of Yeoh's law")
-                .key(STRAIN)
-                .value(format!("{min} … {max}"))
-                .allowed("strains spread over the range in use, for example 0 … 0.5")
-        }
-        Unfit::Soft(c10) => InputError::new("the Yeoh law fitted to this curve has no stiffness at rest")
-            .key("C10")
-            .value(format!("{c10} MPa"))
-            .allowed("C10 > 0 MPa: a curve whose slope at small strain is well measured"),
-        Unfit::Falls(e) => InputError::new(format!(
-            "the Yeoh law fitted to this curve is not monotone: its stress falls at strain {e:.4}"
-        ))
-        .key(STRESS)
-        .value(format!("fit over strains {min} … {max}"))
-        .allowed("a curve that Yeoh's law can follow, or { yeoh = [C10, C20, C30] }"),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::properties::{known, names, unsure, variable, varied, vary};
 use super::reader::{Item, Result};
 use super::sections::{Section, Sections};
-use super::space::{self, ColumnKey, drive_key, keys};
+use super::space::{self, ColumnKey, keys};
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Quantity, Robust, Search, Variable,
 };
@@ -274,7 +274,7 @@ pub(super) fn check_tap(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Re
     if ends[0] >= ends[1] {
         let none = if setup.drive == Drive::Angle { "; or none, which is 0.1 … 10" } else { "" };
         let allowed = format!("two values or a range: the ends of the interval{none}");
-        let item = sections.section("tap").get(drive_key(setup.drive))?;
+        let item = sections.section("tap").get(Column::Drive.key(setup.drive))?;
         return item.refuse("one value leaves nothing to choose", allowed);
     }
     if noisy && setup.is_noisy().is_none() {

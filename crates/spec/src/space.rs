@@ -8,28 +8,25 @@ use super::reader::{Item, Result};
 use super::sections::Sections;
 use super::{properties, tuple_file};
 use crate::scene::space::MOST_TAPS;
-use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Listed, Property, Rigs, Space};
+use crate::scene::{COLUMNS, Column, Drive, Listed, Property, Rigs, Space};
 use crate::sink::frame::Frame;
 
 pub(super) type ColumnKey = (&'static str, &'static str, Column);
 
 pub(super) fn keys(drive: Drive) -> [ColumnKey; COLUMNS] {
-    [
-        ("whisker", "D", Column::BaseDiameter),
-        ("whisker", "d", Column::TipDiameter),
-        ("whisker", "L_a", Column::Length),
-        ("gauge", "x_ss", Column::GaugePosition),
-        ("gauge", "l", Column::GridLength),
-        ("tap", "a", Column::Distance),
-        ("tap", "tilt", Column::Tilt),
-        ("tap", "lean", Column::Lean),
-        ("tap", drive_key(drive), Column::Drive),
-    ]
+    Column::ALL.map(|column| {
+        let section = match column {
+            Column::BaseDiameter | Column::TipDiameter | Column::Length => "whisker",
+            Column::GaugePosition | Column::GridLength => "gauge",
+            Column::Distance | Column::Tilt | Column::Lean | Column::Drive => "tap",
+        };
+        (section, column.key(drive), column)
+    })
 }
 
 pub(super) struct Read<'a> {
     pub space: Space,
-    pub directions: DirectionColumns,
+    pub directions: [bool; 2],
     pub leaning: [Option<Item<'a>>; 2],
     pub properties: Vec<(Property, AxisItem<'a>)>,
     pub rigs: Option<Arc<Rigs>>,
@@ -37,13 +34,6 @@ pub(super) struct Read<'a> {
 
 pub(super) fn drive(sections: &Sections<'_>) -> Result<Drive> {
     sections.section("tap").get("drive")?.word(&Drive::WORDS)
-}
-
-pub(super) fn drive_key(drive: Drive) -> &'static str {
-    match drive {
-        Drive::Angle => "theta",
-        Drive::Displacement => "delta",
-    }
 }
 
 fn written<'a>(sections: &Sections<'a>, drive: Drive) -> Option<Item<'a>> {
@@ -64,7 +54,7 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&F
     }
     Ok(Read {
         space: Space::List(Listed::default()),
-        directions: DirectionColumns::default(),
+        directions: [false; 2],
         leaning: [None, None],
         properties: Vec::new(),
         rigs: None,
@@ -72,8 +62,8 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&F
 }
 
 pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
-    let key = drive_key(drive);
-    let other = drive_key(if drive == Drive::Angle { Drive::Displacement } else { Drive::Angle });
+    let key = Column::Drive.key(drive);
+    let other = Column::Drive.key(if drive == Drive::Angle { Drive::Displacement } else { Drive::Angle });
     let tap = sections.section("tap");
     if let Some(item) = tap.written(other) {
         let message = match drive {
@@ -111,7 +101,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
     satisfiable(&axes)?;
     zipped(&axes, &properties)?;
     short(&axes, properties.iter().any(|(_, axis)| axis.axis.points().is_some()))?;
-    let [tilt, lean] = ["tilt", "lean"].map(|key| tap.written(key).is_some());
+    let directions = ["tilt", "lean"].map(|key| tap.written(key).is_some());
     let leaning = [Column::Tilt, Column::Lean].map(|column| {
         let AxisItem { item, axis } = &axes[column as usize];
         (axis.min() != 0.0 || axis.max() != 0.0).then(|| item.clone())
@@ -119,7 +109,6 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
     let space = grid(axes, &properties)?;
     let rigs = if let Space::Grid(factors) = &space { Rigs::crossed(factors) } else { None };
     let rigs = rigs.map(Arc::new);
-    let directions = DirectionColumns { tilt, lean };
     Ok(Read { space, directions, leaning, properties, rigs })
 }
 

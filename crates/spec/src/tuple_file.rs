@@ -16,7 +16,7 @@ use crate::fields::separator;
 use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;
 use crate::scene::space::MOST_TAPS;
-use crate::scene::{Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, Property, Rigs, Space, Tuple};
+use crate::scene::{Axis, COLUMNS, Column, Drive, Listed, Property, Rigs, Space, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::table::WHISKER;
 use crate::text_file::{Limit, TextFile, refused, unread};
@@ -108,10 +108,9 @@ impl Rows {
         let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
         let properties = self.places.iter().map(|(p, _)| *p).zip(self.largest.iter().map(axis)).collect();
         let rigs = Some(self.rigs).filter(|rigs| !rigs.properties.is_empty());
-        let directions = [Column::Tilt, Column::Lean];
-        let [tilt, lean] = directions.map(|column| header.places[column as usize].is_some());
-        let leaning = directions.map(|column| listed.has(column).then(|| item.clone()));
-        let directions = DirectionColumns { tilt, lean };
+        let both = [Column::Tilt, Column::Lean];
+        let directions = both.map(|column| header.places[column as usize].is_some());
+        let leaning = both.map(|column| listed.has(column).then(|| item.clone()));
         Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs })
     }
 }

@@ -78,9 +78,9 @@ impl Only {
     pub fn holds(self, name: &str, setup: &Setup) -> bool {
         match self {
             Self::Always => true,
-            Self::Tilt => setup.directions.tilt,
-            Self::Lean => setup.directions.lean,
-            Self::Direction => setup.directions.tilt || setup.directions.lean,
+            Self::Tilt => setup.directions[0],
+            Self::Lean => setup.directions[1],
+            Self::Direction => setup.directions.contains(&true),
             Self::Second => setup.gauge.second,
             Self::Wrench => setup.wrench,
             Self::Several | Self::Channel => setup.channels.is_some(),

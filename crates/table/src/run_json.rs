@@ -130,7 +130,6 @@ pub fn varying(study: &Study) -> Vec<&'static str> {
     let whisker =
         Column::ALL.into_iter().zip(WHISKER).filter(|(column, _)| several(column)).map(|(_, name)| name);
     let rigs = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
-    let shown = setup.directions;
-    let angles = [(shown.tilt, "tilt_deg"), (shown.lean, "lean_deg")].into_iter().filter(|(shown, _)| *shown);
-    whisker.chain(rigs).chain(angles.map(|(_, column)| column)).collect()
+    let angles = setup.directions.into_iter().zip(["tilt_deg", "lean_deg"]);
+    whisker.chain(rigs).chain(angles.filter_map(|(shown, column)| shown.then_some(column))).collect()
 }

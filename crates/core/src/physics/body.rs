@@ -15,10 +15,13 @@ const PANELS: u32 = 6;
 
 /// A built whisker.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(non_snake_case)]
 pub struct Body<T = f64> {
+    D: T,
+    d: T,
     /// L_a, mm.
     pub length: T,
-    shape: Shape<T>,
+    profile: Profile<T>,
     inner: Option<Inner<T>>,
     /// κ_base, 1/mm, and κ_slope, 1/mm².
     curvature: [T; 2],
@@ -29,15 +32,6 @@ pub struct Body<T = f64> {
     /// Poisson's ratio.
     pub nu: T,
     knots: Vec<T>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
-enum Shape<T> {
-    /// D and d, mm, and n.
-    Power { D: T, d: T, n: T },
-    /// (s, D), mm.
-    Table(Vec<[T; 2]>),
 }
 
 /// Stiffness of one section.
@@ -110,29 +104,23 @@ fn nothing<T: Real>(pair: [T; 2]) -> bool {
 impl<T: Real> Body<T> {
     /// The whisker `built` with D, d and L_a, mm, and its skin's initial modulus, MPa. A table of diameters replaces D and d.
     pub fn new(built: &Built<T>, [D, d, L_a]: [T; 3], modulus: T, nu: T) -> Self {
-        let shape = match &built.profile {
-            Profile::Power(n) => Shape::Power { D, d, n: *n },
-            Profile::Table(table) => Shape::Table(table.clone()),
-        };
-        let profile = match &shape {
-            Shape::Power { .. } => &[][..],
-            Shape::Table(table) => table,
-        };
+        let profile = if let Profile::Table(table) = &built.profile { &table[..] } else { &[] };
         let inner = built.inner.iter().flat_map(|inner| &inner.diameter);
         let within = |s: &T| s.value() > 0.0 && s.value() < L_a.value();
         let mut knots: Vec<T> = profile.iter().chain(inner).map(|knot| knot[0]).filter(within).collect();
         knots.sort_by(|a, b| a.value().total_cmp(&b.value()));
         knots.dedup_by_key(|knot| knot.value());
-        let Built { inner, curvature, root, .. } = built.clone();
-        Self { length: L_a, shape, inner, curvature, root, modulus, nu, knots }
+        let Built { profile, inner, curvature, root } = built.clone();
+        Self { D, d, length: L_a, profile, inner, curvature, root, modulus, nu, knots }
     }
 
     /// Farthest contact of linear theory, mm: L_a, but for a solid clamped cone almost to its apex, at most 10 L_a.
     pub fn reach(&self) -> T {
         let rigid = [self.root.k_theta, self.root.k_x, self.root.k_y].iter().all(|k| k.value().is_infinite());
         let plain = self.inner.is_none() && self.is_straight() && rigid;
-        match &self.shape {
-            &Shape::Power { D, d, n } if plain && n.value() == 1.0 => {
+        let Self { D, d, .. } = *self;
+        match self.profile {
+            Profile::Power(n) if plain && n.value() == 1.0 => {
                 let narrows = D.value() > d.value();
                 let apex = if narrows { self.length * 0.99 * D / (D - d) } else { T::of(f64::INFINITY) };
                 Real::min(apex, self.length * 10.0)
@@ -148,8 +136,8 @@ impl<T: Real> Body<T> {
 
     /// R(0), R(L_a), mm, and n of a diameter that is a power of the distance from the tip; `None` for cones and tables.
     pub fn power(&self) -> Option<[T; 3]> {
-        match self.shape {
-            Shape::Power { D, d, n } if n != T::of(1.0) => Some([D * 0.5, d * 0.5, n]),
+        match self.profile {
+            Profile::Power(n) if n != T::of(1.0) => Some([self.D * 0.5, self.d * 0.5, n]),
             _ => None,
         }
     }
@@ -171,9 +159,9 @@ impl<T: Real> Body<T> {
 
     /// Ends of the smooth piece of the profile that holds `s`, mm; a knot belongs to the piece after it, and the last piece has no end.
     pub fn piece(&self, s: f64) -> [f64; 2] {
-        match &self.shape {
-            Shape::Power { .. } => [0.0, f64::INFINITY],
-            Shape::Table(table) => {
+        match &self.profile {
+            Profile::Power(_) => [0.0, f64::INFINITY],
+            Profile::Table(table) => {
                 let [near, far] = of_table(table, s).map(|knot| knot[0].value());
                 [near, if far >= self.length.value() { f64::INFINITY } else { far }]
             }
@@ -192,19 +180,20 @@ impl<T: Real> Body<T> {
 
     /// R(s), mm, by the piece that holds `within`.
     pub fn radius(&self, s: T, within: f64) -> T {
-        let diameter = match &self.shape {
-            &Shape::Power { D, d, n } => d + (D - d) * self.powered(s, n),
-            Shape::Table(table) => line(of_table(table, within), s),
+        let diameter = match &self.profile {
+            Profile::Power(n) => self.d + (self.D - self.d) * self.powered(s, *n),
+            Profile::Table(table) => line(of_table(table, within), s),
         };
         diameter * 0.5
     }
 
     /// R′(s), likewise.
     pub fn slope(&self, s: T, within: f64) -> T {
-        let slope = match &self.shape {
-            Shape::Power { D, d, .. } if D == d => T::of(0.0),
-            &Shape::Power { D, d, n } => -(D - d) * n / self.length * self.powered(s, n - 1.0),
-            Shape::Table(table) => {
+        let Self { D, d, .. } = *self;
+        let slope = match &self.profile {
+            Profile::Power(_) if D == d => T::of(0.0),
+            Profile::Power(n) => -(D - d) * *n / self.length * self.powered(s, *n - 1.0),
+            Profile::Table(table) => {
                 let [near, far] = of_table(table, within);
                 (far[1] - near[1]) / (far[0] - near[0])
             }
@@ -214,16 +203,16 @@ impl<T: Real> Body<T> {
 
     /// R(a + by) − R(a), mm, without cancellation, by the piece that holds `a`.
     pub fn widening(&self, a: T, by: T) -> T {
-        match &self.shape {
-            &Shape::Power { D, d, n } => {
+        match &self.profile {
+            Profile::Power(n) => {
                 let v = T::of(1.0) - a / self.length;
                 let grown = -by / (self.length * v);
                 match v.value() <= 0.0 || grown.value() <= -1.0 {
                     true => self.radius(a + by, a.value()) - self.radius(a, a.value()),
-                    false => (D - d) * 0.5 * v.powf(n) * (n * grown.ln_1p()).exp_m1(),
+                    false => (self.D - self.d) * 0.5 * v.powf(*n) * (*n * grown.ln_1p()).exp_m1(),
                 }
             }
-            Shape::Table(_) => self.slope(a, a.value()) * by,
+            Profile::Table(_) => self.slope(a, a.value()) * by,
         }
     }
 

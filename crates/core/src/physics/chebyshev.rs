@@ -17,10 +17,10 @@ pub fn coefficients(values: &[f64]) -> Vec<f64> {
     (0..n).map(coefficient).collect()
 }
 
-/// [`coefficients`] along both axes of a table.
-pub fn coefficients2(values: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let rows: Vec<_> = values.iter().map(|row| coefficients(row)).collect();
-    transpose(&transpose(&rows).iter().map(|column| coefficients(column)).collect::<Vec<_>>())
+/// `f` of the rows of a table, then of its columns.
+pub fn twice(f: impl Fn(&[f64]) -> Vec<f64>, table: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let each = |table: &[Vec<f64>]| table.iter().map(|row| f(row)).collect::<Vec<_>>();
+    transpose(&each(&transpose(&each(table))))
 }
 
 /// Rows and columns swapped.

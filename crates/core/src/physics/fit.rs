@@ -2,53 +2,56 @@
 //! Orthogonalised columns (modified Gram–Schmidt) do not square the condition number.
 
 use super::section::SectionLaw;
+use crate::error::InputError;
+use crate::reduce::range;
 use crate::scene::Material;
 
 const DEPENDENT: f64 = 1e-7;
 
 const INTERVALS: u32 = 4000;
 
-/// A fitted law.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct YeohFit {
-    /// C10, C20, C30, MPa.
-    pub coefficients: [f64; 3],
-    /// Root mean square of law − data, MPa.
-    pub rms: f64,
-}
+/// Column of nominal strains.
+pub const STRAIN: &str = "strain";
+/// Column of nominal stresses.
+pub const STRESS: &str = "stress_MPa";
 
-/// Why the law cannot be fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Unfit {
-    /// The strains are too few or too alike to tell three coefficients apart.
-    Undetermined,
-    /// C10 (MPa) is not positive: the whisker would have no stiffness.
-    Soft(f64),
-    /// The law does not rise at this strain, inside the data or between them and 0.
-    Falls(f64),
-}
-
-/// Least squares of Yeoh's law to points (nominal strain > −1, nominal stress in MPa).
-pub fn yeoh(points: &[[f64; 2]]) -> Result<YeohFit, Unfit> {
-    let coefficients = least_squares(points).ok_or(Unfit::Undetermined)?;
+/// C10, C20 and C30, MPa, and the root mean square of law − data, MPa: least squares to points (strain > −1, stress in MPa), ascending in strain.
+///
+/// # Errors
+/// Strains too few or too alike to tell three coefficients apart; a whisker without stiffness; a law that does not rise over the data and to 0.
+pub fn yeoh(points: &[[f64; 2]]) -> Result<([f64; 3], f64), InputError> {
+    let [first, last] = range(points.iter().map(|[e, _]| *e));
+    let coefficients = least_squares(points).ok_or_else(|| {
+        InputError::new("these strains do not determine C10, C20 and C30 of Yeoh's law")
+            .key(STRAIN)
+            .value(format!("{first} … {last}"))
+            .allowed("strains spread over the range in use, for example 0 … 0.5")
+    })?;
     let [c10, ..] = coefficients;
     if c10 <= 0.0 {
-        return Err(Unfit::Soft(c10));
+        return Err(InputError::new("the Yeoh law fitted to this curve has no stiffness at rest")
+            .key("C10")
+            .value(format!("{c10} MPa"))
+            .allowed("C10 > 0 MPa: a curve whose slope at small strain is well measured"));
     }
     let SectionLaw::Hyperelastic(law) = SectionLaw::new(&Material::Yeoh(coefficients)) else {
         unreachable!("Yeoh's law is hyperelastic")
     };
-    let (min, max) = points.iter().fold((0.0f64, 0.0f64), |(lo, hi), [e, _]| (lo.min(*e), hi.max(*e)));
+    let (min, max) = (first.min(0.0), last.max(0.0));
     let strain = |i: u32| min + (max - min) * f64::from(i) / f64::from(INTERVALS);
     let flat = |e: &f64| {
         let (_, slope) = law.stress(*e);
         slope.is_nan() || slope <= 0.0
     };
     if let Some(e) = (0..=INTERVALS).map(strain).find(flat) {
-        return Err(Unfit::Falls(e));
+        let why = "the Yeoh law fitted to this curve is not monotone: its stress falls at strain";
+        return Err(InputError::new(format!("{why} {e:.4}"))
+            .key(STRESS)
+            .value(format!("fit over strains {first} … {last}"))
+            .allowed("a curve that Yeoh's law can follow, or { yeoh = [C10, C20, C30] }"));
     }
     let squares: f64 = points.iter().map(|[e, s]| (law.stress(*e).0 - s).powi(2)).sum();
-    Ok(YeohFit { coefficients, rms: (squares / points.len() as f64).sqrt() })
+    Ok((coefficients, (squares / points.len() as f64).sqrt()))
 }
 
 /// ds/dC10, ds/dC20, ds/dC30 at the strain `e`; free of cancellation at e = 0.
@@ -62,34 +65,31 @@ fn basis(e: f64) -> [f64; 3] {
 fn least_squares(points: &[[f64; 2]]) -> Option<[f64; 3]> {
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let dot = |v: &[f64], w: &[f64]| v.iter().zip(w).map(|(x, y)| x * y).sum::<f64>();
-    let mut columns: [Vec<f64>; 3] =
-        std::array::from_fn(|k| points.iter().map(|[e, _]| basis(*e)[k]).collect());
-    let mut rest: Vec<f64> = points.iter().map(|[_, s]| *s).collect();
-    let mut scale = [0.0; 3];
-    for (scale, column) in scale.iter_mut().zip(&mut columns) {
-        *scale = length(column);
-        column.iter_mut().for_each(|x| *x /= *scale);
+    // The last column is the data.
+    let column = |k: usize| points.iter().map(|[e, s]| if k < 3 { basis(*e)[k] } else { *s }).collect();
+    let mut columns: [Vec<f64>; 4] = std::array::from_fn(column);
+    let scale: [f64; 3] = std::array::from_fn(|k| length(&columns[k]));
+    for (scale, column) in scale.iter().zip(&mut columns) {
+        column.iter_mut().for_each(|x| *x /= scale);
     }
-    let (mut r, mut y) = ([[0.0; 3]; 3], [0.0; 3]);
-    for k in 0..3 {
+    let mut r = [[0.0; 4]; 3];
+    for (k, r) in r.iter_mut().enumerate() {
         let (done, later) = columns.split_at_mut(k + 1);
         let q = &mut done[k];
-        r[k][k] = length(q);
-        if r[k][k].is_nan() || r[k][k] < DEPENDENT {
+        r[k] = length(q);
+        if r[k].is_nan() || r[k] < DEPENDENT {
             return None;
         }
-        q.iter_mut().for_each(|x| *x /= r[k][k]);
-        for (column, slot) in later.iter_mut().zip(&mut r[k][k + 1..]) {
+        q.iter_mut().for_each(|x| *x /= r[k]);
+        for (column, slot) in later.iter_mut().zip(&mut r[k + 1..]) {
             *slot = dot(q, column);
             column.iter_mut().zip(&*q).for_each(|(x, q)| *x -= *slot * q);
         }
-        y[k] = dot(q, &rest);
-        rest.iter_mut().zip(&*q).for_each(|(x, q)| *x -= y[k] * q);
     }
     let mut c = [0.0; 3];
     for k in (0..3).rev() {
         let known: f64 = (k + 1..3).map(|j| r[k][j] * c[j]).sum();
-        c[k] = (y[k] - known) / r[k][k];
+        c[k] = (r[k][3] - known) / r[k][k];
     }
     let c: [f64; 3] = std::array::from_fn(|k| c[k] / scale[k]);
     c.iter().all(|x| x.is_finite()).then_some(c)

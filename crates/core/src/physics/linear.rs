@@ -1,7 +1,7 @@
 //! Linear theory (model §2): closed forms of the tapered cantilever pressed at distance a.
 //! In u = 1/a and b_i = 1/(1 − τ x_i), so that nothing divides by τ or cancels as d → D:
 //!
-//! - deflection (Eq. 3), tap angle (Eq. 4), strain per radian f (Eq. 8, unit corrected), per mm g = f/a;
+//! - tap angle (Eq. 4), strain per radian f (Eq. 8, unit corrected), per mm g = f/a;
 //! - f_T = f/(1 + S/a²), S = 3 E D²/(16 k G): shear multiplies θ for the same force by 1 + S/a² for *any* taper.
 
 use std::f64::consts::PI;
@@ -14,20 +14,6 @@ use super::real::Real;
 use super::taper::Taper;
 use crate::scene::channels::Signal;
 use crate::scene::model::Drive;
-
-/// Deflection y(x) of the centreline, mm, by a transverse `force`, N, at `a`, mm, modulus `e`, MPa; straight beyond a. Eq. 3.
-pub fn deflection(taper: &Taper, e: f64, force: f64, a: f64, x: f64) -> f64 {
-    let c = 32.0 * force / (3.0 * PI * e * taper.D.powi(4));
-    let w = 1.0 - taper.tau * x.min(a);
-    let at = |x: f64| c * x * x * (3.0 * a - x - 2.0 * taper.tau * a * x) / (w * w);
-    if x <= a {
-        return at(x);
-    }
-    // Slope at a: ∫ M/EI from 0 to a.
-    let v = 1.0 - taper.tau * a;
-    let slope = c * 3.0 * a * a * (3.0 - 2.0 * taper.tau * a) / (3.0 * v * v);
-    at(a) + slope * (x - a)
-}
 
 /// Shear length² S = 3 E D²/(16 k G), mm², with k = 6(1+ν)/(7+6ν), G = E/(2(1+ν)); E cancels.
 #[inline(always)]
@@ -55,7 +41,8 @@ pub struct StrainCurve<T = f64> {
     pub drive: Drive,
     /// S, mm²; 0 for Euler–Bernoulli.
     pub shear: T,
-    b: [T; 2],
+    /// b1 = 1/(1 − τ x1), b2 = 1/(1 − τ x2).
+    pub b: [T; 2],
     built: Option<Flexure<T>>,
 }
 
@@ -88,11 +75,6 @@ impl<T: Real> StrainCurve<T> {
     /// True for the strain of a cone clamped at its base.
     pub fn is_plain(&self) -> bool {
         self.built.is_none()
-    }
-
-    /// b1 = 1/(1 − τ x1), b2 = 1/(1 − τ x2).
-    pub fn b(&self) -> [T; 2] {
-        self.b
     }
 
     /// Factor of the drive and its derivative: 1 + r₀u for a tap angle, u for a displacement.

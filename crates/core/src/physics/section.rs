@@ -221,18 +221,10 @@ impl Hyperelastic {
 
     fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
         let mut at = SectionStrain { axial: 0.0, bending: 0.0 };
-        // Unloaded stiffnesses, πE and πE/4.
-        let stiffness = 6.0 * PI * (self.0[0] + self.0[1]);
-        let mut r =
-            Resultants { n: 0.0, m: 0.0, n_axial: stiffness, n_bending: 0.0, m_bending: 0.25 * stiffness };
+        // The first step, of the unloaded section.
+        let mut next = linear(6.0 * (self.0[0] + self.0[1]), n, m);
         for _ in 0..60 {
-            let tangent = r.tangent();
-            if r.n_axial.is_nan() || r.n_axial <= 0.0 || tangent <= 0.0 {
-                return None;
-            }
-            let (dn, dm) = (n - r.n, m - r.m);
-            let mut axial = (dn * r.m_bending - dm * r.n_bending) / tangent;
-            let mut bending = (dm * r.n_axial - dn * r.n_bending) / tangent;
+            let [mut axial, mut bending] = [next.axial - at.axial, next.bending - at.bending];
             let crushing = bending.abs() - axial;
             let room = at.axial - at.bending.abs() - CRUSHED;
             if crushing > 0.8 * room {
@@ -245,7 +237,7 @@ impl Hyperelastic {
             if axial.abs().max(bending.abs()) <= LAST_STEP * size {
                 return Some(at);
             }
-            r = self.resultants(at);
+            next = self.step(at, n, m)?;
         }
         None
     }

@@ -1,7 +1,8 @@
 //! The values of one quantity of a sweep, computed from their index and never stored.
 
-use super::sampler::{MAX_DIMENSIONS, MAX_SAMPLES, Sampler};
+use super::sampler::{MAX_DIMENSIONS, MAX_SAMPLES, Sampler, middle};
 use crate::error::InputError;
+use crate::reduce::range;
 
 /// Values of one quantity, in the order in which a sweep visits them.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +64,16 @@ impl Axis {
     /// `steps` evenly spaced values from `from` to exactly `to`. The keys of errors are relative to the axis (`steps`, `to`).
     pub fn steps(from: f64, to: f64, steps: u64) -> Result<Self, InputError> {
         ends(from, to, steps)?;
-        Ok(Self::Even(Even::steps(from, to, steps)))
+        let gaps = (steps - 1).max(1) as f64;
+        let exact = |unit: &f64| (from.abs().max(to.abs()).max(1.0) * unit * gaps) < EXACT;
+        let (start, stride, unit) = match decimal_unit(from, to).filter(exact) {
+            Some(unit) => {
+                let first = (from * unit).round();
+                (first * gaps, (to * unit).round() - first, unit * gaps)
+            }
+            None => (from, (to - from) / gaps, 1.0),
+        };
+        Ok(Self::Even(Even { start, stride, unit, last: to, len: steps }))
     }
 
     /// `from`, `from + step`, … up to `to`, included if a step falls on it within 1e-9 of a step. The keys of errors are relative to the axis.
@@ -72,10 +82,17 @@ impl Axis {
             return Err(InputError::new("the step must be larger than zero").key("step").allowed("> 0"));
         }
         ascending(from, to)?;
-        if (to - from) / step >= EXACT {
+        let gaps = (to - from) / step;
+        if gaps >= EXACT {
             return Err(InputError::new("the step is too small: more than 2^53 values").key("step"));
         }
-        Ok(Self::Even(Even::step(from, to, step)))
+        let whole = (gaps + 1e-9).floor();
+        let (start, stride, unit) = match decimal_unit(from, step) {
+            Some(unit) => ((from * unit).round(), (step * unit).round(), unit),
+            None => (from, step, 1.0),
+        };
+        let last = if (gaps - whole).abs() <= 1e-9 { to } else { (start + whole * stride) / unit };
+        Ok(Self::Even(Even { start, stride, unit, last, len: whole as u64 + 1 }))
     }
 
     /// `steps` values with a constant ratio, both ends included. The keys of errors are relative to the axis.
@@ -117,7 +134,7 @@ impl Axis {
         match self {
             Self::Value(_) => 1,
             Self::List(values) => values.len() as u64,
-            Self::Even(even) => even.len(),
+            Self::Even(even) => even.len,
             Self::Log { len, .. } => *len,
             Self::Samples { points, .. } => points.samples,
         }
@@ -133,7 +150,8 @@ impl Axis {
         match self {
             Self::Value(value) => *value,
             Self::List(values) => values[i as usize],
-            Self::Even(even) => even.at(i),
+            Self::Even(even) if i + 1 == even.len => even.last,
+            Self::Even(Even { start, stride, unit, .. }) => (start + i as f64 * stride) / unit,
             Self::Log { from, .. } if i == 0 => *from,
             Self::Log { to, len, .. } if i + 1 == *len => *to,
             Self::Log { from, to, len } => from * (to / from).powf(i as f64 / (len - 1) as f64),
@@ -145,7 +163,7 @@ impl Axis {
 
     fn sampled(&self, coordinate: u32) -> f64 {
         let Self::Samples { min, max, log, .. } = self else { return f64::NAN };
-        let x = (f64::from(coordinate) + 0.5) / 4_294_967_296.0;
+        let x = middle(coordinate);
         if *log { min * (max / min).powf(x) } else { min + (max - min) * x }
     }
 
@@ -153,9 +171,8 @@ impl Axis {
     pub fn each(&self, at: &[u64], mut put: impl FnMut(usize, f64)) {
         match self {
             Self::Samples { points, dimension, .. } => {
-                points
-                    .sampler
-                    .each(points.seed, *dimension, at, |n, coordinate| put(n, self.sampled(coordinate)));
+                let coordinate = points.sampler.coordinates(points.seed, *dimension);
+                at.iter().enumerate().for_each(|(n, i)| put(n, self.sampled(coordinate(*i as u32))));
             }
             _ => at.iter().enumerate().for_each(|(n, i)| put(n, self.at(*i))),
         }
@@ -169,7 +186,7 @@ impl Axis {
     /// Smallest value; of a sampled axis, its lower bound.
     pub fn min(&self) -> f64 {
         match self {
-            Self::List(values) => values.iter().copied().fold(f64::INFINITY, f64::min),
+            Self::List(values) => range(values.iter().copied())[0],
             Self::Samples { min, .. } => *min,
             _ => self.at(0),
         }
@@ -178,7 +195,7 @@ impl Axis {
     /// Largest value; of a sampled axis, its upper bound.
     pub fn max(&self) -> f64 {
         match self {
-            Self::List(values) => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            Self::List(values) => range(values.iter().copied())[1],
             Self::Samples { max, .. } => *max,
             _ => self.at(self.len() - 1),
         }
@@ -232,44 +249,7 @@ pub struct Even {
 }
 
 /// Whole numbers up to here are exact in f64.
-pub(super) const EXACT: f64 = 9_007_199_254_740_992.0;
-
-impl Even {
-    pub(super) fn steps(from: f64, to: f64, steps: u64) -> Self {
-        let gaps = (steps - 1).max(1) as f64;
-        let exact = |unit: &f64| (from.abs().max(to.abs()).max(1.0) * unit * gaps) < EXACT;
-        match decimal_unit(from, to).filter(exact) {
-            Some(unit) => {
-                let (first, last) = ((from * unit).round(), (to * unit).round());
-                Self { start: first * gaps, stride: last - first, unit: unit * gaps, last: to, len: steps }
-            }
-            None => Self { start: from, stride: (to - from) / gaps, unit: 1.0, last: to, len: steps },
-        }
-    }
-
-    /// `step` > 0, `from` ≤ `to`, fewer than [`EXACT`] values.
-    pub(super) fn step(from: f64, to: f64, step: f64) -> Self {
-        let gaps = (to - from) / step;
-        let whole = (gaps + 1e-9).floor();
-        let (start, stride, unit) = match decimal_unit(from, step) {
-            Some(unit) => ((from * unit).round(), (step * unit).round(), unit),
-            None => (from, step, 1.0),
-        };
-        let last = if (gaps - whole).abs() <= 1e-9 { to } else { (start + whole * stride) / unit };
-        Self { start, stride, unit, last, len: whole as u64 + 1 }
-    }
-
-    /// Number of values.
-    #[allow(clippy::len_without_is_empty)]
-    pub fn len(&self) -> u64 {
-        self.len
-    }
-
-    /// Value `i`.
-    pub fn at(&self, i: u64) -> f64 {
-        if i + 1 == self.len { self.last } else { (self.start + i as f64 * self.stride) / self.unit }
-    }
-}
+const EXACT: f64 = 9_007_199_254_740_992.0;
 
 fn decimal_unit(a: f64, b: f64) -> Option<f64> {
     let whole = |x: f64, unit: f64| {

@@ -18,8 +18,8 @@ pub struct Channels {
     pub rows: Vec<[f64; SOURCES]>,
     /// Covariance of the noise of one reading, row by row, if it is known.
     pub covariance: Option<Vec<f64>>,
-    /// Inverse of its Cholesky factor, row by row, which whitens noise.
-    whitener: Vec<f64>,
+    /// Its Cholesky factor, row by row.
+    factor: Vec<f64>,
 }
 
 const OF_SIGNALS: [[&str; 2]; 3] =
@@ -63,12 +63,8 @@ impl Channels {
         rows: Vec<[f64; SOURCES]>,
         covariance: Option<Vec<f64>>,
     ) -> Option<Self> {
-        let n = rows.len();
-        let whitener = match &covariance {
-            Some(covariance) => inverse_cholesky(covariance, n)?,
-            None => Vec::new(),
-        };
-        Some(Self { names, rows, covariance, whitener })
+        let factor = covariance.as_ref().map_or(Some(Vec::new()), |all| cholesky(all, rows.len()))?;
+        Some(Self { names, rows, covariance, factor })
     }
 
     /// Columns of each in a table of measured taps.
@@ -89,25 +85,11 @@ impl Channels {
 
     /// Noise of one reading of each channel from independent standard normal numbers.
     pub fn noise(&self, normal: &PerChannel) -> PerChannel {
-        let n = self.len();
+        let n = self.rows.len();
+        let one = |(k, row): (usize, &[f64])| row[..=k].iter().zip(normal).map(|(f, x)| f * x).sum();
         let mut all = [0.0; MOST_CHANNELS];
-        if self.covariance.is_some() {
-            for k in 0..n {
-                let known: f64 = (0..k).map(|m| self.whitener[k * n + m] * all[m]).sum();
-                all[k] = (normal[k] - known) / self.whitener[k * n + k];
-            }
-        }
+        all.iter_mut().zip(self.factor.chunks(n.max(1)).enumerate()).for_each(|(x, row)| *x = one(row));
         all
-    }
-
-    /// Number of channels.
-    pub fn len(&self) -> usize {
-        self.rows.len()
-    }
-
-    /// True without channels.
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
     }
 
     /// True if a channel reads the strain.
@@ -133,11 +115,14 @@ impl Channels {
 
     /// `readings` in units of white noise; without noise each relative to its size in `like`.
     pub fn white(&self, readings: &PerChannel, like: &PerChannel) -> PerChannel {
-        let n = self.len();
+        let n = self.rows.len();
         let mut all = [0.0; MOST_CHANNELS];
         for k in 0..n {
             all[k] = match self.covariance {
-                Some(_) => (0..=k).map(|m| self.whitener[k * n + m] * readings[m]).sum(),
+                Some(_) => {
+                    let known: f64 = (0..k).map(|m| self.factor[k * n + m] * all[m]).sum();
+                    (readings[k] - known) / self.factor[k * n + k]
+                }
                 None => readings[k] / like[k].abs().max(f64::MIN_POSITIVE),
             };
         }
@@ -145,7 +130,8 @@ impl Channels {
     }
 }
 
-fn inverse_cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
+/// The lower factor of a positive definite matrix, row by row.
+fn cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
     let mut factor = vec![0.0; n * n];
     for i in 0..n {
         for j in 0..=i {
@@ -159,14 +145,7 @@ fn inverse_cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
             };
         }
     }
-    let mut inverse = vec![0.0; n * n];
-    for j in 0..n {
-        for i in j..n {
-            let known: f64 = (j..i).map(|k| factor[i * n + k] * inverse[k * n + j]).sum();
-            inverse[i * n + j] = (f64::from(u8::from(i == j)) - known) / factor[i * n + i];
-        }
-    }
-    Some(inverse)
+    Some(factor)
 }
 
 words! {

@@ -6,7 +6,8 @@ use std::sync::OnceLock;
 
 use super::axis::Axis;
 use super::property::Property;
-use super::space::{COLUMNS, Column, Direction, Factor, Tuple};
+use super::space::{COLUMNS, Column, Factor, Tuple};
+use crate::reduce::range;
 
 /// A grid of taps.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,10 +77,7 @@ impl Layout {
 
     /// Design `k` as a tuple without distance; direction and drive are set only if sampled with the design.
     pub fn design(&self, k: u64) -> Tuple {
-        let mut values = [f64::NAN; COLUMNS];
-        place(&self.designs, k, &mut values);
-        let tuple = Tuple::from_array(values);
-        if self.n_rigs == 1 { tuple } else { self.of_rig(tuple, k) }
+        self.designs(&[k])[0]
     }
 
     /// [`Self::design`] of each of `ks`.
@@ -131,10 +129,7 @@ impl Layout {
     /// Smallest and largest distance, mm; for a sampled axis those of its points, which the first call computes.
     pub fn reach(&self) -> [f64; 2] {
         *self.reach.get_or_init(|| match self.distance {
-            Axis::Samples { .. } => {
-                let wider = |[lo, hi]: [f64; 2], a: f64| [lo.min(a), hi.max(a)];
-                self.distance.iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
-            }
+            Axis::Samples { .. } => range(self.distance.iter()),
             _ => [self.distance.min(), self.distance.max()],
         })
     }
@@ -168,19 +163,14 @@ impl Layout {
 
     /// `design` with direction and drive of its stroke `j`, in degrees or mm.
     pub fn stroke(&self, design: &Tuple, j: u64) -> Tuple {
-        let mut values = design.to_array();
-        place(&self.strokes, j, &mut values);
+        let (mut values, mut rest) = (design.to_array(), j);
+        for factor in self.strokes.iter().rev() {
+            for (column, axis) in &factor.axes {
+                values[*column as usize] = axis.at(rest % factor.len);
+            }
+            rest /= factor.len;
+        }
         Tuple::from_array(values).of_rig(design.rig)
-    }
-
-    /// Drive of stroke `j` of `design`, degrees or mm.
-    pub fn drive(&self, design: &Tuple, j: u64) -> f64 {
-        self.stroke(design, j).drive
-    }
-
-    /// Direction of the pole in stroke `j` of `design`.
-    pub fn direction(&self, design: &Tuple, j: u64) -> Direction {
-        self.stroke(design, j).direction()
     }
 
     /// Place of tap `t` of a design among its pairs of distance and direction, and among its strokes.
@@ -201,15 +191,5 @@ fn alone(factor: &Factor) -> Option<&Axis> {
     match factor.axes.as_slice() {
         [(Column::Drive, axis)] => Some(axis),
         _ => None,
-    }
-}
-
-fn place(factors: &[Factor], mut k: u64, values: &mut [f64; COLUMNS]) {
-    for factor in factors.iter().rev() {
-        let at = k % factor.len;
-        k /= factor.len;
-        for (column, axis) in &factor.axes {
-            values[*column as usize] = axis.at(at);
-        }
     }
 }

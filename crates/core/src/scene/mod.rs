@@ -58,7 +58,7 @@ pub use model::{
 pub use property::{PROPERTIES, Property, Rigs};
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions};
 pub use search::Search;
-pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
+pub use space::{COLUMNS, Column, Direction, Factor, Space, Tuple};
 pub use term::{Amount, Term};
 
 /// The rig that all taps share. Defaults: a gauge on the contact side, the exact frictionless Hooke rod, the paper's estimate.
@@ -74,8 +74,8 @@ pub struct Setup {
     pub model: Model,
     /// Estimate of the distance.
     pub estimate: Estimate,
-    /// Columns of the pole's direction that tables have.
-    pub directions: DirectionColumns,
+    /// True for each of the columns `tilt_deg` and `lean_deg`, if it was asked for by name.
+    pub directions: [bool; 2],
     /// The built whisker; `None` for a cone clamped at its base.
     pub built: Option<Arc<Built>>,
     /// Signal of the sensor; of several channels the strain, if one reads it, else the moment.

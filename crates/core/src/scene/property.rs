@@ -330,15 +330,10 @@ impl Rigs {
     }
 
     /// Number of rigs.
-    pub fn len(&self) -> u64 {
+    pub fn count(&self) -> u64 {
         match &self.values {
             Values::Crossed(factors) => factors.iter().map(|f| f.len).product(),
             Values::Listed(list) => list.lock().unwrap_or_else(PoisonError::into_inner).known.len() as u64,
         }
-    }
-
-    /// True without rigs.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }

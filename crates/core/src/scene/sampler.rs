@@ -1,4 +1,4 @@
-//! Coordinate `dimension` of point `index` of a seed, a pure function in `u32` arithmetic that any backend or shard can evaluate.
+//! Coordinate `dimension` of point `index` of a seed, a pure function that any backend or shard can evaluate.
 //!
 //! - `sobol`: direction numbers *new-joe-kuo-6* (S. Joe and F. Y. Kuo, SIAM J. Sci. Comput. 30, 2008), in natural (not Gray-code) order. Seeds
 //!   other than 0 apply an Owen scramble per dimension, by the Laine–Karras hash with N. Vegdahl's constants, which keeps the stratification.
@@ -23,20 +23,21 @@ pub const MAX_DIMENSIONS: u32 = JOE_KUO.len() as u32;
 impl Sampler {
     /// Coordinate `dimension` of point `index`, as a fraction of 2³². `dimension` is below [`MAX_DIMENSIONS`].
     pub fn coordinate(self, seed: u64, dimension: u32, index: u32) -> u32 {
-        match (self, Self::scramble(seed, dimension)) {
+        self.coordinates(seed, dimension)(index)
+    }
+
+    /// [`Self::coordinate`] in the middle of its step, between 0 and 1.
+    pub fn uniform(self, seed: u64, dimension: u32, index: u32) -> f64 {
+        middle(self.coordinate(seed, dimension, index))
+    }
+
+    /// [`Self::coordinate`] by index.
+    pub fn coordinates(self, seed: u64, dimension: u32) -> impl Fn(u32) -> u32 {
+        let kind = (self, Self::scramble(seed, dimension));
+        move |index| match kind {
             (Self::Sobol, None) => sobol(dimension, index),
             (Self::Sobol, Some(key)) => owen(sobol(dimension, index), key),
             (Self::Random, _) => philox([index, dimension / 4, 0, 0], words(seed))[(dimension % 4) as usize],
-        }
-    }
-
-    /// Calls `put` with [`Self::coordinate`] of each of `points` and its place among them.
-    pub fn each(self, seed: u64, dimension: u32, points: &[u64], mut put: impl FnMut(usize, u32)) {
-        let all = points.iter().map(|index| *index as u32).enumerate();
-        match (self, Self::scramble(seed, dimension)) {
-            (Self::Sobol, None) => all.for_each(|(n, index)| put(n, sobol(dimension, index))),
-            (Self::Sobol, Some(key)) => all.for_each(|(n, index)| put(n, owen(sobol(dimension, index), key))),
-            (Self::Random, _) => all.for_each(|(n, index)| put(n, self.coordinate(seed, dimension, index))),
         }
     }
 
@@ -45,6 +46,11 @@ impl Sampler {
         let [low, high] = words(seed);
         (seed != 0).then(|| hash(hash(hash(dimension) ^ low) ^ high))
     }
+}
+
+/// The middle of a step of 2⁻³².
+pub(super) fn middle(coordinate: u32) -> f64 {
+    (f64::from(coordinate) + 0.5) / 4_294_967_296.0
 }
 
 fn words(seed: u64) -> [u32; 2] {
@@ -168,11 +174,8 @@ fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     c
 }
 
-/// High and low word of a 32 × 32 bit product, in 16-bit halves so that no wider integer is needed.
+/// High and low word of a product.
 fn multiply(a: u32, b: u32) -> (u32, u32) {
-    let (a1, a0) = (a >> 16, a & 0xffff);
-    let (b1, b0) = (b >> 16, b & 0xffff);
-    let middle = a1 * b0 + ((a0 * b0) >> 16);
-    let carry = (middle & 0xffff) + a0 * b1;
-    (a1 * b1 + (middle >> 16) + (carry >> 16), a.wrapping_mul(b))
+    let product = u64::from(a) * u64::from(b);
+    ((product >> 32) as u32, product as u32)
 }

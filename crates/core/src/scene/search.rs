@@ -43,7 +43,7 @@ impl Quantity {
     /// Its name in a spec.
     pub fn name(self, drive: Drive) -> &'static str {
         match self {
-            Self::Column(column) => column.name(drive).trim_end_matches("_mm").trim_end_matches("_deg"),
+            Self::Column(column) => column.key(drive),
             Self::Property(property) => property.name(),
         }
     }

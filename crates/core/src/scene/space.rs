@@ -43,6 +43,11 @@ impl Column {
     pub fn name(self, drive: Drive) -> &'static str {
         if self == Self::Drive { drive.column() } else { self.word() }
     }
+
+    /// Its key in a spec: the name without the unit.
+    pub fn key(self, drive: Drive) -> &'static str {
+        self.name(drive).trim_end_matches("_mm").trim_end_matches("_deg")
+    }
 }
 
 /// Direction of the pole (model §6); if both are zero the pole is upright, square to the plane of rotation.
@@ -67,15 +72,6 @@ impl Direction {
     pub fn is_valid(self) -> bool {
         self.tilt.abs() < 90.0 && self.lean.abs() < 90.0
     }
-}
-
-/// Columns of the pole's direction in tables: those that were asked for by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct DirectionColumns {
-    /// True for `tilt_deg`.
-    pub tilt: bool,
-    /// True for `lean_deg`.
-    pub lean: bool,
 }
 
 /// One tap: D, d, L_a, x_ss, l, a in mm, tilt and lean in degrees, and θ in degrees (or δ in mm), indexed by [`Column`].
@@ -161,17 +157,13 @@ impl Default for Space {
 
 #[allow(non_snake_case)]
 impl Space {
-    /// Every combination of these axes, D, d, L_a, x_ss, l, a and the drive, with upright poles, as [`Self::tilted`].
+    /// Every combination of these axes, D, d, L_a, x_ss, l, a and the drive, with upright poles, as [`Self::with`].
     pub fn grid([D, d, L_a, x_ss, l, a, drive]: [Axis; 7]) -> Option<Self> {
-        Self::tilted([D, d, L_a, x_ss, l, a, 0.0.into(), 0.0.into(), drive])
+        Self::with([D, d, L_a, x_ss, l, a, 0.0.into(), 0.0.into(), drive], Vec::new())
     }
 
-    /// Every combination of these axes, in [`Column`] order; sampled axes share one factor in the place of the first. `None` beyond 2^64 tuples.
-    pub fn tilted(axes: [Axis; COLUMNS]) -> Option<Self> {
-        Self::with(axes, Vec::new())
-    }
-
-    /// [`Self::tilted`], with `properties` of the rig that vary between the design's axes and a.
+    /// Every combination of these axes, in [`Column`] order, with `properties` of the rig between the design's axes and a; sampled axes share one
+    /// factor in the place of the first. `None` beyond 2^64 tuples.
     pub fn with(axes: [Axis; COLUMNS], properties: Vec<(Property, Axis)>) -> Option<Self> {
         let mut columns = Column::ALL.into_iter().zip(axes).map(|(column, axis)| (Ok(column), axis));
         let design: Vec<_> = columns.by_ref().take(Column::Distance as usize).collect();
@@ -201,6 +193,17 @@ impl Space {
         match self {
             Self::Grid(factors) => Some(Layout::new(factors)),
             Self::List(_) => None,
+        }
+    }
+
+    /// The number of tuples, and the tuple of each index.
+    pub fn tuples(&self) -> (u64, Box<dyn Fn(u64) -> Tuple + '_>) {
+        match self {
+            Self::Grid(factors) => {
+                let layout = Layout::new(factors);
+                (layout.len(), Box::new(move |i| layout.tuple(i)))
+            }
+            Self::List(listed) => (listed.len() as u64, Box::new(|i| listed.tuple(i as usize))),
         }
     }
 

@@ -263,8 +263,7 @@ pub struct Both {
 impl Both {
     /// The distance, with the noise and the range of interest of `by`.
     pub fn estimate(&self, by: &Estimator<'_>) -> Estimated {
-        let told = by.estimated(self.a, self.slope, self.other);
-        if self.near { Estimated { status: Status::AMBIGUOUS, ..told } } else { told }
+        by.estimated(self.a, self.slope, self.other, self.near)
     }
 }
 

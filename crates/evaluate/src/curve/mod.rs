@@ -12,7 +12,6 @@ use crate::estimate::{Estimated, Estimator};
 use crate::physics::chebyshev::{basis, placed, scaled, series, transpose};
 use crate::physics::inverse::bracketed;
 use crate::physics::linear::StrainCurve;
-use crate::status::Status;
 
 /// |ε| over a, of one whisker at one drive.
 #[derive(Debug, Clone)]
@@ -138,13 +137,13 @@ impl Curve {
             }
         }
         if let Some(a) = own.filter(|a| self.slope(*a) < 0.0) {
-            return by.estimated(a, self.slope(a), near);
+            return by.estimated(a, self.slope(a), near, false);
         }
         match (far, own.or(near)) {
-            (Some(a), second) => by.estimated(a, self.slope(a), second),
+            (Some(a), second) => by.estimated(a, self.slope(a), second, false),
             (None, Some(a)) => {
-                let status = if strain < self.farthest() { Status::OK } else { Status::AMBIGUOUS };
-                Estimated { status, ..by.estimated(a, self.slope(a), None) }
+                let known = strain < self.farthest();
+                by.estimated(a, self.slope(a), None, !known)
             }
             (None, None) => Estimated::NO_ROOT,
         }

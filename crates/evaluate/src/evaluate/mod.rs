@@ -29,7 +29,7 @@ use crate::scene::{Contact, Geometry, Layout, Material, Setup};
 use crate::status::Status;
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
-pub use outcome::{beside_linear, outcome_of_chart, path};
+pub use outcome::{beside_linear, outcome_of_chart, path, problem};
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
 use solve::{Solutions, Solved};
@@ -196,8 +196,14 @@ impl<'a> Evaluator<'a> {
         matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
     }
 
-    /// [`Self::run`] for designs with rigs of one kind, without the guard.
-    fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
+    /// [`Self::run`] for designs with rigs of one kind, without the guard; `expected`: the answers of the reference, if known, so that it need not be
+    /// used again.
+    pub fn run_alike(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        expected: Option<&[Outcome]>,
+    ) -> Outcomes {
         go_on(self.stop)?;
         let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel() {
@@ -207,10 +213,10 @@ impl<'a> Evaluator<'a> {
             };
             tasks.par_iter().map(answer).collect()
         } else if rod::asked(setup) {
-            self.rods(designs, tasks, None, None)?
+            self.rods(designs, tasks, None, expected)?
         } else {
             let solved = self.solutions_anywhere(designs, tasks)?;
-            self.outcomes(designs, tasks, &solved, None)?
+            self.outcomes(designs, tasks, &solved, expected)?
         };
         go_on(self.stop)?;
         Ok(outcomes)
@@ -243,18 +249,6 @@ impl<'a> Evaluator<'a> {
         Ok(tasks.par_iter().zip(&solved).map(read).collect())
     }
 
-    /// [`run`](Self::run) where the reference's answers are known, so that it need not be used again.
-    pub fn run_beside(&mut self, designs: &[Design], tasks: &[Task], expected: &[Outcome]) -> Outcomes {
-        if self.needs_no_kernel() {
-            return self.run(designs, tasks);
-        }
-        if rod::asked(self.setup) {
-            return self.rods(designs, tasks, None, Some(expected));
-        }
-        let solved = self.solutions_anywhere(designs, tasks)?;
-        self.outcomes(designs, tasks, &solved, Some(expected))
-    }
-
     /// True if kernels give up on taps that others solve: with friction, and where a law softens until its tangent vanishes, where its chart ends.
     fn ends_early(&self) -> bool {
         let Method::Fast { rungs, .. } = &self.method else { return false };
@@ -274,10 +268,8 @@ impl<'a> Evaluator<'a> {
         let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
         let asked = missed && (!self.samples || self.ends_early());
         let open = |s: &Solved| s.solution.unsure() || asked && !s.solution.is_told(tolerance);
-        if self.spare < usize::MAX {
-            let left = solved.iter().flatten().filter(|s| open(s)).count();
-            self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
-        }
+        let left = solved.iter().flatten().filter(|s| open(s)).count();
+        self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
             let astray = |s: &Solved| open(s) && s.solution.is_astray();

@@ -5,7 +5,7 @@ use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::tap::Response;
 use crate::physics::onset::Grip;
-use crate::physics::rod::{RodError, RodProblem};
+use crate::physics::rod::RodProblem;
 use crate::scene::{Direction, Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
@@ -44,8 +44,7 @@ pub(super) fn fast(
 ) -> Outcome {
     let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
     let Asked { setup, linear, .. } = asked;
-    let Some(Solved { frame, solution, grip, plane, .. }) =
-        solved.filter(|s| s.solution.within(tolerance))
+    let Some(Solved { frame, solution, grip, plane, .. }) = solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
         return asked.unsolved(if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED });
@@ -226,17 +225,12 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
             };
             asked.outcome(found)
         }
-        Err(why) => asked.unsolved(match why {
-            RodError::NotConverged => Status::NOT_CONVERGED,
-            RodError::MaterialLimit => Status::MATERIAL_LIMIT,
-            RodError::AtKnot => Status::AT_KNOT,
-            RodError::SlippedOff => Status::SLIPPED_OFF,
-        }),
+        Err(why) => asked.unsolved(why),
     }
 }
 
 /// The rod of a tap at `a` mm.
-pub(super) fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) -> RodProblem<'a> {
+pub fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) -> RodProblem<'a> {
     RodProblem {
         taper: shared.taper,
         gauge: shared.gauge,
@@ -336,40 +330,26 @@ impl Asked<'_> {
         if is_behind(found.arc) {
             return self.unsolved(Status::NOT_CONVERGED);
         }
-        let mut status = Status::OK;
         let no_strain = self.unread(found.arc);
-        if no_strain {
-            status |= Status::NO_STRAIN;
-        }
-        if found.arc > shared.length * (1.0 + 1e-12) {
-            status |= Status::SLIPPED_OFF;
-        }
-        let strain = if no_strain { 0.0 } else { found.strain };
-        let axial =
-            found.beside.as_ref().map_or(f64::NAN, |beside| if no_strain { 0.0 } else { beside.axial });
-        let second = found.beside.as_ref().filter(|_| setup.gauge.second);
-        let strain_2 = second.map(|beside| if no_strain { 0.0 } else { beside.strain_2 });
-        if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2))
-            > shared.strain_limit(&setup.gauge)
-        {
-            status |= Status::STRAIN_LIMIT;
-        }
-        let plane =
-            found.beside.as_ref().map_or(Plane { azimuth: f64::NAN, slide: f64::NAN }, |beside| beside.plane);
+        let nothing = Plane { azimuth: f64::NAN, slide: f64::NAN };
+        let beside = found.beside.unwrap_or(Beside { strain_2: f64::NAN, axial: f64::NAN, plane: nothing });
+        let shown = |strain: f64| if no_strain && !strain.is_nan() { 0.0 } else { strain };
+        let (strain, plane) = (if no_strain { 0.0 } else { found.strain }, beside.plane);
+        let strain_2 = if setup.gauge.second { shown(beside.strain_2) } else { f64::NAN };
         // With two gauges K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
-        let deviation = match strain_2 {
-            _ if no_strain => f64::NAN,
-            None => found.deviation,
-            Some(strain_2) if plane.azimuth == 0.0 => {
+        let deviation = match () {
+            () if no_strain => f64::NAN,
+            () if strain_2.is_nan() => found.deviation,
+            () if plane.azimuth == 0.0 => {
                 let t2 = (strain_2 / strain).powi(2);
                 (found.deviation - t2) / (1.0 + t2)
             }
-            Some(strain_2) => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
+            () => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
         };
-        Outcome {
+        let outcome = Outcome {
             strain: signed(setup, strain),
-            strain_2: strain_2.map_or(f64::NAN, |strain_2| sign(setup) * strain_2 + 0.0),
-            strain_linear: sign(setup) * linear + 0.0,
+            strain_2: signed(setup, strain_2),
+            strain_linear: signed(setup, linear),
             deviation,
             normal_force: found.normal,
             tangential_force: found.tangential,
@@ -377,11 +357,16 @@ impl Asked<'_> {
             wrench: found.wrench,
             azimuth: plane.azimuth,
             slide: plane.slide,
-            axial: sign(setup) * axial + 0.0,
+            axial: signed(setup, shown(beside.axial)),
             sticking: found.sticking,
-            sweeps: 0.0,
-            referred: false,
-            status,
-        }
+            ..Outcome::NOTHING
+        };
+        let words = [
+            (no_strain, Status::NO_STRAIN),
+            (found.arc > shared.length * (1.0 + 1e-12), Status::SLIPPED_OFF),
+            (outcome.magnitude() > shared.strain_limit(&setup.gauge), Status::STRAIN_LIMIT),
+        ];
+        let status = words.iter().filter(|(holds, _)| *holds).fold(Status::OK, |all, (_, word)| all | *word);
+        Outcome { status, ..outcome }
     }
 }

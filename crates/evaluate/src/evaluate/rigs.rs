@@ -70,15 +70,15 @@ impl Evaluator<'_> {
     /// and equilibria at which the material may fail or that may not lie on the path from the unloaded whisker.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         let Some(kinds) = kinds(designs, tasks) else {
-            let outcomes = self.run_alike(designs, tasks)?;
+            let outcomes = self.run_alike(designs, tasks, None)?;
             return self.mend(designs, tasks, outcomes);
         };
         let mut outcomes = vec![Outcome::NOTHING; tasks.len()];
         for (setup, places) in &kinds {
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
             let found = match setup {
-                Some(setup) => self.with(setup, |one| one.run_alike(designs, &these))?,
-                None => self.run_alike(designs, &these)?,
+                Some(setup) => self.with(setup, |one| one.run_alike(designs, &these, None))?,
+                None => self.run_alike(designs, &these, None)?,
             };
             places.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
         }

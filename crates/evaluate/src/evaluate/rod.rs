@@ -27,7 +27,9 @@ enum Open {
 type Known = Option<Result<Solution, Open>>;
 
 pub(super) fn asked(setup: &Setup) -> bool {
-    let solid = || setup.model.contact == Contact::Frictionless && (is_solid(&setup.model) || setup.gauge.foil.is_some());
+    let solid = || {
+        setup.model.contact == Contact::Frictionless && (is_solid(&setup.model) || setup.gauge.foil.is_some())
+    };
     setup.model.geometry == Geometry::Exact && (setup.built.is_some() || solid())
 }
 

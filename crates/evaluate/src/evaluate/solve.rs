@@ -37,13 +37,7 @@ pub(super) struct Solved {
 
 impl Solved {
     pub fn lost(frame: Frame) -> Self {
-        Self {
-            frame,
-            solution: Solution::UNKNOWN,
-            grip: Grip::Slide(0.0),
-            sweeps: 0.0,
-            plane: None,
-        }
+        Self { frame, solution: Solution::UNKNOWN, grip: Grip::Slide(0.0), sweeps: 0.0, plane: None }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
 use crate::physics::taper::Taper;
 use crate::progress::go_on;
-use crate::scene::{Clamp, Contact, Drive, Geometry, Property, Setup, Signal, Tuple};
+use crate::scene::{Clamp, Contact, Geometry, Property, Setup, Signal, Tuple};
 
 const FEW: usize = 3;
 
@@ -92,10 +92,9 @@ fn form<T: Real>(setup: &Setup, [D, d, L_a, x_ss, l, a, amount, hub, nu]: [T; 9]
 /// [`closed`], and the derivatives of that strain by `inputs`, per mm, degree or unit of the key; None also for inputs that are not in the form.
 pub fn closed_gradient(setup: &Setup, t: &Tuple, inputs: &[Input], slopes: &mut [f64]) -> Option<f64> {
     let strain = closed(setup, t)?;
-    let degrees = setup.drive == Drive::Angle;
     let place = |input: &Input| match *input {
         Input::Tuple(k @ ..=5) => Some((k, 1.0)),
-        Input::Tuple(8) => Some((6, if degrees { 1_f64.to_radians() } else { 1.0 })),
+        Input::Tuple(8) => Some((6, amount(setup.drive, 1.0))),
         Input::Property(Property::Hub) => Some((7, 1.0)),
         Input::Property(Property::Nu) => Some((8, 1.0)),
         _ => None,

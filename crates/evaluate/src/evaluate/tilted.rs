@@ -6,8 +6,8 @@ use super::solve::{Plane, Solutions, Solved};
 use super::trial::{self, Turn};
 use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount, radians};
-use crate::kernel::tap::Frame;
 use crate::kernel::Solution;
+use crate::kernel::tap::Frame;
 use crate::physics::pole::{Planar, Pole, Rig};
 use crate::scene::{Contact, Drive, Setup};
 
@@ -129,9 +129,7 @@ impl trial::Trial for Trial<'_> {
         self.phi = phi;
         match () {
             () if noise > NOISE * tolerance => Turn::Lost,
-            () if left <= SHARE * tolerance => {
-                Turn::Found(frame, *solution, Plane { azimuth: phi, slide })
-            }
+            () if left <= SHARE * tolerance => Turn::Found(frame, *solution, Plane { azimuth: phi, slide }),
             () => Turn::Next,
         }
     }

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::reduce::range;
 use serde::Serialize;
 use serde_json::{Value, json};
 use vibrissa_learned::columns::Term;
 use vibrissa_learned::fit::{Fault, Fit, Task};
-use vibrissa_learned::rows::{Row, quantum, range};
+use vibrissa_learned::rows::{Row, quantum};
 use vibrissa_learned::suspects::{Suspect, sound};
 
 use super::Reason;

@@ -30,7 +30,7 @@ mod zero;
 pub use crate::estimator::taps::Reason;
 pub use side::SideResult;
 
-use vibrissa_learned::rows::range;
+use crate::reduce::range;
 
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;

@@ -1,6 +1,6 @@
 //! One side of the whisker: its K table, its estimators, and their errors on distances left out.
 
-use vibrissa_learned::rows::range;
+use crate::reduce::range;
 
 use super::Reason;
 use super::order::{Contradiction, contradictions};

@@ -1,7 +1,7 @@
 //! Unread zero of the signal.
 
+use crate::reduce::range;
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::rows::range;
 
 use crate::error::Error;
 use crate::estimator::cells::{Cell, grouped};

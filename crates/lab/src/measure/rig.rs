@@ -5,9 +5,7 @@ use crate::error::InputError;
 use crate::measure::Data;
 use crate::measure::names::Channel;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{
-    Convention, DirectionColumns, Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple,
-};
+use crate::scene::{Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple};
 
 /// A whisker with its gauge and model.
 #[derive(Debug, Clone)]
@@ -31,7 +29,7 @@ impl Rig {
     /// # Errors
     /// Numbers that give no whisker with a gauge.
     pub fn new(mut setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
-        setup.directions = DirectionColumns::default();
+        setup.directions = [false; 2];
         let design = Design::new(&setup, tuple);
         match design.shared {
             Some(_) => Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() }),
@@ -105,7 +103,7 @@ impl Rig {
     pub fn of_one_signal(&self) -> Result<(), InputError> {
         let Some(channels) = &self.setup.channels else { return Ok(()) };
         let error = InputError::new("this reads one signal of a whisker");
-        let error = error.key("sensor").value(format!("{} channels", channels.len()));
+        let error = error.key("sensor").value(format!("{} channels", channels.rows.len()));
         Err(error.allowed("signal = \"strain\", \"moment\" or \"force\" in [sensor] of the spec"))
     }
 
@@ -163,9 +161,6 @@ impl Rig {
 
     /// Factor of K in tables: 1, or x2 − x1 (mm) for elongation.
     pub fn k_unit(&self) -> f64 {
-        match self.setup.estimate.convention {
-            Convention::Mean => 1.0,
-            Convention::Elongation => self.shared().gauge[1] - self.shared().gauge[0],
-        }
+        self.design.elongation(&self.setup).unwrap_or(1.0)
     }
 }

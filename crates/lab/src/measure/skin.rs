@@ -47,13 +47,14 @@ impl Skin {
         Err(error.key("whisker").value("more than a cone").allowed("D, d, L_a and hub only"))
     }
 
-    fn alpha(&self) -> (f64, f64) {
-        if self.surface { (self.taper.sin_alpha(), self.taper.cos_alpha()) } else { (0.0, 1.0) }
+    /// Height of the contact at `a`, and sin and cos of its slope.
+    fn touched(&self, a: f64) -> [f64; 3] {
+        self.taper.touched(a, self.surface)
     }
 
     /// The point at distance a that touches first, in the frame of first touch, mm.
     pub fn place(&self, a: f64) -> [f64; 2] {
-        [a + self.hub, if self.surface { self.taper.radius(a) } else { 0.0 }]
+        [a + self.hub, self.touched(a)[0]]
     }
 
     /// d place/da.
@@ -81,19 +82,19 @@ impl Skin {
     /// Contact normal n at `turn`, towards the object, in the frame of first touch.
     fn normal(&self, a: f64, turn: f64) -> [f64; 2] {
         let (sin, cos) = self.direction(a, turn).sin_cos();
-        let (s, c) = self.alpha();
+        let [_, s, c] = self.touched(a);
         [s * cos - c * sin, s * sin + c * cos]
     }
 
     /// The contact point after a turn by `turn` rad since first touch at a: the pole's centre stays, the contact moves around it.
     pub fn contact(&self, a: f64, turn: f64) -> [f64; 2] {
-        let ([x, y], n, (s, c)) = (self.place(a), self.normal(a, turn), self.alpha());
+        let ([x, y], n, [_, s, c]) = (self.place(a), self.normal(a, turn), self.touched(a));
         [x + self.pole * (s - n[0]), y + self.pole * (c - n[1])]
     }
 
     /// d(turn)/dθ − 1 per d(a)/dθ, 1/mm, for a contact that moves along an object as along a pole at changing a: n·d(pole's centre) = 0.
     pub fn creep(&self, a: f64, turn: f64) -> f64 {
-        let ([x, y], n, (s, c)) = (self.place(a), self.normal(a, turn), self.alpha());
+        let ([x, y], n, [_, s, c]) = (self.place(a), self.normal(a, turn), self.touched(a));
         let centre = [x + self.pole * s, y + self.pole * c];
         let slope = self.slope();
         (n[0] * slope[0] + n[1] * slope[1]) / (n[1] * centre[0] - n[0] * centre[1])

@@ -11,7 +11,7 @@ use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
-use crate::scene::{DirectionColumns, Drive, Layout, Setup, Signal, Tuple};
+use crate::scene::{Drive, Layout, Setup, Signal, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use row::Recorder;
@@ -178,7 +178,7 @@ impl Counts {
 /// `shown`. `write` takes rows of the table.
 pub fn simulate(
     rig: &Rig,
-    (layout, shown): (&Layout, DirectionColumns),
+    (layout, shown): (&Layout, [bool; 2]),
     settings: &Settings,
     method: Method,
     write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
@@ -219,7 +219,7 @@ pub fn simulate(
     Ok(recorder.counts)
 }
 
-pub fn empty(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Frame {
+pub fn empty(rig: &Rig, shown: [bool; 2], unit: Unit) -> Frame {
     let (table, setup) = (heading("measurements"), Setup { directions: shown, ..rig.setup.clone() });
     let names = table.names_as(&[setup.drive.column(), unit.column(), unit.second()]);
     let there = names.into_iter().zip(&table.columns).filter(|(name, fact)| fact.only.holds(name, &setup));

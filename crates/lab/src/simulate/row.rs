@@ -4,9 +4,9 @@ use super::{Counts, SOURCE, Settings};
 use crate::error::Error;
 use crate::evaluate::Outcome;
 use crate::measure::Rig;
+use crate::scene::Tuple;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::sampler::Sampler;
-use crate::scene::{DirectionColumns, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::values::Field;
 
@@ -17,7 +17,7 @@ pub(super) struct Dice {
 
 impl Dice {
     fn uniform(&self, dimension: u32) -> f64 {
-        (f64::from(Sampler::Random.coordinate(self.seed, dimension, self.row)) + 0.5) / 4_294_967_296.0
+        Sampler::Random.uniform(self.seed, dimension, self.row)
     }
 
     /// Two standard normal numbers, independent of each other, from two dimensions (Box and Muller 1958).
@@ -33,7 +33,7 @@ pub(super) struct Recorder<'a> {
     settings: &'a Settings,
     rig: &'a Rig,
     /// Columns of the pole's direction that are written.
-    shown: DirectionColumns,
+    shown: [bool; 2],
     pub table: Frame,
     pub counts: Counts,
     write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
@@ -47,7 +47,7 @@ impl<'a> Recorder<'a> {
     /// Before the first row of `table`, whose pieces `write` takes.
     pub fn new(
         (rig, settings): (&'a Rig, &'a Settings),
-        shown: DirectionColumns,
+        shown: [bool; 2],
         table: Frame,
         write: &'a mut dyn FnMut(&Frame) -> Result<(), Error>,
     ) -> Self {
@@ -90,8 +90,8 @@ impl<'a> Recorder<'a> {
     /// Where a row is, how far it is driven, and what is recorded.
     fn row(&self, at: &Tuple, drive: f64, values: &[f64]) -> Vec<Field> {
         let mut row = vec![Field::Number(at.a)];
-        row.extend(self.shown.tilt.then_some(Field::Number(at.tilt)));
-        row.extend(self.shown.lean.then_some(Field::Number(at.lean)));
+        let angles = self.shown.into_iter().zip([at.tilt, at.lean]);
+        row.extend(angles.filter_map(|(shown, angle)| shown.then_some(Field::Number(angle))));
         row.push(Field::Number(drive));
         row.extend(values.iter().map(|x| Field::Number(*x)));
         row
@@ -111,7 +111,7 @@ impl<'a> Recorder<'a> {
         let noise = channels.noise(&std::array::from_fn(|k| dice.normal(5 + 2 * k as u32)[0]));
         self.row = self.row.wrapping_add(1);
         let value = |k: usize| self.settings.factor * (read[k] + noise[k]);
-        ((0..channels.len()).map(value).collect(), false)
+        ((0..channels.rows.len()).map(value).collect(), false)
     }
 
     pub fn zero(&mut self, at: &Tuple) -> Result<(), Error> {

@@ -10,7 +10,7 @@ use super::{Counts, PIECE, Recorder, SOURCE, Settings};
 use crate::contour::point::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
-use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry, Signal};
+use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Signal};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::Field;
@@ -99,7 +99,7 @@ pub fn simulate(
     let solve = |start: &Pose| Stroker::new(rig, &strokes.object, start.sense).stroke(*start, &angles);
     let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();
     let table = heading("strokes").frame(&[settings.unit.column()]);
-    let mut recorder = Recorder::new((rig, settings), DirectionColumns::default(), table, write);
+    let mut recorder = Recorder::new((rig, settings), [false; 2], table, write);
     for (k, solved) in solved.into_iter().enumerate() {
         let (pose, first, contacts) = match solved {
             Ok(found) => found,

@@ -69,7 +69,7 @@ fn digest(study: &Study) -> Option<String> {
     let Space::List(listed) = &study.space else { return None };
     let rigs = study.setup.rigs.as_deref();
     let of_rows = listed.iter().filter(|_| rigs.is_some()).map(|t| t.rig as f64);
-    let values = rigs.into_iter().flat_map(|rigs| (0..rigs.len()).flat_map(|rig| rigs.values(rig)));
+    let values = rigs.into_iter().flat_map(|rigs| (0..rigs.count()).flat_map(|rig| rigs.values(rig)));
     Some(hash_numbers(listed.iter().flat_map(Tuple::to_array).chain(of_rows).chain(values)))
 }
 

@@ -66,7 +66,8 @@ impl<'s, R> Chosen<'s, R> {
             match only {
                 Only::Channel => {
                     let channels = setup.channels.as_ref().filter(|_| name == CHANNEL[0]);
-                    values.extend((0..channels.map_or(0, |all| 2 * all.len())).map(|k| (*read, k, None)));
+                    values
+                        .extend((0..channels.map_or(0, |all| 2 * all.rows.len())).map(|k| (*read, k, None)));
                 }
                 only if only.holds(name, setup) => values.push((*read, 0, property(name))),
                 _ => {}

@@ -2,14 +2,15 @@
 
 use std::array::from_fn;
 
+use super::RodProblem;
 use super::collocation::Shapes;
 use super::shoot::{Shooter, Unknowns};
 use super::statics::EndLoad;
-use super::{RodError, RodProblem};
 use crate::physics::number::Number;
 use crate::physics::pole::{Pole, Rig};
 use crate::physics::real::{Dual, Real};
 use crate::scene::model::{Contact, Drive, Side};
+use crate::status::Status;
 
 /// Derivatives of a [`Dual`] by the unknowns: P, c or T, and the azimuth.
 pub const UNKNOWNS: usize = 3;
@@ -99,7 +100,7 @@ impl RodProblem<'_, Traced> {
         &self,
         direction: [Traced; 2],
         at: &Equilibrium,
-    ) -> Result<Shown<[f64; 1 + INPUTS]>, RodError> {
+    ) -> Result<Shown<[f64; 1 + INPUTS]>, Status> {
         let (held, start) = self.held();
         let force = at.force[0].abs().max(at.force[1].abs());
         let (unknowns, second) = match (at.sticking, self.model.contact) {
@@ -129,7 +130,7 @@ impl RodProblem<'_, Traced> {
             let seeds = from_fn(|k| Traced::seed(z[k], k, if k < count { 1.0 } else { 0.0 }));
             let (lack, shown) =
                 held.look(unknowns, force, direction, (seeds, turns.is_some()), at.second, &mut shape)?;
-            let steps = close(lack, count).ok_or(RodError::NotConverged)?;
+            let steps = close(lack, count).ok_or(Status::NOT_CONVERGED)?;
             let size = |k: usize| match (k, at.sticking) {
                 (1, false) => at.arc,
                 (2, _) => 1.0,
@@ -150,7 +151,7 @@ impl RodProblem<'_, Traced> {
             last = step;
             z = from_fn(|k| z[k] + steps[k][0]);
         }
-        nearest.filter(|(step, _)| *step <= NEARLY).map(|(_, shown)| shown).ok_or(RodError::NotConverged)
+        nearest.filter(|(step, _)| *step <= NEARLY).map(|(_, shown)| shown).ok_or(Status::NOT_CONVERGED)
     }
 
     fn look(
@@ -161,7 +162,7 @@ impl RodProblem<'_, Traced> {
         ([p, second, phi], turns): ([Traced; 3], bool),
         gauges: bool,
         shape: &mut Shapes,
-    ) -> Result<([Traced; 3], Shown<Traced>), RodError> {
+    ) -> Result<([Traced; 3], Shown<Traced>), Status> {
         let zero = Traced::of(0.0);
         let (mut plane, mut slide) = (*self, zero);
         let pole = turns.then(|| {
@@ -173,7 +174,7 @@ impl RodProblem<'_, Traced> {
             // Distance and angle are even in azimuth and direction, so that an upright pole keeps those of the tap. One that moves
             // next to the clamp may lie where no straight whisker reaches, and has none.
             if direction.iter().any(|angle| angle.value != 0.0) {
-                plane = self.in_plane(&pole.planar(phi).ok_or(RodError::NotConverged)?);
+                plane = self.in_plane(&pole.planar(phi).ok_or(Status::NOT_CONVERGED)?);
             }
         }
         let shooter = Shooter::with(&plane, unknowns, force);
@@ -186,13 +187,13 @@ impl RodProblem<'_, Traced> {
             found.map_or_else(|| load.bend(&shooter.whisker, plane.gauge), Ok)
         };
         let shot = shooter.shot(plane.amount, [p, z], |load| bend(&shooter, load, &mut *shape));
-        let shot = shot.map_err(|_| RodError::NotConverged)?;
+        let shot = shot.map_err(|_| Status::NOT_CONVERGED)?;
         let width = plane.gauge[1] - plane.gauge[0];
         let strain = plane.foil.map_or(Traced::of(1.0), |foil| foil.transfer) * shot.bent.elongation / width;
         let lacking = match &pole {
             Some(pole) => {
                 let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { zero };
-                pole.azimuth(shot.bent.angle + alpha).ok_or(RodError::NotConverged)? - phi
+                pole.azimuth(shot.bent.angle + alpha).ok_or(Status::NOT_CONVERGED)? - phi
             }
             None => zero,
         };
@@ -211,7 +212,7 @@ impl RodProblem<'_, Traced> {
             let side = if plane.side == Side::Contact { Side::Far } else { Side::Contact };
             let mirrored = Self { side, ..plane };
             let mirrored = Shooter::with(&mirrored, unknowns, force);
-            let beyond = bend(&mirrored, &shot.load, shape).map_err(|_| RodError::NotConverged)?.elongation;
+            let beyond = bend(&mirrored, &shot.load, shape).map_err(|_| Status::NOT_CONVERGED)?.elongation;
             let axial = (strain + beyond / width) * 0.5;
             let (sin, cos) = phi.sin_cos();
             let bending = strain - axial;

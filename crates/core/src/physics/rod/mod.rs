@@ -8,21 +8,16 @@ mod shoot;
 mod statics;
 mod tilted;
 
-use std::cell::Cell;
-
-use glam::DVec2;
-use thiserror::Error;
-
 use crate::physics::body::Body;
 use crate::physics::real::{Real, Vector};
-use crate::physics::section::SectionLaw;
+use crate::physics::section::SectionStrain;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
+use crate::status::Status;
 pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
-use ode::Ended;
 use shoot::{Shooter, Shot, Stopped, Unknowns};
-use statics::{EndLoad, Whisker};
+use statics::Bent;
 pub use tilted::TiltedTap;
 
 const RANGE_PARTS: u32 = 64;
@@ -44,23 +39,6 @@ pub struct RodTap {
     pub base_angle: f64,
     /// Wrench on the root in the motor's frame: M₀, N mm, counterclockwise, and F_x and F_y, N.
     pub wrench: [f64; 3],
-}
-
-/// Reasons why a tap has no answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-pub enum RodError {
-    /// No equilibrium on the path from the unloaded whisker: the contact slides away, the path folds back, or the integration is inaccurate.
-    #[error("no equilibrium was found along the loading path")]
-    NotConverged,
-    /// A fibre is outside [`STRAIN_RANGE`](crate::physics::section::STRAIN_RANGE), or a section's tangent vanishes on the path.
-    #[error("a fibre leaves the range of the material law")]
-    MaterialLimit,
-    /// The contact leaves the piece of a tabled profile on which it began; corners are not modelled.
-    #[error("the contact reaches a corner of the profile")]
-    AtKnot,
-    /// The contact runs past the tip of a whisker that ends there.
-    #[error("the contact runs past the tip")]
-    SlippedOff,
 }
 
 /// One tap, or one displacement of the object. Lengths in mm.
@@ -111,13 +89,15 @@ impl RodProblem<'_> {
     /// The tap at equilibrium, on the path that starts unloaded.
     ///
     /// # Errors
-    /// A [`RodError`] if the path has no equilibrium.
-    pub fn solve(&self) -> Result<RodTap, RodError> {
+    /// `not_converged` without an equilibrium on the path from the unloaded whisker: the contact slides away, the path folds back, or the integration
+    /// is inaccurate; `material_limit` if a fibre leaves the range of the law, or a section's tangent vanishes on the path; `at_knot` if the contact
+    /// leaves the piece of the profile on which it began; `slipped_off` if it runs past the tip of a whisker that ends there.
+    pub fn solve(&self) -> Result<RodTap, Status> {
         let (held, start) = self.held();
         held.tap().map(|tap| RodTap { contact_arc: tap.contact_arc + start, ..tap })
     }
 
-    fn tap(&self) -> Result<RodTap, RodError> {
+    fn tap(&self) -> Result<RodTap, Status> {
         if self.amount == 0.0 {
             return Ok(RodTap {
                 strain: 0.0,
@@ -141,7 +121,7 @@ impl RodProblem<'_> {
                     Ok(shot) => shot.tangential,
                     Err(Stopped { why, farthest }) => match farthest.ok_or(why)? {
                         // The material ends before the contact slides.
-                        shot if why == RodError::MaterialLimit && sticks(&shot) => return Err(why),
+                        shot if why == Status::MATERIAL_LIMIT && sticks(&shot) => return Err(why),
                         shot => shot.tangential,
                     },
                 };
@@ -150,22 +130,20 @@ impl RodProblem<'_> {
         }
     }
 
-    fn shoot(&self, unknowns: Unknowns) -> Result<RodTap, RodError> {
+    fn shoot(&self, unknowns: Unknowns) -> Result<RodTap, Status> {
         let shooter = Shooter::new(self, unknowns);
         let shot = shooter.continuation(self.amount).map_err(|stopped| stopped.why)?;
         self.read(&shooter, shot)
     }
 
-    fn read(&self, shooter: &Shooter<'_>, shot: Shot) -> Result<RodTap, RodError> {
-        match shooter.is_in_range(&shot) {
-            Ok(true) => {}
-            Ok(false) | Err(Ended::NoValue) => return Err(RodError::MaterialLimit),
-            Err(Ended::Inaccurate) => return Err(RodError::NotConverged),
+    fn read(&self, shooter: &Shooter<'_>, shot: Shot) -> Result<RodTap, Status> {
+        if !shooter.is_in_range(&shot)? {
+            return Err(Status::MATERIAL_LIMIT);
         }
         if let Some(body) = self.body {
             let [near, far] = body.piece(self.distance);
             if self.model.surface && !(near..=far).contains(&shot.load.arc) {
-                return Err(RodError::AtKnot);
+                return Err(Status::AT_KNOT);
             }
         }
         let [x1, x2] = self.gauge;
@@ -181,29 +159,54 @@ impl RodProblem<'_> {
     }
 }
 
-/// A rod integrated from its loaded end to its clamp.
+/// A section of a bent rod, in the frame of its contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BentRod {
-    /// ψ(0): direction of the rod at its clamp in the frame of its end, rad.
+pub struct BentSection {
+    /// Arc s from the face of the clamp, mm.
+    pub arc: f64,
+    /// ψ: its direction, rad.
     pub angle: f64,
-    /// Position of the clamp in that frame, mm.
-    pub clamp: DVec2,
+    /// Its place, mm.
+    pub place: Vector,
+    /// Strain of the fibre on the touching side.
+    pub strain: f64,
 }
 
-/// Bends an inextensible, unshearable cone of this `length`, mm, and modulus, MPa, by `force`, N, on its end, in the end's frame.
-pub fn bend(taper: Taper, modulus: f64, length: f64, force: DVec2) -> Option<BentRod> {
-    let rod = Whisker {
-        taper,
-        body: None,
-        law: SectionLaw::Linear(modulus),
-        extension: false,
-        shear_compliance: 0.0,
-        side: Side::Contact,
-        foil: None,
-        skin: None,
-        near: Cell::default(),
-    };
-    let (force, point) = (Vector::new(force.x, force.y), Vector::of(0.0, 0.0));
-    let bent = EndLoad { arc: length, force, point }.bend(&rod, [0.0; 2]).ok()?;
-    Some(BentRod { angle: bent.angle, clamp: DVec2::from(bent.offset) - DVec2::new(length, 0.0) })
+/// A rod bent by the force on its contact, in the frame of that contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BentRod {
+    /// From the contact to the clamp, or to its face where the rod is clamped behind it.
+    pub sections: Vec<BentSection>,
+    /// The clamped section.
+    pub clamp: BentSection,
+    /// Move of the base by its springs, mm, and rotation of the contact against the base at rest, rad.
+    pub base: (Vector, f64),
+    /// Point of the force, mm.
+    pub point: Vector,
+    /// Unit vector towards the centre of the pole.
+    pub normal: Vector,
+}
+
+impl RodProblem<'_> {
+    /// The rod bent by `force`, [P, T] in N, on the contact at the arc `arc`, mm; in `parts` equal parts. `None` if the material cannot bear it.
+    pub fn bent(&self, arc: f64, force: [f64; 2], parts: u32) -> Option<BentRod> {
+        let (held, start) = self.held();
+        let shooter = Shooter::with(&held, Unknowns::Stick, 1.0);
+        let load = shooter.load(arc - start, force);
+        let end = start.max(0.0);
+        let (length, mut sections) = (arc - end, Vec::new());
+        let section = |s: f64, bent: &Bent, strain: f64| {
+            let place = bent.offset - Vector::new(arc - s, 0.0);
+            BentSection { arc: s, angle: bent.angle, place, strain }
+        };
+        let see = |i: u32, bent: &Bent, strain: SectionStrain| {
+            let s = if i == 0 { arc } else { end + length * (1.0 - f64::from(i) / f64::from(parts)) };
+            sections.push(section(s, bent, strain.axial - strain.bending));
+            true
+        };
+        let (_, rod) = load.walk(&shooter.whisker, length, parts, see).ok()?;
+        let rod = load.carry(&shooter.whisker, false, rod, length, end - start).ok()?;
+        let (clamp, base) = (section(start, &rod, 0.0), shooter.base(&load, &rod));
+        Some(BentRod { sections, clamp, base, point: load.point, normal: shooter.tilt(load.arc) })
+    }
 }

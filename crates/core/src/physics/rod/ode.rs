@@ -3,6 +3,7 @@
 use std::array::from_fn;
 
 use crate::physics::real::Real;
+use crate::status::Status;
 
 /// Columns of the extrapolation table; column j takes 2 (j + 1) substeps of the midpoint rule.
 const COLUMNS: usize = 9;
@@ -27,30 +28,25 @@ pub(super) struct Slope<T, const N: usize> {
     pub size: [f64; N],
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ended {
-    NoValue,
-    Inaccurate,
-}
-
-/// Carries `y` from `start` over `length` ≥ 0. Errors are relative to `scale` of y or its increment, whichever is larger.
+/// Carries `y` from `start` over `length` ≥ 0. Errors are relative to `scale` of y or its increment, whichever is larger. `material_limit` where
+/// `rhs` has no value, `not_converged` where that is not accurate enough.
 pub(super) fn integrate<T: Real, const N: usize>(
     rhs: impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
     scale: impl Fn(&[T; N]) -> [f64; N],
     mut y: [T; N],
     start: T,
     length: T,
-) -> Result<[T; N], Ended> {
+) -> Result<[T; N], Status> {
     if !T::BARE && length.value() == 0.0 {
         // The end may have derivatives although the length is 0.
-        let slope = rhs(start, &y).ok_or(Ended::NoValue)?;
+        let slope = rhs(start, &y).ok_or(Status::MATERIAL_LIMIT)?;
         return Ok(from_fn(|i| y[i] + length * slope.rate[i]));
     }
     let (mut done, mut step) = (T::of(0.0), length);
     while done.value() < length.value() {
         let last = step.value() >= (length - done).value();
         let h = if last { length - done } else { step };
-        let slope = rhs(start + done, &y).ok_or(Ended::NoValue)?;
+        let slope = rhs(start + done, &y).ok_or(Status::MATERIAL_LIMIT)?;
         let may_shorten = h.value() > SHORTENED * length.value();
         let (increment, factor) = extrapolate(&rhs, &scale, (start + done, &y), &slope, h, may_shorten);
         match increment {
@@ -73,14 +69,14 @@ fn extrapolate<T: Real, const N: usize>(
     slope: &Slope<T, N>,
     h: T,
     may_shorten: bool,
-) -> (Result<[T; N], Ended>, f64) {
+) -> (Result<[T; N], Status>, f64) {
     let mut row = [[T::of(0.0); N]; COLUMNS];
     // The largest within the step: at the loaded end of a rod all are 0.
     let mut size = slope.size;
     let mut factor = 0.25;
     for k in 0..COLUMNS {
         let Some(mut entry) = midpoint(rhs, (x, y), (&slope.rate, &mut size), h, 2 * (k + 1)) else {
-            return (Err(Ended::NoValue), 0.25);
+            return (Err(Status::MATERIAL_LIMIT), 0.25);
         };
         let mut change = [f64::INFINITY; N];
         let mut settled = T::BARE;
@@ -103,7 +99,7 @@ fn extrapolate<T: Real, const N: usize>(
             return (Ok(entry), factor.clamp(0.3, growth));
         }
     }
-    (Err(Ended::Inaccurate), factor.clamp(0.1, 0.6))
+    (Err(Status::NOT_CONVERGED), factor.clamp(0.1, 0.6))
 }
 
 fn is_small<T: Real>(change: &T, y: &T, increment: &T) -> bool {

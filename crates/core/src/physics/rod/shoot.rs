@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use glam::{DMat2, DVec2};
 
-use super::ode::Ended;
 use super::statics::{Bent, EndLoad, Skin, Whisker};
-use super::{RANGE_PARTS, RodError, RodProblem};
+use super::{RANGE_PARTS, RodProblem};
 use crate::physics::body::Touched;
 use crate::physics::flexure::Flexure;
 use crate::physics::real::{Real, Vector};
 use crate::physics::solid::Soft;
 use crate::scene::channels::Signal;
+use crate::status::Status;
 
 const HIT: f64 = 1e-12;
 
@@ -69,23 +69,8 @@ pub(super) struct Shot<T = f64> {
 }
 
 pub(super) struct Stopped {
-    pub why: RodError,
+    pub why: Status,
     pub farthest: Option<Shot>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Missed {
-    NoState,
-    Stalled,
-}
-
-impl From<Ended> for Missed {
-    fn from(ended: Ended) -> Self {
-        match ended {
-            Ended::NoValue => Self::NoState,
-            Ended::Inaccurate => Self::Stalled,
-        }
-    }
 }
 
 /// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
@@ -149,7 +134,7 @@ impl<'a> Shooter<'a> {
                 let last = doubtful.replace((next, z)).filter(|_| begins && self.soft.is_none());
                 let foreseen = near(guess.x) || last.is_some_and(|(amount, z)| near(z.x * (next / amount)));
                 if !foreseen {
-                    return Err(Missed::Stalled);
+                    return Err(Status::NOT_CONVERGED);
                 }
                 // Behind a fold the Jacobian has the other sign; next to the clamp of a thick whisker lengths cancel, and nothing folds.
                 if self.problem.distance < NEXT_TO_CLAMP * self.whisker.taper.D {
@@ -162,7 +147,7 @@ impl<'a> Shooter<'a> {
                 };
                 let close = determinant * begun.signum() < UPRIGHT * begun.abs();
                 if close && self.jacobian(next, z, &shot)?.determinant() * begun < 0.0 {
-                    return Err(Missed::Stalled);
+                    return Err(Status::NOT_CONVERGED);
                 }
                 Ok((z, shot))
             });
@@ -170,7 +155,7 @@ impl<'a> Shooter<'a> {
                 Ok((_, shot))
                     if self.problem.body.is_some_and(|body| shot.load.arc > body.length * BEYOND) =>
                 {
-                    return Err(Stopped { why: RodError::SlippedOff, farthest: Some(shot) });
+                    return Err(Stopped { why: Status::SLIPPED_OFF, farthest: Some(shot) });
                 }
                 Ok((_, shot)) if next == amount => return Ok(shot),
                 Ok((z, shot)) => {
@@ -185,8 +170,7 @@ impl<'a> Shooter<'a> {
                     // The path ends where a fibre has left the range of the law.
                     let left = unseen.take().is_some_and(|shot| self.is_in_range(&shot) == Ok(false));
                     if left || stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
-                        let law = left || missed == Missed::NoState;
-                        let why = if law { RodError::MaterialLimit } else { RodError::NotConverged };
+                        let why = if left { Status::MATERIAL_LIMIT } else { missed };
                         return Err(Stopped { why, farthest });
                     }
                 }
@@ -194,7 +178,7 @@ impl<'a> Shooter<'a> {
         }
     }
 
-    fn begun(&self) -> Result<f64, Missed> {
+    fn begun(&self) -> Result<f64, Status> {
         let amount = BEGUN * self.unit;
         let z = DVec2::new(self.first(BEGUN), 0.0);
         Ok(self.jacobian(amount, z, &self.shoot(amount, z.to_array())?)?.determinant())
@@ -207,7 +191,7 @@ impl<'a> Shooter<'a> {
     }
 
     /// Newton's method with Broyden's updates and the natural monotonicity test (Deuflhard 1974). The Jacobian may be an updated one.
-    fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Missed> {
+    fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Status> {
         let mut z = guess;
         let mut shot = self.shoot(amount, z.to_array())?;
         let mut jacobian = self.jacobian(amount, z, &shot)?;
@@ -216,11 +200,11 @@ impl<'a> Shooter<'a> {
             if self.size(z, step) <= HIT {
                 return Ok((z, shot, jacobian));
             }
-            let mut missed = Missed::Stalled;
+            let mut missed = Status::NOT_CONVERGED;
             let Some((fraction, trial, next)) =
                 (0..=MOST_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|fraction| {
                     let trial = self.shoot(amount, (z + fraction * step).to_array());
-                    missed = trial.as_ref().err().copied().unwrap_or(Missed::Stalled);
+                    missed = trial.as_ref().err().copied().unwrap_or(Status::NOT_CONVERGED);
                     let trial = trial.ok()?;
                     let next = -(jacobian.inverse() * DVec2::from(trial.miss));
                     (self.size(z, next) < self.size(z, step)).then_some((fraction, trial, next))
@@ -240,7 +224,7 @@ impl<'a> Shooter<'a> {
             shot = trial;
             step = -(jacobian.inverse() * DVec2::from(shot.miss));
         }
-        if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(Missed::Stalled) }
+        if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(Status::NOT_CONVERGED) }
     }
 
     fn scale(&self, z: DVec2) -> DVec2 {
@@ -254,16 +238,16 @@ impl<'a> Shooter<'a> {
         (step / self.scale(z)).abs().max_element()
     }
 
-    fn jacobian(&self, amount: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Missed> {
+    fn jacobian(&self, amount: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Status> {
         let change = PROBE * self.scale(z);
         let column = |axis: DVec2| {
             let moved = self.shoot(amount, (z + change * axis).to_array())?;
-            Ok::<_, Missed>(DVec2::from(moved.miss - shot.miss) / change.dot(axis))
+            Ok::<_, Status>(DVec2::from(moved.miss - shot.miss) / change.dot(axis))
         };
         Ok(DMat2::from_cols(column(DVec2::X)?, column(DVec2::Y)?))
     }
 
-    pub fn is_in_range(&self, shot: &Shot) -> Result<bool, Ended> {
+    pub fn is_in_range(&self, shot: &Shot) -> Result<bool, Status> {
         if self.whisker.law.is_linear() {
             return Ok(true);
         }

@@ -4,13 +4,14 @@ use std::cell::Cell;
 use std::f64::consts::PI;
 
 use super::RodProblem;
-use super::ode::{self, Ended, Slope};
+use super::ode::{self, Slope};
 use crate::physics::body::Body;
 use crate::physics::real::{Real, Vector};
 use crate::physics::section::{SectionLaw, SectionStrain};
 use crate::physics::solid::{Bonded, HALVED, Held, distorted};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Material, Side};
+use crate::status::Status;
 
 /// A force on the end s = c of a rod, in the contact frame: origin at that end, d1 along it.
 #[derive(Debug, Clone, Copy)]
@@ -198,14 +199,14 @@ impl<T: Real> EndLoad<T> {
         })
     }
 
-    fn carry(
+    pub fn carry(
         &self,
         rod: &Whisker<'_, T>,
         over_gauge: bool,
         from: Bent<T>,
         start: T,
         length: T,
-    ) -> Result<Bent<T>, Ended> {
+    ) -> Result<Bent<T>, Status> {
         let end = start + length;
         let inside = |sigma: &T| start.value() < sigma.value() && sigma.value() < end.value();
         let places: Vec<T> =
@@ -225,7 +226,7 @@ impl<T: Real> EndLoad<T> {
         Ok(Bent::from(y))
     }
 
-    pub fn bend(&self, rod: &Whisker<'_, T>, gauge: [T; 2]) -> Result<Bent<T>, Ended> {
+    pub fn bend(&self, rod: &Whisker<'_, T>, gauge: [T; 2]) -> Result<Bent<T>, Status> {
         // A gauge that begins at the clamp keeps the derivatives of its beginning.
         let from_clamp = |x: T| if x.value() < 0.0 { T::of(0.0) } else { x };
         let [x1, x2] = gauge.map(|x| Real::min(from_clamp(x), self.arc));
@@ -234,23 +235,36 @@ impl<T: Real> EndLoad<T> {
         self.carry(rod, false, under, self.arc - x1, x1)
     }
 
-    pub fn is_in_range(&self, whisker: &Whisker<'_, T>, parts: u32) -> Result<bool, Ended> {
-        let length = self.arc / f64::from(parts);
-        let mut bent = Bent::unbent();
+    pub fn is_in_range(&self, whisker: &Whisker<'_, T>, parts: u32) -> Result<bool, Status> {
+        let inside = |_, _: &_, strain: SectionStrain<T>| {
+            let (axial, bending) = (strain.axial.value(), strain.bending.value());
+            SectionStrain { axial, bending }.is_in_range()
+        };
+        Ok(self.walk(whisker, self.arc, parts, inside)?.0)
+    }
+
+    /// Calls `see` with number, rod and strain of the sections between equal `parts` of `length` from the contact, until it says false.
+    pub fn walk(
+        &self,
+        whisker: &Whisker<'_, T>,
+        length: T,
+        parts: u32,
+        mut see: impl FnMut(u32, &Bent<T>, SectionStrain<T>) -> bool,
+    ) -> Result<(bool, Bent<T>), Status> {
+        let (part, mut bent) = (length / f64::from(parts), Bent::unbent());
         for i in 0..=parts {
-            let sigma = length * f64::from(i);
+            let sigma = part * f64::from(i);
             if i > 0 {
-                bent = self.carry(whisker, false, bent, sigma - length, length)?;
+                bent = self.carry(whisker, false, bent, sigma - part, part)?;
             }
             let [axial, _, moment] = self.resultants(sigma, &bent);
             let s = self.arc - sigma;
-            let (_, strain) = whisker.strain((s, s.value()), axial, moment).ok_or(Ended::NoValue)?;
-            let (axial, bending) = (strain.axial.value(), strain.bending.value());
-            if !(SectionStrain { axial, bending }).is_in_range() {
-                return Ok(false);
+            let (_, strain) = whisker.strain((s, s.value()), axial, moment).ok_or(Status::MATERIAL_LIMIT)?;
+            if !see(i, &bent, strain) {
+                return Ok((false, bent));
             }
         }
-        Ok(true)
+        Ok((true, bent))
     }
 }
 

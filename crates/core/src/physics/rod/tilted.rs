@@ -1,10 +1,11 @@
 //! The exact rod against a pole of any direction (model §6): planar taps, and one equation for the azimuth of their plane.
 
 use super::shoot::Shooter;
-use super::{RodError, RodProblem, RodTap, Unknowns};
+use super::{RodProblem, RodTap, Unknowns};
 use crate::physics::pole::{Planar, Pole, Rig};
 use crate::physics::real::Real;
 use crate::scene::model::{Contact, Drive, Side};
+use crate::status::Status;
 
 const SOLVED: f64 = 1e-12;
 
@@ -32,14 +33,14 @@ impl RodProblem<'_> {
     /// The tap against a pole of `tilt` β and `lean` γ, rad, below 90°; with friction other than sticking to an edge for upright poles only.
     ///
     /// # Errors
-    /// Those of [`Self::solve`], and [`RodError::NotConverged`] if no plane is found.
-    pub fn solve_tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
+    /// Those of [`Self::solve`], and [`Status::NOT_CONVERGED`] if no plane is found.
+    pub fn solve_tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, Status> {
         let (held, start) = self.held();
         let one = held.tilted(direction)?;
         Ok(TiltedTap { tap: RodTap { contact_arc: one.tap.contact_arc + start, ..one.tap }, ..one })
     }
 
-    fn tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
+    fn tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, Status> {
         let upright = direction == [0.0; 2];
         let sticks = self.model.contact == Contact::Stick && self.model.pole_radius == 0.0;
         if upright || sticks || self.amount == 0.0 {
@@ -47,17 +48,17 @@ impl RodProblem<'_> {
             return Ok(self.beside(tap, 0.0, 0.0));
         }
         if !matches!(self.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
-            return Err(RodError::NotConverged);
+            return Err(Status::NOT_CONVERGED);
         }
         let rig = Rig { taper: self.taper, hub: self.hub, drive: self.drive, model: self.model };
         let pole = Pole::new(&rig, direction, self.distance, self.amount);
         let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { 0.0 };
         let at = |phi: f64| {
-            let planar = pole.planar(phi).ok_or(RodError::NotConverged)?;
+            let planar = pole.planar(phi).ok_or(Status::NOT_CONVERGED)?;
             let problem = self.in_plane(&planar);
             let tap = problem.tap()?;
-            let next = pole.azimuth(tap.base_angle + alpha).ok_or(RodError::NotConverged)?;
-            Ok::<_, RodError>((next - phi, planar, problem, tap))
+            let next = pole.azimuth(tap.base_angle + alpha).ok_or(Status::NOT_CONVERGED)?;
+            Ok::<_, Status>((next - phi, planar, problem, tap))
         };
         let (mut phi, mut before) = (direction[0], None);
         let mut last = f64::INFINITY;
@@ -73,7 +74,7 @@ impl RodProblem<'_> {
             (before, last) = (Some((phi, lack)), lack.abs());
             phi += step.clamp(-2.0 * lack.abs(), 2.0 * lack.abs());
         }
-        Err(RodError::NotConverged)
+        Err(Status::NOT_CONVERGED)
     }
 
     fn beside(&self, tap: RodTap, phi: f64, slide: f64) -> TiltedTap {

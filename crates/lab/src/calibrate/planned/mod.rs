@@ -9,8 +9,8 @@ pub use apart::Apart;
 pub use order::Row;
 pub use order::like;
 
+use crate::reduce::range;
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
-use vibrissa_learned::rows::range;
 
 use crate::error::{Error, InputError};
 use crate::estimator::learned::whisker;

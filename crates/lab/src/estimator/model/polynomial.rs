@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::reduce::range;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use vibrissa_learned::rows::range;
 
 use super::Found;
 use crate::estimator::least::solve;

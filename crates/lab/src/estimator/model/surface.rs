@@ -9,7 +9,7 @@ use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::Rig;
-use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series, transpose};
+use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
 use crate::physics::linear::StrainCurve;
 use crate::scene::{Drive, Setup, Tuple};
 
@@ -291,7 +291,7 @@ impl Solve<'_> {
             .collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
-            let c = transpose(&coefficients2(&rows));
+            let c = transpose(&twice(coefficients, &rows));
             let size = |x: &f64| x.abs();
             let along: f64 = c.iter().flat_map(|column| &column[NODES[0] - 2..]).map(size).sum();
             let across: f64 = c[columns.saturating_sub(2).max(1)..].iter().flatten().map(size).sum();

@@ -3,14 +3,14 @@
 use std::cell::Cell;
 
 use super::super::RodProblem;
-use super::super::ode::Ended;
 use super::super::statics::{Bent, EndLoad, Skin, Whisker};
-use super::{Missed, Shooter, Shot, Unknowns, soft};
+use super::{Shooter, Shot, Unknowns, soft};
 use crate::physics::body::Touched;
 use crate::physics::real::{Real, Vector};
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::Held;
 use crate::scene::model::Drive;
+use crate::status::Status;
 
 const MOST_ROLLS: u32 = 30;
 
@@ -64,7 +64,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         }
     }
 
-    pub fn shoot(&self, amount: T, z: [T; 2]) -> Result<Shot<T>, Missed> {
+    pub fn shoot(&self, amount: T, z: [T; 2]) -> Result<Shot<T>, Status> {
         self.shot(amount, z, |load| load.bend(&self.whisker, self.problem.gauge))
     }
 
@@ -72,8 +72,8 @@ impl<'a, T: Real> Shooter<'a, T> {
         &self,
         amount: T,
         z: [T; 2],
-        mut bend: impl FnMut(&EndLoad<T>) -> Result<Bent<T>, Ended>,
-    ) -> Result<Shot<T>, Missed> {
+        mut bend: impl FnMut(&EndLoad<T>) -> Result<Bent<T>, Status>,
+    ) -> Result<Shot<T>, Status> {
         let a = self.problem.distance;
         let normal = z[0] * self.force;
         let (slid, tangential) = match self.unknowns {
@@ -83,7 +83,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         let mut under = |slid: T| {
             let arc = a + slid;
             if !(arc.value() > 0.0 && self.radius(arc).value() > 0.0) {
-                return Err(Missed::Stalled);
+                return Err(Status::NOT_CONVERGED);
             }
             let load = self.load(arc, [normal, tangential]);
             Ok((load, bend(&load)?))
@@ -94,15 +94,15 @@ impl<'a, T: Real> Shooter<'a, T> {
         let miss = self.miss(amount, slid, &load, &bent) - self.touched.tilt * depth;
         let shot = Shot { normal, tangential, load, bent, miss };
         let finite = miss.x.value().is_finite() && miss.y.value().is_finite();
-        if finite { Ok(shot) } else { Err(Missed::Stalled) }
+        if finite { Ok(shot) } else { Err(Status::NOT_CONVERGED) }
     }
 
     /// Distance that the contact rolls on a pole that does not turn, mm, and the rod there. Equal lengths of circumference and skin have touched.
     fn roll(
         &self,
         amount: T,
-        mut under: impl FnMut(T) -> Result<Rod<T>, Missed>,
-    ) -> Result<(T, Rod<T>), Missed> {
+        mut under: impl FnMut(T) -> Result<Rod<T>, Status>,
+    ) -> Result<(T, Rod<T>), Status> {
         let RodProblem { distance: a, body, model, drive, .. } = *self.problem;
         let lean = |tilt: Vector<T>| (tilt.x / tilt.y).atan();
         let begun = lean(self.touched.tilt) - self.touched.angle;
@@ -138,7 +138,7 @@ impl<'a, T: Real> Shooter<'a, T> {
             }
             slid = slid - gap / slope;
         }
-        Err(Missed::Stalled)
+        Err(Status::NOT_CONVERGED)
     }
 
     fn radius(&self, arc: T) -> T {
@@ -150,7 +150,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         }
     }
 
-    fn tilt(&self, arc: T) -> Vector<T> {
+    pub fn tilt(&self, arc: T) -> Vector<T> {
         let RodProblem { body, distance, model, .. } = *self.problem;
         body.map_or(self.touched.tilt, |body| body.tilt(arc, distance.value(), model.surface))
     }
@@ -171,7 +171,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         (load.point + Vector::new(load.arc, T::of(0.0)) - bent.offset).perp_dot(load.force)
     }
 
-    fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
+    pub fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
         let Some(root) = self.problem.body.map(|body| body.root) else {
             return (Vector::of(0.0, 0.0), -bent.angle);
         };
