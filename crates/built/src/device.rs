@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
+use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Job, Rod, Shape, Solution, Tap};
 use vibrissa_core::error::SolveError;
-use vibrissa_core::physics::tableau::{A, B, C, STAGES};
 use vibrissa_core::scene::Precision;
 use vibrissa_kernel::gpu::shader::{library, reals, rounding, structures, validate};
 use vibrissa_kernel::gpu::{Gpu, Program};

@@ -1,7 +1,7 @@
 //! Taps of built whiskers, all but a cone clamped at its base (model §7), on devices: `shaders/built.wgsl`.
 //!
 //! From the contact to the base the rod is an initial value problem in two unknowns: the force P, and the contact arc c or the friction T. Each piece
-//! is integrated with the explicit method of order 8 of [`tableau`](vibrissa_core::physics::tableau); within a step 1/R is linear. Broyden's method,
+//! is integrated with the explicit method of order 8 of `tableau.rs`; within a step 1/R is linear. Broyden's method,
 //! started from a finite-difference Jacobian, closes the tap; large drives are reached in strides. Taps whose estimated error exceeds the tolerance are
 //! solved on the CPU ([`vibrissa_rod`]), which checks some of the others.
 
@@ -9,6 +9,7 @@ mod check;
 mod classes;
 pub mod device;
 mod rod;
+mod tableau;
 
 use std::collections::{BTreeMap, HashMap};
 

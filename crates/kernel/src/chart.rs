@@ -81,20 +81,6 @@ impl Chart {
         best
     }
 
-    /// e₀ and κR at t and b ≥ 0; `None` beyond its range.
-    pub fn at(&self, t: f64, b: f64) -> Option<[f64; 2]> {
-        let most = self.bending[0] + self.bending[1] * t;
-        let x = t / self.axial;
-        if x.abs() > 1.0 || b > most {
-            return None;
-        }
-        let beta = 2.0 * (b / most).powi(2) - 1.0;
-        let line = |c: &[f64]| c.iter().rev().fold(0.0, |sum, c| sum * x + c);
-        let plane = |c: &[Vec<f64>]| c.iter().rev().fold(0.0, |sum, row| sum * beta + line(row));
-        let chi = t * line(&self.c) + b * b * plane(&self.q);
-        Some([t + t * t * line(&self.r) + b * b * plane(&self.p), b * (1.0 + chi)])
-    }
-
     fn fit(law: &Scaled, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
         let [rows, columns] = POINTS;
         let (betas, ts) = (points(rows), points(columns));

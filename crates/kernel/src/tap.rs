@@ -168,25 +168,8 @@ impl Solution {
         !self.unsure() && !self.ended() && !self.within(ASTRAY)
     }
 
-    /// The unknowns extrapolated from `before` through this by `share` of the difference.
-    pub fn beyond(&self, before: &Self, share: f64) -> Self {
-        let line = |now: f64, then: f64| now + share * (now - then);
-        Self {
-            force: line(self.force, before.force),
-            along: line(self.along, before.along),
-            arc: line(self.arc, before.arc),
-            strain: line(self.strain, before.strain),
-            base: line(self.base, before.base),
-            ..*self
-        }
-    }
-
     /// A tap not solved yet; the reference is asked.
     pub const UNKNOWN: Self = Self { error: f64::MAX, ..Self::FAILED };
-
-    /// The first-order solution itself.
-    pub const UNLOADED: Self =
-        Self { force: 0.0, along: 0.0, arc: 0.0, strain: 0.0, error: 0.0, ..Self::FAILED };
 
     /// A tap that has no solution.
     pub const FAILED: Self = Self {

@@ -219,8 +219,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     }
 }
 
-/// Weights of the last coefficients of what linear theory has not, and of the linear curvature to the power 3/2: of 43 000 random taps of 20 kinds at 6, 10
-/// and 16 nodes the error was larger in six.
+/// Weights of the last coefficients of what linear theory has not, and of the curvature of linear theory to the power 3/2. Of 43 000 random taps of
+/// 20 kinds at 6, 10 and 16 nodes the error was larger than the estimate in six.
 const LATER: f64 = 0.01;
 const FIRST: f64 = 1e-3;
 

@@ -1,12 +1,12 @@
 //! The fast solver of taps: every whisker and every effect, in lanes.
 //!
-//! In the frame of the contact the force F is constant, and the turn ψ and the moment M follow from the contact to the base: ψ′ = κ(N, M), M′ = −[(1 + e₀) Q
-//! − γ N], with N and Q along and across the section. Between the base and the contact at rest, a, and wherever the whisker is not smooth, are ends of panels, each with
-//! Gauss's nodes in w, where D^(−½) is linear in w: there integrals of linear theory over a cone are polynomials. Between a and the contact c a
-//! panel moves with c. A pass takes M from the last ψ and ψ from that M; the closure then gives a step of P and of c (or T). What is solved is the
-//! difference to linear theory under the same force, whose integrals do not change during the iteration.
+//! In the frame of the contact the force F is constant, and the turn ψ and the moment M follow from the contact to the base: ψ′ = κ(N, M),
+//! M′ = −[(1 + e₀) Q − γ N], with N and Q along and across the section. From the base to a, where the contact is at rest, lie panels that end where the
+//! whisker is not smooth. Each has Gauss's nodes in w; D^(−½) is linear in w, so that integrals of linear theory over a cone are polynomials. From a to
+//! the contact at c a short panel moves with c. A pass takes M from the last ψ, and ψ from that M; the closure then gives a step of P and of c (or of T).
+//! What is solved is the difference to linear theory under the same force, whose integrals stay while a tap is iterated.
 //!
-//! Taps whose estimated error exceeds the tolerance go on to more nodes, at last with the derivatives of the passes (Newton's method).
+//! Taps whose estimated error exceeds the tolerance go on to more nodes, and at last to Newton's method with the derivatives of the passes.
 
 // Index loops vectorise over lanes.
 #![allow(clippy::needless_range_loop)]
@@ -68,6 +68,8 @@ pub struct Effects {
     pub power: bool,
     /// Linear theory is no polynomial at the nodes.
     pub rough: bool,
+    /// The gauge is long.
+    pub long: bool,
 }
 
 /// The skin next to the clamp (model §8).
@@ -177,6 +179,9 @@ const PIECES: usize = 5;
 /// What lanes aim at where less is asked: it costs them little, and at small drives SD(K) is the difference of nearly equal numbers.
 const FINE: f64 = 1e-8;
 
+/// Length of a gauge over a up to which four points serve.
+const LONG: f64 = 0.2;
+
 /// Most nodes in lanes; those of Newton's method.
 const MOST: usize = 16;
 const NEWTON: usize = 24;
@@ -200,7 +205,7 @@ struct Job<'a> {
 
 fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixed<T, N, SLIDE> {
     let [nodes, slide] = job.rung;
-    let gauge = Nodes::of(nodes / 2 + 3);
+    let gauge = Nodes::of(if job.effects.long { nodes / 2 + 3 } else { 4 });
     Fixed {
         rule: Rule::new(nodes),
         slide: Rule::new(slide),
@@ -214,7 +219,9 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
     let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
     for (i, tap) in taps.iter().enumerate() {
-        classes.entry((tap.rod.effects(effects), tap.rod.pieces.len())).or_default().push(i);
+        let [x1, x2] = tap.rod.gauge;
+        let effects = Effects { long: x2 - x1 > LONG * tap.a, ..tap.rod.effects(effects) };
+        classes.entry((effects, tap.rod.pieces.len())).or_default().push(i);
     }
     let mut out = vec![Solution::FAILED; taps.len()];
     for ((effects, pieces), places) in classes {

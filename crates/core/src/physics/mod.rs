@@ -14,5 +14,4 @@ pub mod real;
 pub mod rod;
 pub mod section;
 pub mod solid;
-pub mod tableau;
 pub mod taper;

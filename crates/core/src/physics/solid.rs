@@ -188,10 +188,7 @@ fn elliptic<T: Real>(m: T) -> (T, T) {
 }
 
 /// Strain of the skin next to the clamp against that of the rod: A, p, B, c₁, c₂ of model §8 b). Within 0.33 % for x ≥ 0.24 D, a − x ≥ 1.2 D.
-pub const SKIN: [f64; 5] = [0.576, FADES, -0.1616, 0.5508, -0.0084];
-
-/// p: rate of its decay away from the clamp.
-pub const FADES: f64 = 7.137;
+pub const SKIN: [f64; 5] = [0.576, 7.137, -0.1616, 0.5508, -0.0084];
 
 /// Loss on both sides for a nonlinear law, in (κR)²: fitted with neo-hookean, others within 5 % (results/2026-11-23-solid/finite_laws.csv).
 pub const HALVED: f64 = 0.55 / 4.0;

@@ -9,7 +9,6 @@ mod solve;
 mod strains;
 mod task;
 mod tilted;
-mod trial;
 
 use std::fmt::Debug;
 use std::sync::Arc;

@@ -2,12 +2,15 @@
 //! in closed form; that map contracts by about θ². It is iterated first with the first-order solution; solved taps then correct φ: one suffices at
 //! 1e-5, two at 1e-8.
 
-use super::solve::{Plane, Solutions, Solved};
-use super::trial::{self, Turn};
+use rayon::prelude::*;
+
+use super::solve::{Plane, Solutions, Solved, frame};
 use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::Solution;
-use crate::kernel::tap::Frame;
+use crate::kernel::tap::{Ask, Frame};
+use crate::physics::linear::StrainCurve;
+use crate::physics::onset::Grip;
 use crate::physics::pole::{Planar, Pole, Rig};
 use crate::scene::{Contact, Drive, Setup};
 
@@ -32,6 +35,14 @@ const ROUGH: f64 = 0.03;
 
 /// Change of the contact's direction, rad, over which the slope of φ is taken.
 const PROBE: f64 = 1e-4;
+
+#[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
+enum Turn {
+    /// Converged: its frame, its solution and its plane of bending.
+    Found(Frame, Solution, Plane),
+    Next,
+    Lost,
+}
 
 struct Trial<'a> {
     setup: &'a Setup,
@@ -86,8 +97,17 @@ impl<'a> Trial<'a> {
         let Self { setup, shared, .. } = self;
         let rod = shared.rod();
         let hub = if setup.drive == Drive::Angle { rod.hub } else { 0.0 };
-        let place = [planar.distance, planar.angle];
-        trial::framed((&setup.model, setup.gauge.side), (shared, &rod), hub, self.amount, place)
+        Frame::new(&Ask {
+            model: &setup.model,
+            side: setup.gauge.side,
+            curve: &StrainCurve::new(rod.taper, rod.gauge, hub, Drive::Angle, rod.shear),
+            // Errors stay relative to the peak at the whole drive, not at the angle.
+            peak: shared.peak * self.amount / planar.angle,
+            a: planar.distance,
+            amount: planar.angle,
+            grip: Grip::Slide(0.0),
+            start: shared.start,
+        })
     }
 
     /// The frame in the plane of azimuth `phi`, and λ there; None if its strain means nothing: the contact begins at or inside the gauge's near end.
@@ -97,13 +117,8 @@ impl<'a> Trial<'a> {
         let planar = self.pole.planar(phi).filter(told)?;
         Some((self.framed(&planar)?, planar.slide))
     }
-}
 
-impl trial::Trial for Trial<'_> {
-    fn frame(&self) -> Option<Frame> {
-        Some(self.at(self.phi)?.0)
-    }
-
+    /// Processes `solution` of the tap `here`, known to the tolerance.
     fn turn(&mut self, here: &Frame, solution: &Solution, tolerance: f64) -> Turn {
         let psi = solution.base + self.alpha;
         let (Some(next), Some(beside)) = (self.pole.azimuth(psi), self.pole.azimuth(psi + PROBE)) else {
@@ -156,11 +171,60 @@ impl Evaluator<'_> {
             }
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
             let solved = match which {
-                2 => self.sought((designs, &these), (MOST_PLANES, true), Trial::new),
+                2 => self.tilted(designs, &these),
                 _ => self.solutions(designs, &these, which > 0),
             };
             places.iter().zip(solved?).for_each(|(&i, s)| all[i] = s);
         }
+        Ok(all)
+    }
+
+    /// Solves frictionless tilted `tasks`: the tap in a trial plane, then the next plane.
+    fn tilted(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
+        let (setup, tolerance) = (self.setup, self.tolerance());
+        let begun = |task: &Task| {
+            let design = &designs[task.design as usize];
+            let upright =
+                frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
+            Some((Solved::lost(upright), Trial::new(design.setup(setup), design.shared.as_ref()?, task)))
+        };
+        let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =
+            tasks.par_iter().with_min_len(64).map(begun).collect();
+        let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
+        let mut open: Vec<(usize, Trial<'_>)> =
+            begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
+        for _ in 0..MOST_PLANES {
+            if open.is_empty() {
+                break;
+            }
+            let framed = |(_, trial): &(usize, Trial<'_>)| Some(trial.at(trial.phi)?.0);
+            let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
+            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0), true)?;
+            let turned = |((i, mut trial), s): ((usize, Trial<'_>), Option<Solved>)| {
+                let s = s?;
+                let within = s.solution.within(tolerance);
+                let turn = within.then(|| trial.turn(&s.frame, &s.solution, tolerance));
+                Some((i, trial, s, turn))
+            };
+            let turned: Vec<_> =
+                open.into_par_iter().zip(solved).with_min_len(64).filter_map(turned).collect();
+            open = Vec::new();
+            for (i, trial, s, turn) in turned {
+                let Some(one) = &mut all[i] else { continue };
+                let sweeps = one.sweeps + s.sweeps;
+                one.sweeps = sweeps;
+                match turn {
+                    // The upright rod's answer: the material ends, or a kernel cannot decide.
+                    None => *one = Solved { sweeps, plane: None, ..s },
+                    Some(Turn::Found(frame, solution, plane)) => {
+                        *one = Solved { frame, solution, plane: Some(plane), sweeps, ..s };
+                    }
+                    Some(Turn::Next) => open.push((i, trial)),
+                    Some(Turn::Lost) => {}
+                }
+            }
+        }
+        all.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         Ok(all)
     }
 }
