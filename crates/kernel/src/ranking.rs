@@ -97,10 +97,10 @@ pub trait Charts {
     fn sheet(&self) -> Option<Sheet>;
 }
 
-/// Numbers of a distance before the points of its gauge, by shader name: ends of the range of interest (η), factor of the functions, largest arc over
+/// Numbers of a distance before the points of its gauge, by shader name: factor of the functions, largest arc over
 /// driveᵉ, number of branches, where their matrix begins after CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
-pub const HEAD: [&str; 16] = crate::names![
-    END_LO END_HI SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
+pub const HEAD: [&str; 14] = crate::names![
+    SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
     PLACE_AXIS PLACE_SHIFT A INVERSE
 ];
 
