@@ -14,6 +14,11 @@ pub enum Case {
     Void,
 }
 
+/// The words of combination `k`.
+pub fn combined(k: usize) -> Status {
+    TOLD[k / 4] | WORN.get(k % 4).copied().unwrap_or(WORN[1] | WORN[2])
+}
+
 /// Results of an estimate.
 pub const TOLD: [Status; 3] = [Status::OK, Status::AMBIGUOUS, Status::NO_ROOT];
 
@@ -41,8 +46,7 @@ impl Words {
 
     /// Each combination with its taps.
     pub fn combinations(&self) -> impl Iterator<Item = (Status, u64)> {
-        let status = |k: usize| TOLD[k / 4] | WORN.get(k % 4).copied().unwrap_or(WORN[1] | WORN[2]);
-        let all = self.taps.into_iter().enumerate().map(move |(k, n)| (status(k), n));
+        let all = self.taps.into_iter().enumerate().map(|(k, n)| (combined(k), n));
         all.chain([(Status::INVALID_GEOMETRY, self.invalid)])
     }
 }
