@@ -53,8 +53,13 @@ impl<'a> Tally<'a> {
                 }
             }
         }
+        self.mark(results[2], drives);
+    }
+
+    #[inline(always)]
+    pub fn mark(&mut self, rootless: Lanes, drives: Range<usize>) {
         for at in self.rootless.get_mut(drives).unwrap_or_default() {
-            *at = at.max(results[2]);
+            *at = at.max(rootless);
         }
     }
 

@@ -164,14 +164,14 @@ impl Rows {
                 continue;
             }
             // Words of a group without limits are summed first.
-            let is_free =
-                tally.rootless.is_empty() && of(group.drives.end as f64).all_at_most(edges[0].min(edges[1]));
+            let is_free = of(group.drives.end as f64).all_at_most(edges[0].min(edges[1]));
             let mut free = [zero; 3];
             for j in group.drives.clone() {
                 let q = self.miss(&self.row::<OWN>(tables, j), tap, m);
                 let results = certain(bounds, [q; 2]);
                 if is_free {
                     free = [free[0] + results[0], free[1] + results[1], free[2] + results[2]];
+                    tally.mark(open * results[2], j..j + 1);
                 } else {
                     tally.add(times(results, open), edges, j..j + 1);
                 }
