@@ -150,7 +150,7 @@ impl<'a> Trial<'a> {
     }
 }
 
-impl Evaluator<'_> {
+impl<'a> Evaluator<'a> {
     pub(super) fn spatial_solutions(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
         let setup = self.setup;
         // A contact that sticks on the centreline stays in the plane of rotation, for any direction of the pole.
@@ -180,7 +180,10 @@ impl Evaluator<'_> {
     }
 
     /// Solves frictionless tilted `tasks`: the tap in a trial plane, then the next plane.
-    fn tilted(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
+    fn tilted<'t>(&mut self, designs: &'t [Design], tasks: &[Task]) -> Solutions
+    where
+        'a: 't,
+    {
         let (setup, tolerance) = (self.setup, self.tolerance());
         let begun = |task: &Task| {
             let design = &designs[task.design as usize];
@@ -188,19 +191,19 @@ impl Evaluator<'_> {
                 frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
             Some((Solved::lost(upright), Trial::new(design.setup(setup), design.shared.as_ref()?, task)))
         };
-        let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =
+        let begun: Vec<Option<(Solved, Option<Trial<'t>>)>> =
             tasks.par_iter().with_min_len(64).map(begun).collect();
         let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
-        let mut open: Vec<(usize, Trial<'_>)> =
+        let mut open: Vec<(usize, Trial<'t>)> =
             begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
         for _ in 0..MOST_PLANES {
             if open.is_empty() {
                 break;
             }
-            let framed = |(_, trial): &(usize, Trial<'_>)| Some(trial.at(trial.phi)?.0);
+            let framed = |(_, trial): &(usize, Trial<'t>)| Some(trial.at(trial.phi)?.0);
             let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
             let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0), true)?;
-            let turned = |((i, mut trial), s): ((usize, Trial<'_>), Option<Solved>)| {
+            let turned = |((i, mut trial), s): ((usize, Trial<'t>), Option<Solved>)| {
                 let s = s?;
                 let within = s.solution.within(tolerance);
                 let turn = within.then(|| trial.turn(&s.frame, &s.solution, tolerance));
