@@ -13,7 +13,7 @@ mod tableau;
 
 use std::collections::{BTreeMap, HashMap};
 
-use classes::Shape;
+pub use classes::Shape;
 pub use rod::{Piece, Rod};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;

@@ -1,8 +1,9 @@
 //! The text of the device's kernel, for every combination of effects.
 
-use vibrissa_built::{Effects, Shape, device::validated};
+use vibrissa_built::{Shape, device::validated};
 use vibrissa_core::scene::{Material, Precision};
 use vibrissa_kernel::Rung;
+use vibrissa_rod::Effects;
 
 #[test]
 fn the_text_is_valid_whatever_the_effects() {
@@ -13,7 +14,7 @@ fn the_text_is_valid_whatever_the_effects() {
         let on = |k: u32| bits >> k & 1 == 1;
         let [shear, extension, surface, stick, law, far, curved, inner, power] =
             std::array::from_fn(|k| on(k as u32));
-        let effects = Effects { shear, extension, surface, stick, law, far };
+        let effects = Effects { shear, extension, surface, stick, law, far, ..Effects::default() };
         let shape = Shape { curved, inner, power };
         for (precision, tolerance) in [(Precision::F32, 1e-5), (Precision::F64, 1e-8)] {
             let found = validated((effects, shape), (precision, tolerance), chart.filter(|_| law));
