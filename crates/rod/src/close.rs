@@ -6,7 +6,7 @@
 use super::ground::{Fixed, Ground};
 use super::lane::Lane;
 use super::panel::Carried;
-use super::rule::Turns;
+use super::rule::{Turns, dot};
 use super::vector::{Two, add, columns, cross, dot2, square, times, turned};
 
 /// Three points of Gauss's rule and their weights.
@@ -37,12 +37,26 @@ pub struct Closed<P> {
     pub miss: Two<P>,
     /// Its derivatives by the unknowns, at a shape that follows the force only.
     pub columns: [Two<P>; 2],
-    pub force: Two<P>,
-    /// Turn of the contact against the motor.
-    pub beta: P,
-    /// M₀.
-    pub moment: P,
     pub carried: Carried<P>,
+}
+
+impl<P: Lane> Closed<P> {
+    /// Numbers of the answer: those `before` in lanes that were done.
+    #[inline(always)]
+    pub fn kept(&self, before: &Self, done: P) -> Self {
+        let mut kept = *self;
+        let zero = P::of(0.0);
+        for k in 0..2 {
+            for m in 0..2 {
+                kept.columns[k][m] = zero.if_less(done, before.columns[k][m], self.columns[k][m]);
+            }
+        }
+        let (now, old) = (&self.carried, &before.carried);
+        kept.carried.lag = zero.if_less(done, old.lag, now.lag);
+        kept.carried.load = zero.if_less(done, old.load, now.load);
+        kept.carried.beyond = zero.if_less(done, old.beyond, now.beyond);
+        kept
+    }
 }
 
 /// The contact on the resting whisker, moved from a to c.
@@ -75,8 +89,10 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     pub fn depth(&self, push: P) -> Two<P> {
         let of = P::of;
         let [hertz, plain] = self.hertz;
+        // Both parts of opposite signs: the depth is largest at this force.
         let ratio = of(-2.0 / 3.0) * hertz / plain.min(of(-1e-30));
-        let size = push.min(plain.if_less(of(0.0), ratio * ratio * ratio, push));
+        let most = plain.if_less(of(0.0), of(0.0).if_less(hertz, ratio * ratio * ratio, push), push);
+        let size = push.min(most);
         [hertz * size.pow(of(2.0 / 3.0)), plain * size]
     }
 
@@ -145,6 +161,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             };
             slide.put(&fixed.slide, &effects, &self.whisker, ends);
             if (ends[1] - ends[0]).abs().all_at_most(zero) {
+                slide.pull = [zero; S];
                 continue;
             }
             if effects.curved {
@@ -206,7 +223,28 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             let v = add(v, times(torque * self.pivot, square(place)));
             add(v, turned(v, by))
         };
-        let moment = dot2(self.moment, force) + carried.moment;
-        Closed { miss, columns: [by_force, by_other], force, beta, moment, carried }
+        Closed { miss, columns: [by_force, by_other], carried }
+    }
+
+    /// The force of `state`, and the moment at the base less that of linear theory; the shape stays.
+    #[inline(always)]
+    pub fn settle(&mut self, fixed: &Fixed<P::Scalar, N, S>, state: &State<P>) -> (Two<P>, P) {
+        let Contact { push, drag, x } = self.contact(state);
+        let Touch { normal, lift, .. } = self.touch(&fixed.turns, x);
+        let force = self.force_at(normal, push, drag);
+        let linear = cross([P::of(0.0), self.radius], force);
+        let mut moment = linear + cross(lift, force);
+        for slide in &mut self.slides {
+            slide.entry[0] = moment;
+            if !slide.place[1].abs().all_at_most(P::of(0.0)) {
+                moment = moment + dot(fixed.slide.nodes(), &fixed.slide.weights, &slide.pull);
+            }
+        }
+        moment = moment - linear;
+        for panel in &mut self.panels {
+            panel.entry[0] = moment;
+            moment = moment + dot(fixed.rule.nodes(), &fixed.rule.weights, &panel.pull);
+        }
+        (force, moment)
     }
 }

@@ -4,7 +4,6 @@ use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::solid::distorted;
 use vibrissa_kernel::cpu::pack::Packed;
 
-use super::close::Closed;
 use super::ground::{Fixed, Ground};
 use super::lane::Lane;
 use super::panel::Panel;
@@ -197,11 +196,11 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
 
     /// Error of the strain by the nodes, relative, from the last two coefficients of the series of bending and of the moment's growth.
     #[inline(always)]
-    pub fn truncated(&self, fixed: &Fixed<P::Scalar, N, S>, closed: &Closed<P>, strain: P, shown: P) -> P {
+    pub fn truncated(&self, fixed: &Fixed<P::Scalar, N, S>, force: Two<P>, strain: P, shown: P) -> P {
         let (zero, one) = (P::of(0.0), P::of(1.0));
         let (mut whole, mut lag, mut pull) = (zero, zero, zero);
         for panel in &self.panels {
-            let tails = panel.tails(&fixed.rule, closed.force, 2);
+            let tails = panel.tails(&fixed.rule, force, 2);
             (whole, lag, pull) = (whole + tails[0], lag + tails[1], pull + tails[2]);
         }
         for panel in &self.slides {

@@ -7,7 +7,7 @@ use super::Tap;
 use super::close::{Closed, Contact, State};
 use super::ground::{Fixed, Ground};
 use super::lane::{Dual, Lane};
-use super::vector::{add, columns, cross, turned};
+use super::vector::{add, columns, cross, dot2, turned};
 
 /// Share of the tolerance at which an iteration stops.
 const STOP: f64 = 0.1;
@@ -104,6 +104,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let by_moment = (self.mean / self.strain).abs();
         let mut moment = zero;
         let mut closed = self.pass(fixed, &state, done);
+        let mut kept = closed;
         for count in 1..=most {
             let det = one / cross(closed.columns[0], closed.columns[1]);
             let step =
@@ -121,18 +122,20 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             last = open(size.max(of(TINY)), last);
             left = open(size * believed / (one - believed), left);
             sweeps = sweeps + open(one, zero);
+            // A lane that is done keeps what it was found with, so that no tap depends on its neighbours.
+            kept = closed.kept(&kept, done);
             done = stop.if_less(left, done, one);
             if one.all_at_most(done) || count == most {
                 break;
             }
             closed = self.pass(fixed, &state, done);
         }
-        self.answer(fixed, (&state, &closed), [left, sweeps], lane)
+        self.answer(fixed, (&state, &kept), [left, sweeps], lane)
     }
 
     #[inline(always)]
     fn answer<'a>(
-        &self,
+        &mut self,
         fixed: &Fixed<P::Scalar, N, S>,
         (state, closed): (&State<P>, &Closed<P>),
         [left, sweeps]: [P; 2],
@@ -144,20 +147,19 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let Contact { push, drag, x } = self.contact(state);
-        let mut strain = self.reading(fixed, closed.force, lane);
+        let (force, moment) = self.settle(fixed, state);
+        let beta = dot2(self.beta, force) + self.soft * moment - closed.carried.lag;
+        let mut strain = self.reading(fixed, force, lane);
         if !self.effects.distorting {
             let smooth = !(self.effects.curved || self.effects.power || self.effects.stick);
-            let linear = if smooth {
-                self.strain * (one + state.force)
-            } else {
-                self.first_reading(fixed, closed.force)[0]
-            };
+            let linear =
+                if smooth { self.strain * (one + state.force) } else { self.first_reading(fixed, force)[0] };
             strain = linear + strain;
         }
         let measure = strain.abs().max(self.least).max(of(TINY));
-        let shown = self.mean * cross([one, self.slope], closed.force).abs() / measure;
+        let shown = self.mean * cross([one, self.slope], force).abs() / measure;
         let rounding = of(ROUNDINGS * P::Scalar::ROUNDING) * (one + shown * x.abs());
-        let mut error = left * (one + shown) + self.truncated(fixed, closed, measure, shown) + rounding;
+        let mut error = left * (one + shown) + self.truncated(fixed, force, measure, shown) + rounding;
         if let Some(law) = &fixed.law {
             error = error + of(2.0 * law.error);
         }
@@ -167,14 +169,12 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         };
         let begun = cross(columns(&self.give, self.begun()), second);
         let upright = cross(closed.columns[0], closed.columns[1]) / begun;
-        let lost = of(UPRIGHT).if_less(upright, zero, one).max(closed.beta.abs().if_less(
-            of(MOST_TURNED),
-            zero,
-            one,
-        ));
+        let lost =
+            of(UPRIGHT).if_less(upright, zero, one).max(beta.abs().if_less(of(MOST_TURNED), zero, one));
         error = zero.if_less(lost, of(HOPELESS), error);
         error = one.if_less(closed.carried.beyond, of(HOPELESS), error);
-        let force = add(closed.force, turned(closed.force, fixed.turns.rotation(closed.beta)));
+        let moment = dot2(self.moment, force) + moment;
+        let force = add(force, turned(force, fixed.turns.rotation(beta)));
         let base = add(force, turned(force, fixed.turns.rotation(self.whisker.rest)));
         let [length, unit] = self.unit;
         Answer {
@@ -182,7 +182,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             normal: push * unit,
             tangential: drag * unit,
             arc: (one + x) * length,
-            wrench: [closed.moment * unit * length, base[0] * unit, base[1] * unit],
+            wrench: [moment * unit * length, base[0] * unit, base[1] * unit],
             error,
             load: closed.carried.load,
             sweeps,
