@@ -3,7 +3,7 @@
 // Means over a gauge of the polynomials over x/a.
 var<private> places: array<f32, PLACES>;
 // Polynomials over the drive, or a series over it.
-var<private> over: array<f32, ORDERS>;
+var<private> over: array<vec4<f32>, GROUPS>;
 var<private> kappa: array<f32, POINTS>;
 var<private> arc: array<f32, POINTS>;
 // driveᵉ.
@@ -52,16 +52,8 @@ fn series(start: vec2<u32>, base: f32, taper: f32, whole: bool) -> f32 {
     var row = start.y;
     var sum = 0.0;
     for (var group = 0u; group < GROUPS; group++) {
-        var c0 = 0.0;
-        var c1 = 0.0;
-        var c2 = 0.0;
-        var c3 = 0.0;
-        if OWN {
-            c0 = over[4u * group];
-            c1 = over[4u * group + 1u];
-            c2 = over[4u * group + 2u];
-            c3 = over[4u * group + 3u];
-        }
+        var c = vec4<f32>();
+        if OWN { c = over[group]; }
         let n_places = size(at);
         at++;
         for (var n = 0u; n < n_places; n++) {
@@ -77,15 +69,7 @@ fn series(start: vec2<u32>, base: f32, taper: f32, whole: bool) -> f32 {
                 var b1 = t0 * base;
                 for (; row < end; row++) {
                     let term = rows[row];
-                    if OWN {
-                        let value = fma(term.x, c0, fma(term.y, c1, fma(term.z, c2, term.w * c3)));
-                        sum = fma(value, b0, sum);
-                    } else {
-                        c0 = fma(term.x, b0, c0);
-                        c1 = fma(term.y, b0, c1);
-                        c2 = fma(term.z, b0, c2);
-                        c3 = fma(term.w, b0, c3);
-                    }
+                    if OWN { sum = fma(dot(term, c), b0, sum); } else { c = fma(term, vec4(b0), c); }
                     let next = fma(base + base, b1, -b0);
                     b0 = b1;
                     b1 = next;
@@ -95,12 +79,7 @@ fn series(start: vec2<u32>, base: f32, taper: f32, whole: bool) -> f32 {
                 t1 = next;
             }
         }
-        if !OWN {
-            over[4u * group] = c0;
-            over[4u * group + 1u] = c1;
-            over[4u * group + 2u] = c2;
-            over[4u * group + 3u] = c3;
-        }
+        if !OWN { over[group] = c; }
     }
     return sum;
 }
@@ -181,9 +160,7 @@ fn to_series(values: array<f32, POINTS>) -> array<f32, POINTS> {
 fn at_point(n: u32, k: u32) -> f32 {
     var sum = 0.0;
     for (var group = 0u; group < GROUPS; group++) {
-        let t = rows[AT_POINTS + (n * POINTS + k) * GROUPS + group];
-        sum = fma(t.x, over[4u * group], fma(t.y, over[4u * group + 1u], sum));
-        sum = fma(t.z, over[4u * group + 2u], fma(t.w, over[4u * group + 3u], sum));
+        sum += dot(rows[AT_POINTS + (n * POINTS + k) * GROUPS + group], over[group]);
     }
     return sum;
 }
@@ -203,9 +180,15 @@ fn read_tap(w: Design, n: u32) -> f32 {
         var own = w.drive;
         if DISPLACED { own = w.drive * inverse; }
         let x = placed(n, DRIVE_AXIS, variable(own));
-        over[0] = 1.0;
-        over[1] = x;
-        for (var k = 2u; k < ORDERS; k++) { over[k] = fma(x + x, over[k - 1u], -over[k - 2u]); }
+        var last = 1.0;
+        var now = x;
+        for (var group = 0u; group < GROUPS; group++) {
+            let second = fma(x + x, now, -last);
+            let third = fma(x + x, second, -now);
+            over[group] = vec4(last, now, second, third);
+            last = fma(x + x, third, -second);
+            now = fma(x + x, last, -third);
+        }
         let held = choose(n, base, taper);
         let deviation = scale * held.strain;
         let delta = w.power * deviation;

@@ -25,13 +25,13 @@ fn number(i: u32) -> f32 { return numbers[i / 4u][i % 4u]; }
 
 fn size(i: u32) -> u32 { return shape[i / 4u][i % 4u]; }
 
-// Number `k` of distance `n`: END_LO … INVERSE, then the points of its gauge.
+// Number `k` of distance `n`: SCALE … INVERSE, then the points of its gauge.
 fn of_distance(n: u32, k: u32) -> f32 { return number(DISTANCE * n + k); }
 
 struct Whisker { D: f32, d: f32, L_a: f32, x_ss: f32, l: f32, drive: f32 }
 
-// A whisker: D, τ, L_a, x1, x2, u = 1/a at the peak of the theory, drive (rad or mm) and its power e.
-struct Design { D: f32, tau: f32, L_a: f32, x1: f32, x2: f32, peak: f32, drive: f32, power: f32 }
+// A whisker: D, τ, L_a, x1, x2, drive (rad or mm) and its power e.
+struct Design { D: f32, tau: f32, L_a: f32, x1: f32, x2: f32, drive: f32, power: f32, theory: Theory }
 
 fn width_of(w: Whisker) -> f32 {
     let slope = 0.5 * (w.D - w.d) / w.L_a;
@@ -57,7 +57,7 @@ fn design_of(w: Whisker) -> Design {
     if !OWN { drive = drive_at(DRIVES - 1u); }
     let x2 = w.x_ss + width_of(w);
     let tau = (w.D - w.d) / (w.D * w.L_a);
-    return Design(w.D, tau, w.L_a, w.x_ss, x2, peak_of(w.D, tau, w.x_ss, x2), drive, powered(drive));
+    return Design(w.D, tau, w.L_a, w.x_ss, x2, drive, powered(drive), theory_of(w.D, tau, w.L_a, w.x_ss, x2));
 }
 
 fn list_hard(i: u32) {

@@ -12,13 +12,9 @@ var<private> basis: array<f32, POINTS>;
 // For each tap: κ, then the numbers named below.
 var<private> keep: array<f32, KEPT_ALL>;
 
-// Numbers kept of a tap after its κ: f, the growths of taper and gauge, η at the peak, and the first drives above the strain limit and slipped off.
-const F = POINTS;
-const STEEP = POINTS + 1u;
-const LEVER = POINTS + 2u;
-const VERTEX = POINTS + 3u;
-const ABOVE = POINTS + 4u;
-const SLIPPED = POINTS + 5u;
+// Numbers kept of a tap after its κ: the first drives above the strain limit and slipped off.
+const ABOVE = POINTS;
+const SLIPPED = POINTS + 1u;
 
 fn drive_at(j: u32) -> f32 { return number(DRIVES_AT + j); }
 
@@ -73,40 +69,6 @@ fn first_beyond(limit: f32, arc_asked: bool) -> u32 {
 }
 
 fn kept(n: u32, k: u32) -> f32 { return keep[KEPT * n + k]; }
-
-fn growth_of(w: Design, n: u32) -> Growth {
-    let inverse = of_distance(n, INVERSE);
-    var hub = HUB * inverse / (1.0 + HUB * inverse);
-    if DISPLACED { hub = 1.0; }
-    let shear = SHEAR * w.D * w.D * inverse * inverse;
-    return Growth(kept(n, STEEP), kept(n, LEVER), hub, shear, kept(n, VERTEX));
-}
-
-// f of the theory and its growth, to the numbers kept of tap `n`.
-fn keep_theory(w: Design, n: u32) {
-    let a = of_distance(n, A);
-    let inverse = of_distance(n, INVERSE);
-    let p = w.tau * a;
-    let s1 = w.x1 * inverse;
-    let s2 = w.x2 * inverse;
-    let rest = 1.0 - p;
-    let u1 = 1.0 - p * s1;
-    let u2 = 1.0 - p * s2;
-    let lever = (1.0 - s1) * u2 + (1.0 - s2) * u1;
-    let beta = s1 * u2 + s2 * u1;
-    let b = 1.0 / (u1 * u2);
-    var f = 0.75 * w.D * inverse * rest * lever * b * b;
-    if !PLAIN {
-        var reach = 1.0 + HUB * inverse;
-        if DISPLACED { reach = inverse; }
-        f *= reach / (1.0 + SHEAR * w.D * w.D * inverse * inverse);
-    }
-    let at = KEPT * n;
-    keep[at + F] = f;
-    keep[at + STEEP] = 1.0 / rest;
-    keep[at + LEVER] = beta / lever;
-    keep[at + VERTEX] = w.peak * a - 1.0;
-}
 
 // κ of tap `n` at the drive of `basis`.
 fn kappa_at(n: u32) -> f32 {
@@ -163,7 +125,6 @@ fn rows_of(w: Design, words: ptr<function, Tally>) -> bool {
     var complete = ROW_DRIVES;
     for (var n = 0u; n < DISTANCES; n++) {
         largest = max(largest, read_tap(w, n));
-        keep_theory(w, n);
         let share = 1.0 / f32(n + 1u);
         var before: array<f32, POINTS>;
         for (var k = 0u; k < POINTS; k++) {
@@ -183,7 +144,7 @@ fn rows_of(w: Design, words: ptr<function, Tally>) -> bool {
                 pair++;
             }
         }
-        let f = kept(n, F);
+        let f = strain_of(w.theory, of_distance(n, INVERSE));
         let room = (w.L_a - of_distance(n, A)) * of_distance(n, INVERSE);
         var above = ROW_DRIVES;
         var slipped = ROW_DRIVES;

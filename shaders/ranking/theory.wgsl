@@ -53,20 +53,60 @@ fn grown(g: Growth, eta: f32) -> Grown {
     return product(all, Grown(value, -(fall * more), curvature));
 }
 
-struct Limits { low: f32, high: f32, peak: f32 }
-
-fn bounds(g: Growth, lo: f32, hi: f32) -> Limits {
-    let peak = grown(g, g.vertex).value;
-    let low = select(grown(g, lo).value, 1e30, lo < g.vertex);
-    let high = select(1e30, grown(g, hi).value, g.vertex < hi);
-    return Limits(low, min(high, peak), peak);
+// f = C (u − τ)(S − M u), u = 1/a, to which hub, displacement and shear add factors: C, S, M, shear; u at its peak.
+// f at which words begin: from `low` to `high` the near root is within the range of interest; at the peak; at infinite distance; and of a widening
+// whisker at its end, for taps beyond the peak and before it.
+struct Theory {
+    scale: f32, tau: f32, sum: f32, moment: f32, shear: f32, peak: f32,
+    low: f32, high: f32, highest: f32, farthest: f32, ends: array<f32, 2>
 }
 
-// True if q of tap `n` gives a distance far enough beyond a widening whisker `w` to need a status word.
-fn is_out(w: Design, n: u32, g: Growth, limits: Limits, q: f32) -> bool {
-    if DISPLACED || w.tau >= 0.0 { return false; }
-    let reach = w.L_a * select(FAR, 1.0, g.vertex < 0.0);
-    return q < select(grown(g, of_distance(n, A) / reach - 1.0).value, limits.peak, w.peak * reach < 1.0);
+// f at u.
+fn strain_of(t: Theory, u: f32) -> f32 {
+    let f = t.scale * (u - t.tau) * (t.sum - t.moment * u);
+    if PLAIN { return f; }
+    var lever = u;
+    if !DISPLACED { lever = 1.0 + HUB * u; }
+    return f * lever / (1.0 + t.shear * u * u);
+}
+
+fn theory_of(D: f32, tau: f32, L_a: f32, x1: f32, x2: f32) -> Theory {
+    let u1 = 1.0 - tau * x1;
+    let u2 = 1.0 - tau * x2;
+    let b = 1.0 / (u1 * u2);
+    var t = Theory();
+    t.scale = 0.75 * D * b * b;
+    t.tau = tau;
+    t.sum = u1 + u2;
+    t.moment = x1 * u2 + x2 * u1;
+    t.shear = SHEAR * D * D;
+    t.peak = peak_of(D, tau, x1, x2);
+    t.highest = strain_of(t, t.peak);
+    t.low = select(strain_of(t, END_LO), 1e30, END_LO < t.peak);
+    t.high = min(select(1e30, strain_of(t, END_HI), t.peak < END_HI), t.highest);
+    t.farthest = strain_of(t, 0.0);
+    for (var k = 0u; k < 2u; k++) {
+        let u = 1.0 / (L_a * select(1.0, FAR, k == 0u));
+        t.ends[k] = select(-1e30, select(strain_of(t, u), t.highest, t.peak < u), t.farthest > 0.0);
+    }
+    return t;
+}
+
+// f of the tap at distance `n`, and q at which words begin.
+struct Limits { strain: f32, low: f32, high: f32, peak: f32, farthest: f32, end: f32 }
+
+fn limits_of(t: Theory, n: u32) -> Limits {
+    let f = strain_of(t, of_distance(n, INVERSE));
+    let end = select(t.ends[0], t.ends[1], t.peak * of_distance(n, A) < 1.0);
+    return Limits(f, t.low / f - 1.0, t.high / f - 1.0, t.highest / f - 1.0, t.farthest / f - 1.0, end / f - 1.0);
+}
+
+fn growth_of(t: Theory, n: u32) -> Growth {
+    let u = of_distance(n, INVERSE);
+    var hub = HUB * u / (1.0 + HUB * u);
+    if DISPLACED { hub = 1.0; }
+    let beta = t.moment * u;
+    return Growth(u / (u - t.tau), beta / (t.sum - beta), hub, t.shear * u * u, t.peak * of_distance(n, A) - 1.0);
 }
 
 struct Root { eta: f32, slope: f32 }

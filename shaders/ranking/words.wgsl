@@ -57,14 +57,12 @@ fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Ta
     }
     let lowest = between[0];
     let highest = between[1];
-    let g = growth_of(w, n);
-    let limits = bounds(g, of_distance(n, END_LO), of_distance(n, END_HI));
-    let farthest = -grown(g, -1.0).value;
-    let beyond = lowest < max(-0.9 * farthest, BEYOND_LO) || BEYOND_HI < highest;
+    let limits = limits_of(w.theory, n);
+    let beyond = lowest < max(0.9 * limits.farthest, BEYOND_LO) || BEYOND_HI < highest;
     let certain = !beyond && highest < limits.peak;
     let away = highest < limits.low || limits.high < lowest;
     let twofold = certain && !away && limits.low < lowest && highest < limits.high;
-    let out = beyond || (!twofold && is_out(w, n, g, limits, lowest));
+    let out = beyond || (!twofold && lowest < limits.end);
     let is_clear = certain && away && !out;
     let open = !out && !is_clear && !twofold;
     if is_clear || twofold { note(select(AMBIGUOUS, CLEAR, is_clear), n, 0u, ROW_DRIVES, words); }
@@ -95,19 +93,18 @@ fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tall
     for (var n = 0u; n < DISTANCES; n++) {
         let a = of_distance(n, A);
         let q = miss(power, known, n);
-        let g = growth_of(w, n);
-        let limits = bounds(g, of_distance(n, END_LO), of_distance(n, END_HI));
-        let root = root_of(g, q, limits.peak);
+        let limits = limits_of(w.theory, n);
+        let root = root_of(growth_of(w.theory, n), q, limits.peak);
         let whole = 1.0 / (1.0 + root.eta);
         let error = a * root.eta * whole;
         squares = fma(error, error, squares);
         largest = max(largest, abs(error));
-        let sigma = noise * a * whole * whole / max(kept(n, F) * root.slope, 1e-30);
+        let sigma = noise * a * whole * whole / max(limits.strain * root.slope, 1e-30);
         noises = fma(sigma, sigma, noises);
         let none = limits.peak < q;
-        let lost = 1.0 + root.eta < FARTHEST || q < grown(g, -1.0).value;
+        let lost = 1.0 + root.eta < FARTHEST || q < limits.farthest;
         let two = q >= limits.low && q <= limits.high && !none;
-        let out = lost || (!two && is_out(w, n, g, limits, q));
+        let out = lost || (!two && q < limits.end);
         (*words).hard = (*words).hard || (out && !none);
         lacking += u32(none);
         note(select(select(CLEAR, AMBIGUOUS, two), ROOTLESS, none), n, j, j + 1u, words);

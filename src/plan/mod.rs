@@ -8,10 +8,9 @@ pub use crate::scene::Layout;
 pub use vibrissa_evaluate::CHUNK;
 
 use crate::backend::Choice;
-use crate::chart::{ranker::Ranker, scope::Summary};
+use crate::chart::ranker::{Ranker, Rankers};
 use crate::error::InputError;
-use crate::kernel::ranking::{Case, Charts};
-use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory, Tuple};
+use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory};
 use crate::sink::shard::Shard;
 
 /// Largest tuples table that is written by default, bytes.
@@ -99,7 +98,7 @@ impl Plan {
         }
         let solved = if choice.backend.tolerance.is_none() { Way::Reference } else { Way::Solved };
         let charting = Instant::now();
-        let rankers = Rankers::new(study, choice);
+        let rankers = rankers(study, choice);
         let charted = charting.elapsed().as_secs_f64();
         let chart = Some(charted).filter(|s| rankers.is_some() || *s > TRIED);
         let own =
@@ -136,38 +135,16 @@ impl Plan {
     }
 }
 
-/// One ranker per rig; `None` for a rig whose designs are all solved.
-#[derive(Debug)]
-pub struct Rankers(pub Vec<Option<Ranker>>);
-
-impl Rankers {
-    fn new(study: &Study, choice: &Choice) -> Option<Self> {
-        let tolerance = choice.chart_tolerance()?;
-        // Errors are reported by the sweep itself.
-        let one = |study: &Study| Ranker::new(study, &study.space.layout()?, tolerance).ok().flatten();
-        let all: Vec<Option<Ranker>> = match &study.setup.rigs {
-            None => vec![one(study)],
-            Some(_) => of_rigs(study).iter().map(one).collect(),
-        };
-        all.iter().any(Option::is_some).then_some(Self(all))
-    }
-
-    pub fn all(&self) -> impl Iterator<Item = &Ranker> {
-        self.0.iter().flatten()
-    }
-
-    pub fn keep(&self) -> usize {
-        self.all().map(Ranker::keep).max().unwrap_or(0)
-    }
-
-    pub fn summary(&self) -> Option<Summary> {
-        self.all().next().map(Ranker::summary)
-    }
-
-    pub fn case(&self, t: &Tuple) -> Case {
-        let ranker = self.0.get(t.rig as usize).and_then(Option::as_ref);
-        ranker.map_or(Case::Hard, |ranker| ranker.case(t))
-    }
+/// A ranker for each rig of `study`; `None` if all designs are solved.
+fn rankers(study: &Study, choice: &Choice) -> Option<Rankers> {
+    let tolerance = choice.chart_tolerance()?;
+    // Errors are reported by the sweep itself.
+    let one = |study: &Study| Ranker::new(study, &study.space.layout()?, tolerance).ok().flatten();
+    let all: Vec<Option<Ranker>> = match &study.setup.rigs {
+        None => vec![one(study)],
+        Some(_) => of_rigs(study).iter().map(one).collect(),
+    };
+    all.iter().any(Option::is_some).then_some(Rankers(all))
 }
 
 /// Taps of a chunk: about a second of one thread, so fewer for slow methods; more for a device.

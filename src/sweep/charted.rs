@@ -10,17 +10,13 @@ use super::best::Kept;
 use super::keep::Reached;
 use super::route::rank;
 use super::taps::{Taps, tap};
-use crate::chart::{
-    lanes::{Found, Words},
-    ranker::Ranker,
-};
+use crate::chart::lanes::{Found, Words};
+use crate::chart::ranker::{Ranker, Rankers};
 use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::evaluate::Task;
 use crate::kernel::gpu::ranking::DeviceRanker;
-use crate::kernel::ranking::{Case, Charts};
-use crate::plan::{Layout, Rankers};
-use crate::scene::Tuple;
+use crate::plan::Layout;
 use crate::sink::{run_json::Counts, table::AtDrive};
 use crate::statistics::Reduction;
 use crate::status::Status;
@@ -35,10 +31,6 @@ const GROWTH: u64 = 16;
 
 /// Status words that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
-
-/// Fewest and most designs of one work item, in whole packs of lanes; in between as many as have about `GRAIN` taps.
-const GRAINS: [u64; 2] = [256, 2048];
-const GRAIN: u64 = 1 << 18;
 
 pub(super) fn run(
     run: &mut Run<'_>,
@@ -127,7 +119,7 @@ impl Search<'_> {
             let to = end.min(from + self.chunk(run.reached.next));
             let bound = bound(&mut run.reached.found, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
-            let found = group(self.layout, self.ranker, &ks, bound);
+            let found = self.ranker.rank(self.layout, &ks, bound);
             run.reached.solve += begun.elapsed().as_secs_f64();
             self.take(run, found, to - from)?;
         }
@@ -149,7 +141,7 @@ impl Search<'_> {
             let Some(batch) = device.finish() else { return Ok(()) };
             let batch = batch?;
             let bound = bound(&mut run.reached.found, self.ranker.keep());
-            let rows = group(self.layout, self.ranker, &batch.best, bound).rows;
+            let rows = self.ranker.rank(self.layout, &batch.best, bound).rows;
             run.reached.solve += begun.elapsed().as_secs_f64();
             let designs = batch.range.end - batch.range.start;
             let found = Found { rows, complete: batch.complete, words: batch.words, hard: batch.hard };
@@ -184,38 +176,6 @@ pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
     found.rows.select_nth_unstable_by(keep - 1, order);
     found.rows.truncate(keep);
     found.rows[keep - 1].0
-}
-
-/// Rows of the designs `ks` that rank no worse than `bound`.
-pub(super) fn group(layout: &Layout, rankers: &Rankers, ks: &[u64], bound: f32) -> Found {
-    let one = |ks: &[u64]| {
-        let mut found = Found::default();
-        let each = ks.len() / rankers.0.len() + 1;
-        let mut easy: Vec<(Vec<u64>, Vec<Tuple>)> =
-            rankers.0.iter().map(|_| (Vec::with_capacity(each), Vec::with_capacity(each))).collect();
-        for (&k, tuple) in ks.iter().zip(layout.designs(ks)) {
-            match rankers.case(&tuple) {
-                Case::Easy => {
-                    let (ks, tuples) = &mut easy[tuple.rig as usize];
-                    ks.push(k);
-                    tuples.push(tuple);
-                }
-                Case::Hard => found.hard.push(k),
-                Case::Void => found.words.invalid += layout.block(),
-            }
-        }
-        for (ranker, (ks, tuples)) in rankers.0.iter().zip(&easy) {
-            ranker.iter().for_each(|ranker| ranker.rank(ks, tuples, bound, &mut found));
-        }
-        found
-    };
-    let merge = |mut a: Found, b: Found| {
-        a.merge(b);
-        a
-    };
-    let [least, most] = GRAINS;
-    let grain = (GRAIN / layout.block() / least * least).clamp(least, most);
-    ks.par_chunks(grain as usize).map(one).reduce(Found::default, merge)
 }
 
 fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result<Vec<Kept>, Error> {

@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 
 use super::best::Kept;
 use crate::backend::Choice;
+use crate::chart::ranker::Rankers;
 use crate::error::Error;
-use crate::plan::{Plan, Rankers};
+use crate::plan::Plan;
 use crate::scene::{Space, Spec, Study};
 use crate::sink::folder::{Folder, Listed, Output, Question, hash, pack};
 use crate::sink::format::TableFormat;

@@ -6,11 +6,11 @@ use std::time::Instant;
 use super::{Run, charted};
 use crate::backend::Choice;
 use crate::census;
-use crate::chart::lanes::Found;
+use crate::chart::{lanes::Found, ranker::Rankers};
 use crate::curve::both::TAPS;
 use crate::error::Error;
 use crate::kernel::ranking::Case;
-use crate::plan::{CHUNK, Plan, Rankers};
+use crate::plan::{CHUNK, Plan};
 use crate::progress::Silent;
 use crate::scene::{Layout, Space, Study, Tuple};
 
@@ -111,7 +111,7 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers) -> Result<f64, E
         }
         None => paced(layout.n_designs, &mut |n| {
             let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
-            let mut found: Found = charted::group(layout, ranker, &ks, limit);
+            let mut found: Found = ranker.rank(layout, &ks, limit);
             limit = limit.min(charted::bound(&mut found, ranker.keep()));
             Ok(())
         })?,

@@ -12,6 +12,67 @@ use crate::scene::{Layout, Setup, Study, Tuple};
 
 const ROWS_EACH: usize = 1024;
 
+/// Fewest and most designs of one work item, in whole packs of lanes; in between as many as have about `GRAIN` taps.
+const GRAINS: [u64; 2] = [256, 2048];
+const GRAIN: u64 = 1 << 18;
+
+/// One ranker per rig; `None` for a rig whose designs are all solved.
+#[derive(Debug)]
+pub struct Rankers(pub Vec<Option<Ranker>>);
+
+impl Rankers {
+    /// Those that exist.
+    pub fn all(&self) -> impl Iterator<Item = &Ranker> {
+        self.0.iter().flatten()
+    }
+
+    /// Candidates to bring back.
+    pub fn keep(&self) -> usize {
+        self.all().map(|ranker| ranker.scope.rank.keep).max().unwrap_or(0)
+    }
+
+    /// Summary of the first charts for `run.json`.
+    pub fn summary(&self) -> Option<Summary> {
+        self.all().next().map(|ranker| ranker.scope.summary())
+    }
+
+    /// The path of the design `t`.
+    pub fn case(&self, t: &Tuple) -> Case {
+        let ranker = self.0.get(t.rig as usize).and_then(Option::as_ref);
+        ranker.map_or(Case::Hard, |ranker| ranker.case(t))
+    }
+
+    /// Rows of the designs `ks` of `layout` that rank below `bound`.
+    pub fn rank(&self, layout: &Layout, ks: &[u64], bound: f32) -> Found {
+        let one = |ks: &[u64]| {
+            let mut found = Found::default();
+            let mut easy: Vec<(Vec<u64>, Vec<Tuple>)> = vec![Default::default(); self.0.len()];
+            for (&k, tuple) in ks.iter().zip(layout.designs(ks)) {
+                match self.case(&tuple) {
+                    Case::Easy => {
+                        let (ks, tuples) = &mut easy[tuple.rig as usize];
+                        ks.push(k);
+                        tuples.push(tuple);
+                    }
+                    Case::Hard => found.hard.push(k),
+                    Case::Void => found.words.invalid += layout.block(),
+                }
+            }
+            for (ranker, (ks, tuples)) in self.0.iter().zip(&easy) {
+                ranker.iter().for_each(|ranker| ranker.rank(ks, tuples, bound, &mut found));
+            }
+            found
+        };
+        let merge = |mut a: Found, b: Found| {
+            a.merge(b);
+            a
+        };
+        let [least, most] = GRAINS;
+        let grain = (GRAIN / layout.block() / least * least).clamp(least, most);
+        ks.par_chunks(grain as usize).map(one).reduce(Found::default, merge)
+    }
+}
+
 /// Charts of some distances of one rig, and their tables.
 #[derive(Debug)]
 pub struct Ranker {
@@ -65,19 +126,9 @@ impl Ranker {
         self.scope.setup.built.is_none()
     }
 
-    /// Candidates to bring back.
-    pub fn keep(&self) -> usize {
-        self.scope.rank.keep
-    }
-
     /// Sweeps of the taps solved to make and to check the charts.
     pub fn sweeps(&self) -> Sweeps {
         self.scope.sweeps()
-    }
-
-    /// Summary of the charts for `run.json`.
-    pub fn summary(&self) -> Summary {
-        self.scope.summary()
     }
 }
 

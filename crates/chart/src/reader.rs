@@ -3,13 +3,12 @@
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, power};
 use super::function::linear_force;
 use super::gauge::asked;
-use super::lanes::{Readings, has_lanes};
+use super::lanes::{Read, Readings, has_lanes};
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
@@ -31,12 +30,9 @@ const GRAIN: usize = 4096;
 #[derive(Debug)]
 pub struct Reader {
     charts: Vec<DistanceChart>,
-    /// Places of the charts at a distance, by its bits.
-    at: FxHashMap<u64, Vec<usize>>,
     readings: Readings,
-    /// The second gauge's functions, of the same charts; empty without a second gauge.
-    beside: (Vec<DistanceChart>, Option<Readings>),
-    contact: Contact,
+    /// The second gauge's functions at each of `charts`, if any.
+    beside: Option<(Vec<DistanceChart>, Readings)>,
 }
 
 impl Reader {
@@ -57,62 +53,42 @@ impl Reader {
         }
         let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;
         let readings = Readings::new(&charts, setup.drive);
-        let besides: Vec<DistanceChart> = charts.iter().filter_map(DistanceChart::beside).collect();
-        let of_besides = (!besides.is_empty()).then(|| Readings::new(&besides, setup.drive));
-        let (contact, beside) = (setup.model.contact, (besides, of_besides));
-        let mut at: FxHashMap<u64, Vec<usize>> = FxHashMap::default();
-        charts.iter().enumerate().for_each(|(i, chart)| at.entry(chart.a.to_bits()).or_default().push(i));
-        Ok((!charts.is_empty()).then_some(Self { charts, at, readings, beside, contact }))
+        let second: Vec<DistanceChart> = charts.iter().filter_map(DistanceChart::beside).collect();
+        let of_second = |second: Vec<DistanceChart>| {
+            let readings = Readings::new(&second, setup.drive);
+            (second, readings)
+        };
+        let beside = setup.gauge.second.then(|| of_second(second));
+        Ok((!charts.is_empty()).then_some(Self { charts, readings, beside }))
     }
 
     /// Outcomes of `tasks`; `None` outside the charts.
     pub fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
         let part = |tasks: &[Task]| {
             let mut out = vec![None; tasks.len()];
-            let (mut places, mut taps, mut found) = (Vec::new(), Vec::new(), Vec::new());
-            let mut found_beside = Vec::new();
-            let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.charts.len()];
-            for (place, task) in tasks.iter().enumerate() {
-                let charts = self.at.get(&task.a.to_bits()).into_iter().flatten();
-                charts.for_each(|i| at[*i].push(place));
-            }
             for (i, chart) in self.charts.iter().enumerate() {
-                places.clear();
-                taps.clear();
-                found.clear();
-                found_beside.clear();
-                let also = self.beside.0.get(i);
-                for &place in &at[i] {
-                    let task = &tasks[place];
-                    let Some(numbers) = self.numbers(setup, (chart, also), designs, task) else { continue };
-                    places.push(place);
-                    taps.push(numbers);
-                }
-                self.readings.read(i, &taps, &mut found);
-                if let Some(beside) = &self.beside.1 {
-                    beside.read(i, &taps, &mut found_beside);
-                }
+                let also = self.beside.as_ref().map(|(second, _)| &second[i]);
+                let numbers =
+                    |(place, task)| Some((place, Self::numbers(setup, (chart, also), designs, task)?));
+                let (places, taps): (Vec<usize>, Vec<[f64; AXES]>) =
+                    tasks.iter().enumerate().filter_map(numbers).unzip();
+                let found = self.readings.read(i, &taps);
+                let second = self.beside.as_ref().map(|(_, readings)| readings.read(i, &taps));
                 let cos = radians(chart.direction)[0].cos();
-                for (k, ((place, read), q)) in places.iter().zip(&found).zip(&taps).enumerate() {
-                    let task = &tasks[*place];
-                    let design = &designs[task.design as usize];
+                for (k, place) in places.into_iter().enumerate() {
+                    let task = &tasks[place];
+                    let (design, Read { functions, share }) = (&designs[task.design as usize], found[k]);
                     let Some(shared) = &design.shared else { continue };
-                    let linear = linear_force(setup, shared, task.a, q[0]);
-                    let force = linear * cos * (1.0 + f64::from(read.functions[2]));
-                    let friction = match self.contact {
-                        Contact::Coulomb(mu) if mu != 0.0 => f64::from(read.share) * mu,
+                    let [strain, arc, force] = functions.map(f64::from);
+                    let force = linear_force(setup, shared, task.a, taps[k][0]) * cos * (1.0 + force);
+                    let friction = match setup.model.contact {
+                        Contact::Coulomb(mu) if mu != 0.0 => f64::from(share) * mu,
                         _ => 0.0,
                     };
-                    let sticking = friction != 0.0 && read.share.abs() < 1.0;
-                    let [strain, arc, _] = read.functions.map(f64::from);
-                    let beside = found_beside.get(k).map(|read| read.functions.map(f64::from));
-                    out[*place] = outcome_of_chart(
-                        setup,
-                        design,
-                        task,
-                        ([strain, arc, force, friction], beside),
-                        sticking,
-                    );
+                    let sticking = friction != 0.0 && share.abs() < 1.0;
+                    let second = second.as_ref().map(|read| read[k].functions.map(f64::from));
+                    let read = ([strain, arc, force, friction], second);
+                    out[place] = outcome_of_chart(setup, design, task, read, sticking);
                 }
             }
             out
@@ -122,7 +98,6 @@ impl Reader {
 
     /// Drive (rad or mm), x1/a, D/a, τa and x2/a of `task`, if it is at the distance and direction of `chart`, within it and within `also`.
     fn numbers(
-        &self,
         setup: &Setup,
         (chart, also): (&DistanceChart, Option<&DistanceChart>),
         designs: &[Design],

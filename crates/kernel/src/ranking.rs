@@ -14,6 +14,11 @@ pub enum Case {
     Void,
 }
 
+/// The words of combination `k`.
+pub fn combined(k: usize) -> Status {
+    TOLD[k / 4] | WORN.get(k % 4).copied().unwrap_or(WORN[1] | WORN[2])
+}
+
 /// Results of an estimate.
 pub const TOLD: [Status; 3] = [Status::OK, Status::AMBIGUOUS, Status::NO_ROOT];
 
@@ -41,8 +46,7 @@ impl Words {
 
     /// Each combination with its taps.
     pub fn combinations(&self) -> impl Iterator<Item = (Status, u64)> {
-        let status = |k: usize| TOLD[k / 4] | WORN.get(k % 4).copied().unwrap_or(WORN[1] | WORN[2]);
-        let all = self.taps.into_iter().enumerate().map(move |(k, n)| (status(k), n));
+        let all = self.taps.into_iter().enumerate().map(|(k, n)| (combined(k), n));
         all.chain([(Status::INVALID_GEOMETRY, self.invalid)])
     }
 }
@@ -97,10 +101,10 @@ pub trait Charts {
     fn sheet(&self) -> Option<Sheet>;
 }
 
-/// Numbers of a distance before the points of its gauge, by shader name: ends of the range of interest (η), factor of the functions, largest arc over
+/// Numbers of a distance before the points of its gauge, by shader name: factor of the functions, largest arc over
 /// driveᵉ, number of branches, where their matrix begins after CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
-pub const HEAD: [&str; 16] = crate::names![
-    END_LO END_HI SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
+pub const HEAD: [&str; 14] = crate::names![
+    SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
     PLACE_AXIS PLACE_SHIFT A INVERSE
 ];
 

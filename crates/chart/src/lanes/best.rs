@@ -37,11 +37,13 @@ impl Rows {
         found: &mut Found,
     ) {
         let of = Lanes::of;
-        let m = if OWN { 1 } else { tables.points };
-        let drives = if OWN { 1 } else { tables.angles.len() };
+        let (m, drives) = (tables.orders::<OWN>(), tables.drives::<OWN>());
         let estimates = tables.by.is_some();
         let most = Lanes::splat(if OWN { MOST } else { tables.largest() });
-        let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
+        let mut rootless = std::mem::take(&mut scratch.rootless);
+        rootless.clear();
+        rootless.resize(if estimates && !OWN { drives } else { 0 }, of(0.0));
+        let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)), &mut rootless);
         // First drive at which any tap of the design has slipped: from there its rows are not complete.
         let mut complete = of(drives as f64);
         let last = self.row::<OWN>(tables, drives - 1);
@@ -49,35 +51,26 @@ impl Rows {
             if OWN {
                 self.read_between::<false>(tables, scratch);
             }
-            let Scratch { taps, edges, rootless, .. } = &mut *scratch;
+            let Scratch { taps, edges, .. } = &mut *scratch;
             edges.clear();
             for (i, distance) in tables.distances.iter().enumerate() {
-                let edge = self.edges::<OWN>(tables, taps.at(i), distance, &last, drives, m);
-                complete = complete.min(edge.slipped);
+                let edge = self.edges::<OWN>(tables, (taps.at(i), distance), &last, &mut tally.hard);
+                complete = complete.min(edge[1]);
                 edges.push(edge);
             }
-            if OWN {
-                let calibrations = self.calibrations(taps, &complete);
-                for (i, (edge, distance)) in edges.iter().zip(&tables.distances).enumerate() {
-                    self.count((taps.at(i), distance.a), edge, &calibrations, &mut tally);
-                }
-            } else {
-                rootless.clear();
-                rootless.resize(if estimates { drives } else { 0 }, of(0.0));
-                for (i, (edge, distance)) in edges.iter().zip(&tables.distances).enumerate() {
-                    let tap = (taps.at(i), distance.a);
-                    self.count_shared(tables, tap, edge, &complete, (&mut tally, rootless));
-                }
+            let known = self.calibration_of::<OWN>(tables, taps, complete);
+            for (i, (edge, distance)) in edges.iter().zip(&tables.distances).enumerate() {
+                self.count::<OWN>(tables, (taps.at(i), distance.a, *edge), (complete, &known), &mut tally);
             }
         }
-        let Scratch { taps, rootless, .. } = scratch;
+        let taps = &scratch.taps;
 
         let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
         let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt()) / self.passed.share;
         let (bound, never) = (Lanes::splat(bound), of(f64::INFINITY));
         let mut best = [never, of(0.0)];
         let mut rows_complete = if OWN && estimates { of(0.0) } else { complete };
-        for (j, rootless) in rootless.iter().enumerate() {
+        for (j, rootless) in tally.rootless.iter().enumerate() {
             rows_complete = rows_complete - of(j as f64).if_less(complete, *rootless, of(0.0));
         }
         let floor = match tables.by {
@@ -100,7 +93,8 @@ impl Rows {
             let mut rank = if let Some(by) = tables.by {
                 let row = self.row::<OWN>(tables, j);
                 if let Some(floor) = &floor {
-                    let out = rootless[j].max(tally.hard).max(place.if_less(complete, of(0.0), of(1.0)));
+                    let out =
+                        tally.rootless[j].max(tally.hard).max(place.if_less(complete, of(0.0), of(1.0)));
                     let least = of(0.5).if_less(out, never, floor.at(tables, &row, by));
                     if (bound * bound).all_at_most(least) {
                         continue;
@@ -174,5 +168,6 @@ impl Rows {
             }
             found.hard.extend((0..self.live).filter(|&lane| tally.is_hard(lane)).map(|lane| ks[lane]));
         }
+        scratch.rootless = rootless;
     }
 }

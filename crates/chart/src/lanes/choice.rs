@@ -23,17 +23,23 @@ impl Choice {
         Self { powers: (0..=MOST_BRANCHES).map(powers).collect() }
     }
 
-    /// δ, c/a − 1 and, with `FORCE`, the force over driveᵉ at each lane's drive; and T/(μP): ±1 where it slides.
+    /// δ, c/a − 1 and, with `FORCE`, the force over driveᵉ at each lane's drive; and T/(μP): ±1 where it slides. Of a contact that does not choose the
+    /// arc is 0 unless `with_arc`.
     #[inline(always)]
     pub fn read<const FORCE: bool>(
         &self,
         functions @ [_, arcs, _]: &[Vec<Flat>; FUNCTIONS],
+        with_arc: bool,
         at: &Values,
     ) -> ([Lanes; FUNCTIONS], Lanes) {
         let of = Lanes::of;
         let (zero, n) = (of(0.0), arcs.len());
+        if n == 1 {
+            let arc = if with_arc { arcs[0].at(at) } else { zero };
+            return (rest::<FORCE>(functions, 0, arc, at), of(1.0));
+        }
         let high = arcs[n - 1].at(at);
-        if n == 1 || zero.all_at_most(high) {
+        if zero.all_at_most(high) {
             return (rest::<FORCE>(functions, n - 1, high, at), of(1.0));
         }
         let low = arcs[0].at(at);

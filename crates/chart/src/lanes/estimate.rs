@@ -90,7 +90,7 @@ impl Rows {
     }
 
     #[inline(always)]
-    fn noise(&self, tables: &Tables, row: &Row) -> Lanes {
+    pub fn noise(&self, tables: &Tables, row: &Row) -> Lanes {
         let k = Lanes::of(1.0) + self.calibration(row, tables.points);
         k * Lanes::splat(tables.noise) / row.drive / self.passed.share
     }
@@ -103,7 +103,7 @@ impl Rows {
         let noise = self.noise(tables, row);
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
-            let [.., peak] = self.design.words.bounds(tap.0);
+            let [.., peak] = self.design.words.bounds(tap.0.strain);
             let told = self.distance(tables, row, tap, (noise, peak));
             squares = told.error.mul_add(told.error, squares);
             largest = largest.max(told.error.abs());
@@ -132,18 +132,6 @@ pub(super) struct Floor {
     noises: [Lanes; ORDERS],
 }
 
-#[inline(always)]
-fn series(tables: &Tables, values: &[Lanes; ORDERS], share: Lanes) -> [Lanes; ORDERS] {
-    let mut series = [Lanes::of(0.0); ORDERS];
-    for k in 0..tables.points {
-        for n in 0..tables.points {
-            series[k] = Lanes::splat(tables.from_points[k][n]).mul_add(values[n], series[k]);
-        }
-        series[k] = series[k] * share;
-    }
-    series
-}
-
 impl Floor {
     /// True over enough drives for a ranking by a value that it bounds.
     pub fn pays(tables: &Tables, by: OfErrors) -> bool {
@@ -153,11 +141,12 @@ impl Floor {
     #[inline(always)]
     pub fn new(tables: &Tables, rows: &Rows, taps: &Taps) -> Self {
         let (zero, half) = (Lanes::of(0.0), Lanes::of(0.5));
+        let share = Lanes::of((1.0 - MARGIN) / taps.len() as f64);
         let (mut errors, mut noises) = ([zero; ORDERS], [zero; ORDERS]);
         let m = tables.points;
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
-            let [.., peak] = rows.design.words.bounds(tap.0);
+            let [.., peak] = rows.design.words.bounds(tap.0.strain);
             let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
             let mut smooth = Lanes::of(1.0);
             for (k, stroke) in tables.grid.iter().enumerate() {
@@ -169,12 +158,14 @@ impl Floor {
             }
             for k in 0..m {
                 // NaN without a distance.
-                errors[k] = errors[k] + half.if_less(smooth, squares[k], zero);
-                noises[k] = noises[k] + half.if_less(smooth, variances[k], zero);
+                errors[k] = errors[k] + half.if_less(smooth, share * squares[k], zero);
+                noises[k] = noises[k] + half.if_less(smooth, share * variances[k], zero);
             }
         }
-        let share = Lanes::of((1.0 - MARGIN) / taps.len() as f64);
-        Self { errors: series(tables, &errors, share), noises: series(tables, &noises, share) }
+        let mut floor = Self { errors: [zero; ORDERS], noises: [zero; ORDERS] };
+        tables.to_series(&errors, &mut floor.errors[..m]);
+        tables.to_series(&noises, &mut floor.noises[..m]);
+        floor
     }
 
     /// Square of the bound of a row.

@@ -3,10 +3,11 @@
 use super::dispatch::by_lanes;
 use super::estimate::Told;
 use super::rows::{MOST, Rows};
-use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
+use super::tally::Tally;
+use super::words::certain;
 use super::{LANES, Lanes, Scratch, Tables};
 use crate::kernel::cpu::Packed;
-use crate::kernel::ranking::{TOLD, WORN};
+use crate::kernel::ranking::{COMBINED, combined};
 use crate::reduce::{Errors, Spread};
 use crate::scene::Tuple;
 use crate::statistics::DriveRow;
@@ -46,73 +47,42 @@ impl Rows {
     fn figures(&self, tables: &Tables, scratch: &Scratch, out: &mut Vec<Option<Figures>>) {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let taps = &scratch.taps;
-        let [drive, power] = self.own;
-        let limit = self.passed.limit;
-        let mut tally = Tally::new(self.largest.if_less(Lanes::splat(MOST), zero, one));
-
-        let [mut n, mut mean, mut spread] = [zero; 3];
-        let [mut strain_max, mut force_max] = [zero; 2];
-        let (mut nearest, mut farthest) = (of(1e30), zero);
+        let (taps, row) = (&scratch.taps, self.row::<true>(tables, 0));
+        let mut tally = Tally::new(self.largest.if_less(Lanes::splat(MOST), zero, one), &mut []);
+        let [mut strain_max, mut force_max, mut farthest] = [zero; 3];
+        let mut nearest = of(1e30);
+        let [mut errors, mut squares, mut largest, mut noises, mut read] = [zero; 5];
+        let (noise, words) = (self.noise(tables, &row), &self.design.words);
         for (i, distance) in tables.distances.iter().enumerate() {
-            let tap = taps.at(i);
-            let a = Lanes::splat(distance.a);
-            let deviation = power * tap.kappa[0];
-            let strain = tap.strain * drive / (one + deviation);
-            let moved = power * tap.arc[0];
-            let force = self.linear_force(tables, distance) * (one + power * tap.force);
-            n = n + one;
-            let apart = tap.kappa[0] - mean;
-            mean = mean + apart / n;
-            spread = apart.mul_add(tap.kappa[0] - mean, spread);
+            let (tap, a) = (taps.at(i), Lanes::splat(distance.a));
+            let (moved, q) = (row.power * tap.arc[0], self.miss(&row, tap, 1));
+            let strain = tap.strain * row.drive / (one + row.power * tap.kappa[0]);
+            let force = self.linear_force(tables, distance) * (one + row.power * tap.force);
             (strain_max, force_max) = (strain_max.max(strain), force_max.max(force));
             let arc = a + a * moved;
             (nearest, farthest) = (nearest.min(arc), farthest.max(arc));
-        }
 
-        let known = of(1.5).if_less(n, one, zero);
-        let (calibration, known) = match self.passed.fixed {
-            Some(fixed) => (fixed, one),
-            None => (power * mean, known),
-        };
-        let [mut errors, mut squares, mut largest, mut noises, mut read] = [zero; 5];
-        let noise = (one + calibration) * Lanes::splat(tables.noise) / drive / self.passed.share;
-        for (i, distance) in tables.distances.iter().enumerate() {
-            let tap = taps.at(i);
-            let deviation = power * tap.kappa[0];
-            let q = (calibration - deviation) / (one + deviation);
-            let [low, high, peak] = self.design.words.bounds(tap);
-            let told = Told::new(tables, (tap, distance), (q, peak, noise));
-            let none = told.none;
-            let least = self.design.words.farthest / tap.strain - one;
-            let lost = q.if_less(least, one, told.lost);
+            let bounds = words.bounds(tap.strain);
+            let told = Told::new(tables, (tap, distance), (q, bounds[2], noise));
+            let results = certain(bounds, [q; 2]);
+            let counted = one - told.none;
+            let lost = q.if_less(words.farthest / tap.strain - one, one, told.lost);
             let out = q.if_less(self.design.end(distance.a) / tap.strain - one, one, zero);
-            let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
-            tally.hard = tally.hard.max(known * (one - none) * lost.max(out * (one - near)));
-            let strain = tap.strain * drive / (one + deviation);
-            let a = Lanes::splat(distance.a);
-            let room = (self.design.length - a) * Lanes::splat(distance.inverse);
-            let off = room.if_less(power * tap.arc[0], one, zero);
-            let counted = known * (one - none);
-            let error = zero - counted * told.error;
-            let sigma = counted * told.sigma;
+            tally.hard = tally.hard.max(counted * lost.max(out * (one - results[1])));
+            let (error, sigma) = (zero - counted * told.error, counted * told.sigma);
             errors = errors + error;
             squares = error.mul_add(error, squares);
             largest = largest.max(error.abs());
             noises = sigma.mul_add(sigma, noises);
             read = read + counted;
-            let rootless = known * none;
-            let over = limit.if_less(strain, one, zero);
-            let worn = [(one - over) * (one - off), over * (one - off), (one - over) * off, over * off];
-            for (told, share) in [(CLEAR, one - rootless.max(near)), (AMBIGUOUS, near), (ROOTLESS, rootless)]
-            {
-                tally.add(told, share, &worn);
-            }
+            let room = (self.design.length - a) * Lanes::splat(distance.inverse);
+            let edges = [self.passed.limit.if_less(strain, zero, one), room.if_less(moved, zero, one)];
+            tally.add(results, edges, 0..1);
         }
 
-        let highest = self.design.words.peak * drive;
+        let highest = words.peak * row.drive;
         let peak = one / self.design.peak;
-        let power2 = power * power;
+        let calibration = self.calibration(&row, 1);
         let asked = taps.len() as u64;
         for lane in 0..self.live {
             if tally.is_hard(lane) {
@@ -120,29 +90,22 @@ impl Rows {
                 continue;
             }
             let at = |x: &Lanes| f64::from(x.0[lane]);
-            let mut status = Status::OK;
-            for (told, estimated) in tally.taps.iter().zip(TOLD) {
-                for (taps, word) in told.iter().zip(WORN.into_iter().chain([WORN[1] | WORN[2]])) {
-                    if taps.0[lane] > 0.0 {
-                        status |= estimated | word;
-                    }
-                }
-            }
-            let (counted, told) = (n.0[lane] as u64, read.0[lane] as u64);
-            let known = known.0[lane] > 0.5;
+            let noted = (0..COMBINED).filter(|k| tally.taps[k / 4][k % 4].0[lane] > 0.0);
+            let status = noted.fold(Status::OK, |all, k| all | combined(k));
+            let told = read.0[lane] as u64;
             // The chart's K is of the strain before the foil: divide by the foil's share.
-            let share = at(&self.passed.share);
-            let mean = at(&power) * at(&mean);
+            let (share, power) = (at(&self.passed.share), at(&row.power));
+            let mean = power * at(&self.mean[0]);
             let mean = if share == 1.0 { mean } else { (1.0 + mean) / share - 1.0 };
             let row = DriveRow::of(
                 [asked, told],
-                Spread::of(counted, mean, at(&power2) * at(&spread) / (share * share)),
+                Spread::of(asked, mean, power * power * at(&self.spread[0]) / (share * share)),
                 [share * at(&strain_max), at(&force_max)],
                 [
                     Errors::of(told, [at(&errors), at(&squares), at(&largest)]),
                     Errors::of(told, [f64::NAN, at(&noises), f64::NAN]),
                 ],
-                known.then(|| (1.0 + at(&calibration)) / share),
+                Some((1.0 + at(&calibration)) / share),
                 status,
             );
             out.push(Some(Figures {

@@ -36,10 +36,17 @@ impl Group {
         }
     }
 
-    /// Groups of `angles`, ascending; the first holds all, if there are any.
+    /// Groups of `angles`, ascending; the first holds all. Without any it is that of a design's own drive, over which nothing is a series.
     pub fn of(angles: &[Angle]) -> Vec<Self> {
         if angles.is_empty() {
-            return Vec::new();
+            let basis = std::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 });
+            let one = Self {
+                drives: 0..1,
+                powers: [1.0; 2],
+                basis: [basis, [0.0; ORDERS]],
+                products: [[0.0; PAIRS]; 2],
+            };
+            return vec![one];
         }
         let parts = angles.chunks(TOGETHER).enumerate().map(|(n, part)| Self::new(part, n * TOGETHER));
         std::iter::once(Self::new(angles, 0)).chain(parts).collect()

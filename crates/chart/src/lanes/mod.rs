@@ -40,7 +40,6 @@ use between::Between;
 use choice::Choice;
 use dispatch::SET;
 use distance::{Charted, Distance};
-use edges::Edges;
 use groups::Group;
 use read::{Basis, Values};
 use tap::Taps;
@@ -81,8 +80,6 @@ pub struct Tables {
     rough: Vec<Charted>,
     between: Option<Between>,
     angles: Vec<Angle>,
-    /// First of the angles, and 1 over the step between them, where they are evenly spaced.
-    even: Option<[f32; 2]>,
     /// Groups of the angles: first all, then some at a time.
     groups: Vec<Group>,
     /// Points over the shared drives; 1 where each design has its drive.
@@ -148,15 +145,6 @@ struct Angle {
 fn affine(ends: [f64; 2]) -> [f32; 2] {
     let shift = scaled(ends, 0.0);
     [(scaled(ends, 1.0) - shift) as f32, shift as f32]
-}
-
-fn even(drives: &[(f64, f64, u32)]) -> Option<[f32; 2]> {
-    let (first, last) = (drives.first()?.0, drives.last()?.0);
-    let step = (last - first) / (drives.len() - 1) as f64;
-    let near = |(i, drive): (usize, &(f64, f64, u32))| {
-        (drive.0 - first - i as f64 * step).abs() <= 1e-9 * last.abs()
-    };
-    (step > 0.0 && drives.iter().enumerate().all(near)).then(|| [first as f32, (1.0 / step) as f32])
 }
 
 fn narrow<const N: usize>(v: &[f64]) -> [f32; N] {
@@ -225,8 +213,7 @@ impl Tables {
             rough: if roughly { scope.charts.iter().zip(&charts).map(rough).collect() } else { Vec::new() },
             charts,
             between: scope.between.as_ref().map(|between| Between::new(between, &scope.distances)),
-            even: even(&scope.drives),
-            groups: Group::of(&angles),
+            groups: Group::of(if own { &[] } else { &angles }),
             angles,
             points: n,
             from_points: matrix(n).iter().map(|row| wide(row)).collect(),
@@ -252,6 +239,18 @@ impl Tables {
         })
     }
 
+    /// Coefficients of a series over the drive.
+    #[inline(always)]
+    fn orders<const OWN: bool>(&self) -> usize {
+        if OWN { 1 } else { self.points }
+    }
+
+    /// Drives of a design.
+    #[inline(always)]
+    fn drives<const OWN: bool>(&self) -> usize {
+        if OWN { 1 } else { self.angles.len() }
+    }
+
     #[inline(always)]
     fn over_drives(&self, drive: Lanes) -> (Lanes, Lanes) {
         let [scale, shift] = self.affine.map(Lanes::splat);
@@ -269,7 +268,8 @@ struct Scratch {
     pub products: Values,
     pub taps: Taps,
     pub charts: Taps,
-    pub edges: Vec<Edges>,
+    /// First drives above the strain limit and slipped off, of each tap.
+    pub edges: Vec<[Lanes; 2]>,
     /// 1 at each drive at which a tap has no distance, where distances are estimated.
     pub rootless: Vec<Lanes>,
 }

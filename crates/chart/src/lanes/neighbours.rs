@@ -3,8 +3,8 @@
 use super::between::{Between, MOST_CHARTS};
 use super::dispatch::part;
 use super::rows::{Row, Rows};
-use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
-use super::words::Calibrations;
+use super::tally::{Tally, times};
+use super::words::certain;
 use super::{LANES, Lanes, Scratch, Tables};
 use crate::between;
 use crate::kernel::cpu::Packed;
@@ -55,17 +55,19 @@ impl Neighbours {
 impl Rows {
     /// Adds the words of all distances at each design's drive if no contact can slip off and no reading is far from its calibration; else false.
     #[inline(always)]
-    pub fn count_together(&self, tables: &Tables, row: &Row, scratch: &Scratch, tally: &mut Tally) -> bool {
+    pub fn count_together(
+        &self,
+        tables: &Tables,
+        row: &Row,
+        scratch: &Scratch,
+        tally: &mut Tally<'_>,
+    ) -> bool {
         let Some(between) = &tables.between else { return false };
-        if tables.by.is_some() || !self.still {
+        if tables.by.is_some() || !self.still || !self.is_usual() {
             return false;
         }
-        // Every row counts as complete, so no single tap is read.
-        let calibrations = self.calibrations(&scratch.taps, &Lanes::of(1.0));
-        if calibrations.usual {
-            self.count_between((tables, between), row, &calibrations, &scratch.charts.kappa, tally);
-        }
-        calibrations.usual
+        self.count_between((tables, between), row, &scratch.charts.kappa, tally);
+        true
     }
 
     #[inline(always)]
@@ -73,13 +75,14 @@ impl Rows {
         &self,
         (tables, between): (&Tables, &Between),
         row: &Row,
-        calibrations: &Calibrations,
         kappa: &[Lanes],
-        tally: &mut Tally,
+        tally: &mut Tally<'_>,
     ) {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let (limit, words, peak) = (self.passed.limit, &self.design.words, self.design.peak);
+        let bounds = [words.low, words.high, words.peak];
+        let calibration = row.power.mul_add(self.mean[0], one);
         let mut coefficients = [zero; MOST_CHARTS];
         let coefficients = between.over_distances(kappa, &mut coefficients);
         let mut rest = of(SAFE);
@@ -103,41 +106,29 @@ impl Rows {
             let highest = at_near.max(at_far);
             let highest = far.if_less(peak, peak.if_less(near, words.peak.max(highest), highest), highest);
             let f = [at_near.min(at_far) * of(1.0 - SAFE), highest * of(1.0 + SAFE)];
-            let [rootless, twice, clear] = calibrations.certain(words, f, k);
+            let least = f[0] * calibration / k[1];
+            let results = certain(bounds, [least, zero.if_less(k[0], f[1] * calibration / k[0], of(1e30))]);
             let above = (limit * k[1]).if_less(f[0] * row.drive, one, zero);
             let below = (limit * k[0]).if_less(f[1] * row.drive, zero, one);
-            let certain = (rootless + twice + clear).min(above + below);
-            let count = of(group.count as f64) * certain;
-            let worn = [count * below, count * above];
-            for (told, share) in [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)] {
-                for (k, taps) in worn.iter().enumerate() {
-                    tally.taps[told][k] = share.mul_add(*taps, tally.taps[told][k]);
-                }
-            }
-            if one.all_at_most(certain) {
+            let sure = (results[0] + results[1] + results[2]).min(above + below);
+            tally.add(times(results, of(group.count as f64) * sure), [below, one], 0..1);
+            if one.all_at_most(sure) {
                 continue;
             }
             for lane in 0..self.live {
-                if certain.0[lane] > 0.5 {
+                if sure.0[lane] > 0.5 {
                     continue;
                 }
                 places[waiting] = Place { lane, group: n };
                 waiting += 1;
                 if waiting == places.len() {
-                    part!(self.count_one_by_one(
-                        (tables, between),
-                        row,
-                        calibrations,
-                        (kappa, &places),
-                        tally
-                    ));
+                    part!(self.count_one_by_one((tables, between), row, (kappa, &places), tally));
                     waiting = 0;
                 }
             }
         }
         if waiting > 0 {
-            let places = (kappa, &places[..waiting]);
-            part!(self.count_one_by_one((tables, between), row, calibrations, places, tally));
+            part!(self.count_one_by_one((tables, between), row, (kappa, &places[..waiting]), tally));
         }
     }
 
@@ -147,9 +138,8 @@ impl Rows {
         &self,
         (tables, between): (&Tables, &Between),
         row: &Row,
-        calibrations: &Calibrations,
         (kappa, places): (&[Lanes], &[Place]),
-        tally: &mut Tally,
+        tally: &mut Tally<'_>,
     ) {
         let (zero, one) = (Lanes::of(0.0), Lanes::of(1.0));
         let mut inverse = one;
@@ -165,20 +155,19 @@ impl Rows {
             own = weights.mul_add(picked(value, places), own);
         }
         let design = self.design.picked(places);
-        let calibrations = calibrations.picked(places);
-        // K as in `Rows::count` and `Rows::edges`, rounded as there.
         let power = picked(&row.power, places);
-        let k = power.mul_add(own, one);
         let f = design.strain(tables, inverse);
-        let [rootless, twice, clear] = calibrations.certain(&design.words, [f; 2], [k; 2]);
+        // Rounded as in `Rows::count` and `Rows::edges`.
+        let q = (picked(&self.mean[0], places) - own) * power * (one / power.mul_add(own, one));
+        let results = certain(design.words.bounds(f), [q; 2]);
         let limit = picked(&self.passed.limit, places);
         let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
         let below = one - above;
-        for (told, share) in [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)] {
-            for (worn, taps) in [share * below, share * above].iter().enumerate() {
+        for (taps, share) in tally.taps.iter_mut().zip(results) {
+            for (sum, worn) in taps.iter_mut().zip([share * below, share * above]) {
                 for (q, Place { lane, group }) in places.iter().enumerate() {
                     for at in q * NEIGHBOURS..q * NEIGHBOURS + between.neighbours[*group].count {
-                        tally.taps[told][worn].0[*lane] += taps.0[at];
+                        sum.0[*lane] += worn.0[at];
                     }
                 }
             }

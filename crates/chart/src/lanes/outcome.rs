@@ -39,12 +39,13 @@ impl Readings {
     }
 
     /// Taps at distance `i`; drive (rad or mm), x1/a, D/a, τa and x2/a of each, within its chart.
-    pub fn read(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
-        by_lanes!(self.read_lanes(i, quantities, out));
+    pub fn read(&self, i: usize, quantities: &[[f64; AXES]]) -> Vec<Read> {
+        by_lanes!(self.read_lanes(i, quantities))
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
-    fn read_lanes(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
+    fn read_lanes(&self, i: usize, quantities: &[[f64; AXES]]) -> Vec<Read> {
+        let mut out = Vec::with_capacity(quantities.len());
         let chart = &self.charts[i];
         let of = Lanes::of;
         let mut basis: Basis = [[of(0.0); _]; _];
@@ -63,21 +64,20 @@ impl Readings {
                 q[0] = drive * Lanes::splat(chart.inverse);
             }
             chart.polynomials::<true>(&q, Function::Force, &mut basis, &mut products);
-            let (functions, share) = self.choice.read::<true>(&chart.functions, &products);
+            let (functions, share) = self.choice.read::<true>(&chart.functions, true, &products);
             let power = Lanes::splat(chart.scale)
                 * match self.power {
                     0 => of(1.0),
                     1 => drive,
                     _ => drive * drive,
                 };
-            let mut functions = functions;
-            for f in &mut functions {
-                *f = *f * power;
-            }
+            let [strain, arc, force] = functions;
+            let functions = [strain * power, arc * power, force * power];
             out.extend(
                 (0..part.len())
                     .map(|lane| Read { functions: functions.map(|f| f.0[lane]), share: share.0[lane] }),
             );
         }
+        out
     }
 }

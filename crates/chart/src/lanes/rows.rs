@@ -30,7 +30,6 @@ pub(super) struct Rows {
     /// Each design's drive, rad or mm, and its power e.
     pub own: [Lanes; 2],
     pub mean: [Lanes; ORDERS],
-    pub hull: [[Lanes; ORDERS]; 2],
     /// Sums of products of κ − mean, k ≤ l.
     pub spread: [Lanes; PAIRS],
     pub largest: Lanes,
@@ -77,7 +76,6 @@ impl Rows {
             passed: Passed { share: Lanes::of(1.0), limit: zero, fixed: None },
             own: [zero; 2],
             mean: [zero; ORDERS],
-            hull: [[zero; ORDERS]; 2],
             spread: [zero; PAIRS],
             largest: zero,
             slack: [zero; 2],
@@ -119,12 +117,10 @@ impl Rows {
             1 => own,
             _ => own * own,
         };
-        let m = if OWN { 1 } else { tables.points };
+        let m = tables.orders::<OWN>();
         (self.live, self.design, self.own, self.largest) = (live, design, [own, power], of(0.0));
         (self.slack, self.still) = ([of(0.0); 2], true);
-        for k in 0..m {
-            (self.mean[k], self.hull[0][k], self.hull[1][k]) = (of(0.0), of(1e30), of(-1e30));
-        }
+        self.mean[..m].fill(of(0.0));
         for sum in &mut self.spread[..m * (m + 1) / 2] {
             *sum = of(0.0);
         }
@@ -156,13 +152,9 @@ impl Rows {
             }
         }
         let taps = &scratch.taps;
-        for i in 0..taps.len() {
-            let tap = taps.at(i);
-            if each {
-                self.push(tap, i, m);
-            }
-            if !OWN {
-                self.widen(tap, m);
+        if each {
+            for i in 0..taps.len() {
+                self.push(taps.at(i), i, m);
             }
         }
     }
@@ -198,14 +190,6 @@ impl Rows {
                 self.spread[at] = a[k].mul_add(b[l], self.spread[at]);
                 at += 1;
             }
-        }
-    }
-
-    #[inline(always)]
-    fn widen(&mut self, tap: TapSeries<'_>, m: usize) {
-        for k in 0..m {
-            self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
-            self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
         }
     }
 

@@ -14,7 +14,7 @@ use crate::statistic::OfErrors;
 const GROUP: usize = 4;
 
 /// Numbers kept of a tap besides the series of its K.
-const KEPT: usize = 6;
+const KEPT: usize = 2;
 
 const SLACK: f64 = 1e-6;
 
@@ -94,7 +94,7 @@ impl Tables {
         let gauge = self.charts.iter().map(|c| c.gauge.len()).max().unwrap_or(1);
         let mut numbers = Vec::new();
         for (distance, chart) in self.distances.iter().zip(&self.charts) {
-            numbers.extend(head(distance, chart, self.ends, kinds[0].len()));
+            numbers.extend(head(distance, chart, kinds[0].len()));
             let points = chart.gauge.iter().copied().chain(std::iter::repeat([0.0; 2]));
             numbers.extend(points.take(gauge).flatten());
         }
@@ -117,7 +117,6 @@ impl Tables {
             ("POINTS", points),
             ("PAIRS", pairs),
             ("GROUPS", groups),
-            ("ORDERS", GROUP * groups),
             ("PLACES", places),
             ("GAUGE", gauge),
             ("BRANCHES", branches),
@@ -159,6 +158,8 @@ impl Tables {
             ("DRIVE_LO", below(drive[0])),
             ("DRIVE_HI", above(drive[1])),
             ("WIDTH", above(scope.width)),
+            ("END_LO", self.ends[0].into()),
+            ("END_HI", self.ends[1].into()),
             ("HUB", self.theory.hub.into()),
             ("SHEAR", self.theory.shear.into()),
             ("STRAIN_LIMIT", self.strain_limit.into()),
@@ -189,14 +190,13 @@ impl Tables {
     }
 }
 
-/// Numbers of a distance; `ends` as in [`Tables`]; `five`: start of the matrix of five branches, after that of three.
-fn head(distance: &Distance, chart: &Charted, ends: [f32; 2], five: usize) -> [f32; HEAD.len()] {
+/// Numbers of a distance; `five`: start of the matrix of five branches, after that of three.
+fn head(distance: &Distance, chart: &Charted, five: usize) -> [f32; HEAD.len()] {
     let [drive, _, base, taper, place] = chart.affine;
     let branches = chart.functions[0].len();
     let choice = if branches == 5 { five } else { 0 };
-    let [lo, hi] = ends.map(|u| (f64::from(distance.a) * f64::from(u) - 1.0) as f32);
     let whole = [branches as f32, choice as f32];
-    let parts = [[lo, hi], [chart.scale, chart.most_arc], whole, drive, base, taper, place];
+    let parts = [[chart.scale, chart.most_arc], whole, drive, base, taper, place];
     let head = [parts.as_flattened(), &[distance.a, distance.inverse]].concat();
     std::array::from_fn(|k| head[k])
 }

@@ -1,69 +1,66 @@
 //! Taps per combination of status words, lane by lane.
 
+use std::ops::Range;
+
 use super::{LANES, Lanes, Words};
 use crate::kernel::cpu::Packed;
 
-/// Results of an estimate, as indices.
-pub(super) const CLEAR: usize = 0;
-pub(super) const AMBIGUOUS: usize = 1;
-pub(super) const ROOTLESS: usize = 2;
+/// Shares of lanes by result of an estimate, in the order of [`crate::kernel::ranking::TOLD`].
+pub(super) type Results = [Lanes; 3];
 
-/// Counts by words that do not depend on the estimate: no word, `strain_limit`, `slipped_off`, both.
-pub(super) type Worn = [Lanes; 4];
-
-/// Drives from `from` to `to`, for a tap that is above the strain limit from `above` on and has slipped off from `slipped` on.
 #[inline(always)]
-pub(super) fn worn([above, slipped]: [Lanes; 2], [from, to]: [Lanes; 2]) -> Worn {
-    let (above, slipped) = (above.max(from).min(to), slipped.max(from).min(to));
-    let clean = above.min(slipped);
-    [clean - from, slipped - clean, above - clean, to - above.max(slipped)]
+pub(super) fn times([clear, ambiguous, rootless]: Results, share: Lanes) -> Results {
+    [clear * share, ambiguous * share, rootless * share]
 }
 
 /// Taps of each lane per combination; whole numbers, far below the 2²⁴ up to which f32 counts.
-#[derive(Clone, Copy)]
-pub(super) struct Tally {
-    pub taps: [Worn; 3],
+pub(super) struct Tally<'a> {
+    /// For each result, by words that do not depend on the estimate: no word, `strain_limit`, `slipped_off`, both.
+    pub taps: [[Lanes; 4]; 3],
     /// 1 for a design that must be solved tap by tap.
     pub hard: Lanes,
+    /// 1 at each drive at which a tap has no distance; empty where no row needs it.
+    pub rootless: &'a mut [Lanes],
 }
 
-impl Tally {
+impl<'a> Tally<'a> {
     #[inline(always)]
-    pub fn new(hard: Lanes) -> Self {
+    pub fn new(hard: Lanes, rootless: &'a mut [Lanes]) -> Self {
+        Self { taps: [[Lanes::of(0.0); 4]; 3], hard, rootless }
+    }
+
+    /// Adds `results` at `drives` of a tap that is above the strain limit from the drive `above` on and has slipped off from `slipped` on.
+    #[inline(always)]
+    pub fn add(&mut self, results: Results, [above, slipped]: [Lanes; 2], drives: Range<usize>) {
         let zero = Lanes::of(0.0);
-        Self { taps: [[zero; 4]; 3], hard }
-    }
-
-    #[inline(always)]
-    pub fn add(&mut self, told: usize, share: Lanes, worn: &Worn) {
-        // Most packs have only clear taps.
-        if share.all_at_most(Lanes::of(0.0)) {
-            return;
+        let [from, to] = [Lanes::of(drives.start as f64), Lanes::of(drives.end as f64)];
+        let is_clean = to.all_at_most(above.min(slipped));
+        let mut worn = [to - from, zero, zero, zero];
+        if !is_clean {
+            let (above, slipped) = (above.max(from).min(to), slipped.max(from).min(to));
+            let clean = above.min(slipped);
+            worn = [clean - from, slipped - clean, above - clean, to - above.max(slipped)];
         }
-        for k in 0..worn.len() {
-            self.taps[told][k] = share.mul_add(worn[k], self.taps[told][k]);
-        }
-    }
-
-    /// Adds the taps between the drives `from` and `to`; `told`: results with their share of the lanes; `edges`: strain limit and slip-off.
-    #[inline(always)]
-    pub fn add_between(&mut self, told: &[(usize, Lanes)], edges: [Lanes; 2], [from, to]: [Lanes; 2]) {
-        if to.all_at_most(edges[0].min(edges[1])) {
-            let taps = to - from;
-            for (told, share) in told {
-                self.add_clean(*told, *share * taps);
+        for (taps, share) in self.taps.iter_mut().zip(results) {
+            // Most packs have only clear taps.
+            if share.all_at_most(zero) {
+                continue;
             }
-        } else {
-            let worn = worn(edges, [from, to]);
-            for (told, share) in told {
-                self.add(*told, *share, &worn);
+            taps[0] = share.mul_add(worn[0], taps[0]);
+            if !is_clean {
+                for k in 1..worn.len() {
+                    taps[k] = share.mul_add(worn[k], taps[k]);
+                }
             }
         }
+        self.mark(results[2], drives);
     }
 
     #[inline(always)]
-    pub fn add_clean(&mut self, told: usize, taps: Lanes) {
-        self.taps[told][0] = self.taps[told][0] + taps;
+    pub fn mark(&mut self, rootless: Lanes, drives: Range<usize>) {
+        for at in self.rootless.get_mut(drives).unwrap_or_default() {
+            *at = at.max(rootless);
+        }
     }
 
     #[inline(always)]

@@ -116,87 +116,66 @@ impl Tables {
         };
         chart.polynomials::<OWN>(&quantities, last, basis, products);
         let scale = Lanes::splat(chart.scale);
-        if OWN && chart.functions[0].len() > 1 {
-            let (read, _) = self.choice.read::<FORCE>(&chart.functions, products);
-            let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
-            let delta = power * deviation;
-            into[0] = -(deviation / (one + delta));
-            (taps.largest[i], into_arc[0], taps.force[i]) = (delta.abs(), arc, force);
-            taps.slack[i] = [of(0.0); 2];
-            return;
-        }
-        let [strain, arc, force] = chart.functions.each_ref().map(|of| &of[0]);
-        let (mut largest, mut slack) = (of(0.0), [of(0.0); 2]);
+        let choice = &self.choice;
         if OWN {
-            let deviation = scale * strain.at(products);
+            let ([strain, arc, force], _) = choice.read::<FORCE>(&chart.functions, with_arc, products);
+            let deviation = scale * strain;
+            (into_arc[0], taps.force[i]) = (scale * arc, scale * force);
             let delta = power * deviation;
             let inverse = one / (one + delta);
             into[0] = -(deviation * inverse);
             // Every mean of a polynomial over the gauge is at most that of the first.
             let missed = Lanes::splat(chart.missed[0]) * basis[4][0];
-            largest = power.mul_add(missed, delta.abs());
+            taps.largest[i] = power.mul_add(missed, delta.abs());
             // m/((1 + δ)(1 + δ − m θᵉ)), if the last term is far below 1; else no bound is known.
             let near = missed * inverse;
             let share = power * near;
             let more = share.if_less(of(0.1), one + of(1.2) * share, of(UNKNOWN));
-            slack[0] = near * inverse * more;
-        } else {
-            let orders = strain.orders;
-            let strain = strain.read(products);
-            // δ is a series, 1/(1 + δ) is not: through the points over the drive.
-            let n = self.points;
-            let mut kappa = [of(0.0); ORDERS];
-            for k in 0..n {
-                let basis = &chart.at_points[k];
-                let mut deviation = strain[0];
-                for j in 1..orders {
-                    deviation = Lanes::splat(basis[j]).mul_add(strain[j], deviation);
-                }
-                let deviation = scale * deviation;
-                let delta = Lanes::splat(self.grid[k].power) * deviation;
-                kappa[k] = -(deviation / (one + delta));
-                largest = largest.max(delta.abs());
-            }
-            for k in 0..n {
-                let mut sum = Lanes::splat(self.from_points[k][0]) * kappa[0];
-                for j in 1..n {
-                    sum = Lanes::splat(self.from_points[k][j]).mul_add(kappa[j], sum);
-                }
-                into[k] = sum;
-            }
-        }
-        taps.largest[i] = largest;
-        taps.slack[i] = slack;
-        for arc in into_arc.iter_mut() {
-            *arc = of(0.0);
-        }
-        if with_arc {
-            if OWN {
-                into_arc[0] = scale * arc.at(products);
+            taps.slack[i] = [near * inverse * more, of(0.0)];
+            if with_arc {
                 taps.slack[i][1] = Lanes::splat(chart.missed[1]);
                 if chart.slides != 0.0 {
                     // Another branch may hold if the arc may have the other sign.
+                    let [slack, arc_slack] = taps.slack[i];
                     let arc = into_arc[0] * Lanes::splat(chart.slides);
-                    taps.slack[i][0] = arc.if_less(taps.slack[i][1], of(UNKNOWN), slack[0]);
-                }
-            } else {
-                let arc = arc.read(products);
-                for k in 0..self.points {
-                    let mut values = [of(0.0); ORDERS];
-                    for (n, value) in values.iter_mut().enumerate().take(self.points) {
-                        for (a, t) in arc.iter().zip(&chart.at_points[n]) {
-                            *value = Lanes::splat(*t).mul_add(*a, *value);
-                        }
-                    }
-                    for (n, value) in values.iter().enumerate().take(self.points) {
-                        let back = Lanes::splat(self.from_points[k][n]);
-                        into_arc[k] = back.mul_add(scale * *value, into_arc[k]);
-                    }
+                    taps.slack[i][0] = arc.if_less(arc_slack, of(UNKNOWN), slack);
                 }
             }
+            return;
         }
-        if FORCE {
-            taps.force[i] = scale * force.at(products);
+        let [strain, arc, _] = chart.functions.each_ref().map(|of| &of[0]);
+        let read = strain.read(products);
+        (taps.largest[i], taps.slack[i]) = (of(0.0), [of(0.0); 2]);
+        // δ is a series, 1/(1 + δ) is not: through the points over the drive.
+        let n = self.points;
+        let mut values = [of(0.0); ORDERS];
+        for k in 0..n {
+            let deviation = scale * at_point(chart, k, &read[..strain.orders]);
+            let delta = Lanes::splat(self.grid[k].power) * deviation;
+            values[k] = -(deviation / (one + delta));
+            taps.largest[i] = taps.largest[i].max(delta.abs());
+        }
+        self.to_series(&values, into);
+        if with_arc {
+            let read = arc.read(products);
+            for k in 0..n {
+                values[k] = scale * at_point(chart, k, &read[..arc.orders]);
+            }
+            self.to_series(&values, into_arc);
+        } else {
+            into_arc.fill(of(0.0));
+        }
+    }
+
+    /// The series over the drive through `values` at the points.
+    #[inline(always)]
+    pub(super) fn to_series(&self, values: &[Lanes; ORDERS], into: &mut [Lanes]) {
+        for (into, row) in into.iter_mut().zip(&self.from_points) {
+            let mut sum = Lanes::splat(row[0]) * values[0];
+            for j in 1..self.points {
+                sum = Lanes::splat(row[j]).mul_add(values[j], sum);
+            }
+            *into = sum;
         }
     }
 
@@ -235,4 +214,14 @@ impl Tables {
         }
         found
     }
+}
+
+/// A series over the drive at point `k`.
+#[inline(always)]
+fn at_point(chart: &Charted, k: usize, series: &[Lanes]) -> Lanes {
+    let mut sum = series[0];
+    for j in 1..series.len() {
+        sum = Lanes::splat(chart.at_points[k][j]).mul_add(series[j], sum);
+    }
+    sum
 }

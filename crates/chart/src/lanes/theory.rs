@@ -79,8 +79,7 @@ impl Whisker {
                 low: picked(&words.low, places),
                 high: picked(&words.high, places),
                 peak: picked(&words.peak, places),
-                farthest: words.farthest,
-                ends: words.ends,
+                ..*words
             },
             ..*self
         }

@@ -137,7 +137,8 @@ impl Gpu {
         let pipeline = match self.pipelines.get(wgsl) {
             Some(pipeline) => pipeline.clone(),
             None => {
-                let pipeline = self.device.compile(name, wgsl)?;
+                // Loops over shared numbers have lengths that are data.
+                let pipeline = self.device.compile(name, wgsl, !shared.is_empty())?;
                 self.pipelines.insert(wgsl.to_owned(), pipeline.clone());
                 pipeline
             }

@@ -74,7 +74,8 @@ impl DeviceRanker {
     ) -> Result<Option<Self>, SolveError> {
         let shader = charts.sheet().and_then(|sheet| Shader::new(&sheet, layout));
         let Some(shader) = shader.filter(|shader| shader.rounds <= MOST_ROUNDS) else { return Ok(None) };
-        let pipeline = device.compile("ranking", &shader.wgsl)?;
+        // The lengths of its loops are data.
+        let pipeline = device.compile("ranking", &shader.wgsl, true)?;
         use wgpu::BufferUsages as U;
         let uploaded = |bytes: &[u8]| {
             let of = device.buffer(bytes.len(), U::STORAGE | U::UNIFORM | U::COPY_DST);

@@ -1,0 +1,312 @@
+//! The fast solver of taps: every whisker and every effect, in lanes.
+//!
+//! In the frame of the contact the force F is constant, and the turn ψ and the moment M follow from the contact to the base: ψ′ = κ(N, M),
+//! M′ = −[(1 + e₀) Q − γ N], with N and Q along and across the section. From the base to a, where the contact is at rest, lie panels that end where the
+//! whisker is not smooth. Each has Gauss's nodes in w; D^(−½) is linear in w, so that integrals of linear theory over a cone are polynomials. From a to
+//! the contact at c a short panel moves with c. A pass takes M from the last ψ, and ψ from that M; the closure then gives a step of P and of c (or of T).
+//! What is solved is the difference to linear theory under the same force, whose integrals stay while a tap is iterated.
+//!
+//! Taps whose estimated error exceeds the tolerance go on to more nodes, and at last to Newton's method with the derivatives of the passes.
+
+// Index loops vectorise over lanes.
+#![allow(clippy::needless_range_loop)]
+
+mod close;
+mod gauge;
+mod ground;
+mod lane;
+mod panel;
+mod rod;
+mod rule;
+mod section;
+mod solve;
+mod vector;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use ground::{Fixed, Ground};
+use lane::Lane;
+pub use rod::{Piece, Rod};
+use rule::{Rule, Turns};
+use solve::Answer;
+use vibrissa_core::physics::nodes::Nodes;
+use vibrissa_core::physics::number::Number;
+use vibrissa_core::physics::real::{Dual as One, Real};
+use vibrissa_core::physics::solid::HALVED;
+use vibrissa_core::physics::taper::Taper;
+use vibrissa_core::scene::{Material, Model};
+use vibrissa_kernel::Chart;
+use vibrissa_kernel::cpu::law::Law;
+use vibrissa_kernel::cpu::{Pack, Packed, UNFUSED, fused};
+
+/// Effects of the model and of the whiskers, equal for all taps of a pack; an effect that is off costs nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Effects {
+    /// Timoshenko shear.
+    pub shear: bool,
+    /// Stretch of the centreline.
+    pub extension: bool,
+    /// Contact on the surface.
+    pub surface: bool,
+    /// The contact stays at its arc length.
+    pub stick: bool,
+    /// A hyperelastic section law, read from a chart.
+    pub law: bool,
+    /// The gauge is on the far side.
+    pub far: bool,
+    /// The contact gives way.
+    pub soft: bool,
+    /// The strain of the skin is not that of the rod.
+    pub distorting: bool,
+    /// The resting whisker is curved.
+    pub curved: bool,
+    /// The whisker has a core or a bore.
+    pub inner: bool,
+    /// The diameter is a power of the distance from the tip.
+    pub power: bool,
+    /// Linear theory is no polynomial at the nodes.
+    pub rough: bool,
+    /// The gauge is long.
+    pub long: bool,
+}
+
+/// The skin next to the clamp (model §8).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Skin<T = f64> {
+    /// The whisker from the face of its clamp on.
+    pub taper: Taper<T>,
+    /// From there to where the rod begins, mm.
+    pub start: T,
+    /// Loss on both sides, in (κR)².
+    pub halved: f64,
+}
+
+impl<T: Real> Skin<T> {
+    /// The skin of `model` on the cone `taper`, measured from the face of its clamp, whose rod begins at `start`.
+    pub fn new(model: &Model<T>, taper: &Taper<T>, start: T) -> Self {
+        let halved = if matches!(model.material, Material::Hooke(_)) { 0.0 } else { HALVED };
+        Self { taper: *taper, start, halved }
+    }
+}
+
+/// One tap; mm, N, rad.
+#[derive(Debug, Clone, Copy)]
+pub struct Tap<'a, T = f64> {
+    /// The whisker.
+    pub rod: &'a Rod<T>,
+    /// Contact distance a.
+    pub a: T,
+    /// Hub radius r₀; 0 where the object moves.
+    pub hub: T,
+    /// θ; 0 where the object moves.
+    pub turn: T,
+    /// δ; 0 where the base turns.
+    pub lift: T,
+    /// T/P of a sliding contact.
+    pub ratio: T,
+    /// Pole radius ρ.
+    pub pole: T,
+    /// 1/kG over that of model §3.
+    pub softer: T,
+    /// δ(P) of a contact that gives way: parts in P^⅔ and in P.
+    pub soft: [T; 2],
+    /// The skin, where sections distort.
+    pub skin: Option<Skin<T>>,
+    /// Least strain that errors are relative to.
+    pub least: T,
+}
+
+impl<T: Number> Tap<'_, T> {
+    /// `f` of each number, for the whisker `rod`.
+    pub fn map<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(T) -> U) -> Tap<'b, U> {
+        let Self { a, hub, turn, lift, ratio, pole, softer, soft, skin, least, .. } = *self;
+        let skin =
+            skin.map(|skin| Skin { taper: skin.taper.map(&f), start: f(skin.start), halved: skin.halved });
+        let soft = soft.map(&f);
+        let [a, hub, turn, lift, ratio, pole, softer, least] =
+            [a, hub, turn, lift, ratio, pole, softer, least].map(f);
+        Tap { rod, a, hub, turn, lift, ratio, pole, softer, soft, skin, least }
+    }
+}
+
+/// The answer to a tap; mm, N, N mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution {
+    /// Mean strain of the gauge's fibre.
+    pub strain: f64,
+    /// Normal force P.
+    pub normal: f64,
+    /// Friction T.
+    pub tangential: f64,
+    /// Contact arc c.
+    pub arc: f64,
+    /// Base moment and forces M₀, F_x, F_y.
+    pub wrench: [f64; 3],
+    /// Estimated error relative to the strain, or to the tap's `least` where that is larger.
+    pub error: f64,
+    /// Largest load of a fibre; above 1 it is outside the range of the law.
+    pub load: f64,
+    /// Number of passes over the rod.
+    pub sweeps: f64,
+}
+
+impl Solution {
+    /// No equilibrium was found.
+    pub const FAILED: Self = Self {
+        strain: f64::NAN,
+        normal: f64::NAN,
+        tangential: f64::NAN,
+        arc: f64::NAN,
+        wrench: [f64::NAN; 3],
+        error: f64::INFINITY,
+        load: 0.0,
+        sweeps: 0.0,
+    };
+}
+
+/// Nodes of a panel and of the stretch between a and c.
+type Rung = [usize; 2];
+
+/// Rungs for whiskers of few pieces, and of many.
+const FEW: [Rung; 2] = [[10, 4], [16, 6]];
+const MANY: [Rung; 2] = [[7, 4], [12, 6]];
+
+/// Number of pieces from which on there are many.
+const PIECES: usize = 5;
+
+/// What lanes aim at where less is asked: it costs them little, and at small drives SD(K) is the difference of nearly equal numbers.
+const FINE: f64 = 1e-8;
+
+/// Length of a gauge over a up to which four points serve.
+const LONG: f64 = 0.2;
+
+/// Most nodes in lanes; those of Newton's method.
+const MOST: usize = 16;
+const NEWTON: usize = 24;
+const SLIDE: usize = 6;
+
+/// Terms of the series of a turn: enough for 2 rad.
+const TERMS: usize = 14;
+
+/// Most passes of a rung.
+const PASSES: usize = 40;
+
+const GRAIN: usize = 128;
+const LANES: usize = 8;
+
+struct Job<'a> {
+    effects: Effects,
+    rung: Rung,
+    tolerance: f64,
+    chart: Option<&'a Chart>,
+}
+
+fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixed<T, N, SLIDE> {
+    let [nodes, slide] = job.rung;
+    let gauge = Nodes::of(if job.effects.long { nodes / 2 + 3 } else { 4 });
+    Fixed {
+        rule: Rule::new(nodes),
+        slide: Rule::new(slide),
+        turns: Turns::new(TERMS),
+        law: job.chart.map(Law::new),
+        gauge: gauge.points.iter().zip(&gauge.weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect(),
+    }
+}
+
+/// Solves `taps`, each to `tolerance` where a rung reaches it; `chart` gives the section law where it is not Hooke's. `effects`: those of the model.
+pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
+    let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
+    for (i, tap) in taps.iter().enumerate() {
+        let [x1, x2] = tap.rod.gauge;
+        let effects = Effects { long: x2 - x1 > LONG * tap.a, ..tap.rod.effects(effects) };
+        classes.entry((effects, tap.rod.pieces.len())).or_default().push(i);
+    }
+    let mut out = vec![Solution::FAILED; taps.len()];
+    for ((effects, pieces), places) in classes {
+        let all = if pieces < PIECES { FEW } else { MANY };
+        let fine = tolerance.min(FINE);
+        let rungs = all.iter().map(|rung| (*rung, fine)).chain([([NEWTON, SLIDE], tolerance)]);
+        let mut open = places;
+        for (rung, tolerance) in rungs {
+            open.retain(|&i| out[i].error.is_nan() || out[i].error > tolerance);
+            if open.is_empty() {
+                break;
+            }
+            let newton = rung[0] == NEWTON;
+            let job = Job { effects, rung, tolerance, chart };
+            let solve = |part: &[usize]| {
+                let those: Vec<Tap<'_>> = part.iter().map(|&i| taps[i]).collect();
+                if newton { exactly(&job, &those) } else { block(&job, &those) }
+            };
+            let solved: Vec<Vec<Solution>> = open.par_chunks(GRAIN).map(solve).collect();
+            for (&i, new) in open.iter().zip(solved.into_iter().flatten()) {
+                let sweeps = out[i].sweeps + new.sweeps;
+                out[i] = Solution { sweeps, ..new };
+            }
+        }
+    }
+    out
+}
+
+fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the CPU has just been found to have both features.
+        return unsafe { block_avx2(job, taps) };
+    }
+    #[cfg(target_arch = "x86_64")]
+    return packs::<Pack<f64, 1, UNFUSED>, 1>(job, taps);
+    #[cfg(not(target_arch = "x86_64"))]
+    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::COMMON }>, LANES>(job, taps)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn block_avx2(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::AVX2 }>, LANES>(job, taps)
+}
+
+/// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
+#[inline(always)]
+fn packs<P: Lane<One = f64>, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    let fixed = fixed::<P::Scalar, MOST>(job);
+    let mut out = Vec::with_capacity(taps.len());
+    for taps in taps.chunks(L) {
+        let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
+        let mut ground = Ground::<P, MOST, SLIDE>::new(&fixed, job.effects, lane);
+        let solved = ground.solve(&fixed, (job.tolerance, PASSES), &lane);
+        out.extend((0..taps.len()).map(|i| solution(&solved, i)));
+    }
+    out
+}
+
+/// Newton's method, tap by tap.
+fn exactly(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    let fixed = fixed::<f64, NEWTON>(job);
+    let solve = |tap: &Tap<'_>| {
+        let rod = tap.rod.map(One::<2>::of);
+        let tap = tap.map(&rod, One::<2>::of);
+        let lane = |_: usize| &tap;
+        let mut ground =
+            Ground::<lane::Dual<Pack<f64, 1, UNFUSED>, 2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
+        solution(&ground.solve_exactly(&fixed, (job.tolerance, PASSES), &lane), 0)
+    };
+    taps.iter().map(solve).collect()
+}
+
+fn solution<P: Packed>(answer: &Answer<P>, i: usize) -> Solution {
+    let of = |x: P| x.lane(i);
+    let error = of(answer.error);
+    Solution {
+        strain: of(answer.strain),
+        normal: of(answer.normal),
+        tangential: of(answer.tangential),
+        arc: of(answer.arc),
+        wrench: answer.wrench.map(of),
+        error: if error.is_nan() { f64::INFINITY } else { error },
+        load: of(answer.load),
+        sweeps: of(answer.sweeps),
+    }
+}

@@ -1,0 +1,146 @@
+//! A whisker as the solver takes it: pieces along which radii are linear.
+
+use vibrissa_core::physics::body::Body;
+use vibrissa_core::physics::real::Real;
+use vibrissa_core::physics::solid::Bonded;
+use vibrissa_core::physics::taper::Taper;
+
+use super::Effects;
+
+/// A piece between two places where the profile, the inner part or the foil changes. Lengths in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece<T = f64> {
+    /// Its beginning.
+    pub near: T,
+    /// Its end; infinite for the last piece.
+    pub far: T,
+    /// R at its beginning, and R′.
+    pub radius: [T; 2],
+    /// The same of the core or bore; 0 without.
+    pub inner: [T; 2],
+    /// Factor of the curvature: below 1 under a foil.
+    pub bends: T,
+}
+
+/// A whisker with its gauge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rod<T = f64> {
+    /// From the base to the tip.
+    pub pieces: Vec<Piece<T>>,
+    /// L_a, mm; infinite where the cone continues.
+    pub length: T,
+    /// R(0), R(L_a), n and L_a, where the diameter is a power of the distance from the tip.
+    pub power: Option<[T; 4]>,
+    /// κ_base and κ_slope, 1/mm and 1/mm².
+    pub curvature: [T; 2],
+    /// Compliances of the root, 1/k_theta, 1/k_x and 1/k_y.
+    pub root: [T; 3],
+    /// E of the skin and of the core, MPa.
+    pub moduli: [T; 2],
+    /// Poisson's ratio ν.
+    pub nu: T,
+    /// Ends x1 and x2 of the gauge, mm.
+    pub gauge: [T; 2],
+}
+
+impl<T: Copy> Rod<T> {
+    /// `f` of each number.
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Rod<U> {
+        let Self { length, curvature, root, moduli, nu, gauge, power, .. } = *self;
+        let piece = |p: &Piece<T>| Piece {
+            near: f(p.near),
+            far: f(p.far),
+            radius: p.radius.map(&f),
+            inner: p.inner.map(&f),
+            bends: f(p.bends),
+        };
+        Rod {
+            pieces: self.pieces.iter().map(piece).collect(),
+            length: f(length),
+            power: power.map(|power| power.map(&f)),
+            curvature: curvature.map(&f),
+            root: root.map(&f),
+            moduli: moduli.map(&f),
+            nu: f(nu),
+            gauge: gauge.map(&f),
+        }
+    }
+}
+
+impl<T: Real> Rod<T> {
+    /// The effects of a model on this whisker.
+    pub fn effects(&self, model: Effects) -> Effects {
+        let curved = self.curvature != [T::of(0.0); 2];
+        let inner = self.pieces.iter().any(|piece| piece.inner != [T::of(0.0); 2]);
+        let power = self.power.is_some();
+        Effects { curved, inner, power, rough: curved || inner || power || self.pieces.len() > 1, ..model }
+    }
+
+    /// A cone that begins at the end of its clamp, with a gauge.
+    pub fn cone(taper: &Taper<T>, [modulus, nu]: [T; 2], gauge: [T; 2], foil: Option<&Bonded<T>>) -> Self {
+        let zero = T::of(0.0);
+        let edges = foil.map_or(Vec::new(), |foil| foil.span.to_vec());
+        let radius = |s: T| [taper.radius(s), -taper.tan_alpha];
+        Self {
+            pieces: pieces(edges, foil, |near, _| (radius(near), [zero; 2])),
+            length: T::of(f64::INFINITY),
+            power: None,
+            curvature: [zero; 2],
+            root: [zero; 3],
+            moduli: [modulus, zero],
+            nu,
+            gauge,
+        }
+    }
+
+    /// The whisker `body` with a gauge.
+    pub fn built(body: &Body<T>, gauge: [T; 2], foil: Option<&Bonded<T>>) -> Self {
+        let mut edges = body.knots().to_vec();
+        edges.extend(foil.iter().flat_map(|foil| foil.span));
+        let length = body.length;
+        let one = T::of(1.0);
+        let (root, power) = (body.root, body.power());
+        let piece = |near: T, far: T| {
+            let far = Real::min(far, length);
+            let within = 0.5 * (near.value() + far.value());
+            let line = |at: &dyn Fn(T) -> T| [at(near), (at(far) - at(near)) / (far - near)];
+            let radius = match power {
+                // Beyond the tip the diameter stays constant.
+                Some(_) => line(&|s| body.radius(s, within)),
+                None => [body.radius(near, within), body.slope(near, within)],
+            };
+            (radius, line(&|s| body.inside(s, within) * 0.5))
+        };
+        Self {
+            pieces: pieces(edges, foil, piece),
+            length,
+            power: power.map(|[base, tip, n]| [base, tip, n, length]),
+            curvature: body.base_curvature(),
+            root: [root.k_theta, root.k_x, root.k_y].map(|k| one / k),
+            moduli: [body.modulus, body.core_modulus()],
+            nu: body.nu,
+            gauge,
+        }
+    }
+}
+
+fn pieces<T: Real>(
+    mut edges: Vec<T>,
+    foil: Option<&Bonded<T>>,
+    of: impl Fn(T, T) -> ([T; 2], [T; 2]),
+) -> Vec<Piece<T>> {
+    let (zero, one) = (T::of(0.0), T::of(1.0));
+    edges.retain(|s| s.value() > 0.0);
+    edges.push(zero);
+    edges.sort_by(|a, b| a.value().total_cmp(&b.value()));
+    edges.dedup_by_key(|s| s.value());
+    edges.push(T::of(f64::INFINITY));
+    let piece = |ends: &[T]| {
+        let (near, far) = (ends[0], ends[1]);
+        let (radius, inner) = of(near, far);
+        let under =
+            foil.filter(|foil| foil.span[0].value() <= near.value() && near.value() < foil.span[1].value());
+        Piece { near, far, radius, inner, bends: under.map_or(one, |foil| one - foil.stiffening) }
+    };
+    edges.windows(2).map(piece).collect()
+}

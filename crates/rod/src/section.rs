@@ -1,0 +1,110 @@
+//! Sections of a whisker in packs: disc, ring and bonded core (model §7), for E = 1.
+
+use std::f64::consts::PI;
+
+use vibrissa_kernel::cpu::Packed;
+
+use super::Effects;
+use super::lane::Lane;
+
+/// A part of a whisker from `near` to `far` in its pack's unit of length: R, the inner radius, and the factor of the curvature.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<P> {
+    pub near: P,
+    pub far: P,
+    pub radius: [P; 2],
+    pub inner: [P; 2],
+    pub bends: P,
+}
+
+/// What all sections of a whisker share.
+#[derive(Debug, Clone, Copy)]
+pub struct Whisker<P> {
+    /// E of the core over that of the skin.
+    pub core: P,
+    /// ¾ + ν/2.
+    pub quarter: P,
+    /// κ_base and κ_slope.
+    pub curvature: [P; 2],
+    /// R(0) − R(L_a), R(L_a), n and 1/L_a.
+    pub power: [P; 4],
+    /// ψ₀ at a.
+    pub rest: P,
+    /// 1/kG over that of model §3.
+    pub softer: P,
+}
+
+/// A section: R, bends/EI, 1/EI, 1/EA and 1/kGA for E = 1.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Section<P> {
+    pub radius: P,
+    pub flex: P,
+    pub bare: P,
+    pub stretch: P,
+    pub slack: P,
+}
+
+impl<P: Packed> Whisker<P> {
+    /// ψ₀ at `s`, less that at a.
+    #[inline(always)]
+    pub fn rest_angle(&self, s: P) -> P {
+        let [base, rising] = self.curvature;
+        P::of(0.0) - (base + P::of(0.5) * rising * s) * s - self.rest
+    }
+}
+
+impl<P: Lane> Part<P> {
+    /// R at `s`.
+    #[inline(always)]
+    pub fn radius(&self, effects: &Effects, whisker: &Whisker<P>, s: P) -> P {
+        if effects.power {
+            let [wider, tip, n, length] = whisker.power;
+            let v = P::of(1.0) - s * length;
+            return tip + wider * v.max(P::of(0.0)).pow(n);
+        }
+        self.radius[0] + self.radius[1] * (s - self.near)
+    }
+
+    /// The section at `s`.
+    #[inline(always)]
+    pub fn section(&self, effects: &Effects, whisker: &Whisker<P>, s: P) -> Section<P> {
+        let of = P::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        // A panel without length may lie where the piece would end in a point.
+        let radius = self.radius(effects, whisker, s).max(of(1e-9));
+        let r2 = radius * radius;
+        let (mut area, mut inertia) = (of(PI) * r2, of(0.25 * PI) * r2 * r2);
+        let (mut p, mut g) = (zero, zero);
+        if effects.inner {
+            let i = self.inner[0] + self.inner[1] * (s - self.near);
+            let i2 = i * i;
+            g = whisker.core;
+            p = i2 / r2;
+            let other = of(PI) * (g - one);
+            area = area + other * i2;
+            inertia = inertia + of(0.25) * other * i2 * i2;
+        }
+        let mut section = Section { radius, bare: one / inertia, ..Section::default() };
+        section.flex = section.bare * self.bends;
+        if effects.extension {
+            section.stretch = one / area;
+        }
+        if effects.shear {
+            section.slack = if effects.inner {
+                let quarter = whisker.quarter;
+                let over = zero - (one - g) * quarter * (one - p) / (one + g - (one - g) * p);
+                let (b, a) = (p * over, p * over - quarter);
+                let j = of(0.25) * a * (one - p * p)
+                    + of(0.5) * b * (one - p)
+                    + of(1.0 / 24.0) * (one - p * p * p)
+                    + g * (of(0.25) * (a + over) * p * p + of(1.0 / 24.0) * p * p * p);
+                zero - of(PI) * r2 * r2 * r2 * j * section.bare * section.bare
+            } else {
+                // k G of a disc, with E = 1: −J = q/4 − 1/24.
+                (of(0.25) * whisker.quarter - of(1.0 / 24.0)) * of(16.0) / (of(PI) * r2)
+            };
+            section.slack = section.slack * whisker.softer;
+        }
+        section
+    }
+}

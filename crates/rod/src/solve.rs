@@ -1,0 +1,249 @@
+//! Newton's method for the two unknowns of a tap: a pass and a step in turn, or with the derivatives of the passes themselves.
+
+use vibrissa_kernel::cpu::pack::{Packed, Scalar};
+use vibrissa_kernel::rule::limits::{HOPELESS, ROUNDINGS, TINY};
+
+use super::Tap;
+use super::close::{Closed, Contact, State};
+use super::ground::{Fixed, Ground};
+use super::lane::{Dual, Lane};
+use super::vector::{add, columns, cross, dot2, turned};
+
+/// Share of the tolerance at which an iteration stops.
+const STOP: f64 = 0.1;
+
+/// Longest step of the force, relative to that of linear theory, and of the contact over a; and of the friction of a sticking contact.
+const LONGEST: f64 = 0.5;
+const LONGEST_FRICTION: f64 = 3.0;
+
+/// Contraction rates that are believed.
+const RATES: [f64; 2] = [0.05, 0.9];
+
+/// Least and largest c − 1, and least P over that of linear theory, less 1, while iterating.
+const ARCS: [f64; 2] = [-0.95, 2.0];
+const LEAST_FORCE: f64 = -0.95;
+
+/// Turn of the contact, rad, beyond which a rod has several equilibria and only the path from the unloaded one decides.
+const MOST_TURNED: f64 = 2.0;
+
+/// Determinant of the closure over that at zero load, below which the path may fold.
+const UPRIGHT: f64 = 0.02;
+
+/// The answers of a pack; mm, N, N mm.
+#[derive(Debug, Clone, Copy)]
+pub struct Answer<P> {
+    /// Mean strain under the gauge.
+    pub strain: P,
+    pub normal: P,
+    pub tangential: P,
+    pub arc: P,
+    /// M₀, F_x, F_y.
+    pub wrench: [P; 3],
+    /// Estimated error relative to the strain, or to the tap's least where that is larger.
+    pub error: P,
+    pub load: P,
+    pub sweeps: P,
+}
+
+impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
+    /// `state` after a step of bounded length; lanes that are `done` keep theirs.
+    #[inline(always)]
+    fn step(&self, state: &State<P>, by: [P; 2], done: P) -> State<P> {
+        let of = P::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let stick = self.effects.stick;
+        let room = of(if stick { LONGEST_FRICTION } else { LONGEST });
+        let most = (by[0].abs() / of(LONGEST)).max(by[1].abs() / room).max(one);
+        let mut next = State { force: state.force - by[0] / most, other: state.other - by[1] / most };
+        if !stick {
+            let first = self.drive * self.first[2];
+            next.other = next.other.max(of(ARCS[0]) - first).min(of(ARCS[1]) - first);
+            next.force = next.force.max(of(LEAST_FORCE));
+        }
+        let pick = |new: P, old: P| zero.if_less(done, old, new);
+        State { force: pick(next.force, state.force), other: pick(next.other, state.other) }
+    }
+
+    /// Where the iteration begins: linear theory, with a contact that gives way.
+    #[inline(always)]
+    fn start(&self) -> State<P> {
+        let of = P::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let mut share = one;
+        if self.effects.soft {
+            let unit = self.drive * self.first[0];
+            let give = self.begun();
+            let [x, y] = columns(&self.give, give);
+            let way = (x * self.normal[0] + y * self.normal[1]).abs();
+            for _ in 0..5 {
+                let [hertz, plain] = self.depth(unit * share);
+                let lack = share + (hertz + plain) / way - one;
+                let slope = one + (of(2.0 / 3.0) * hertz + plain) / (way * share);
+                share = (share - lack / slope).max(of(1e-3));
+            }
+        }
+        State { force: share - one, other: zero }
+    }
+
+    /// Solves the pack in at most `most` passes.
+    #[inline(always)]
+    pub fn solve<'a>(
+        &mut self,
+        fixed: &Fixed<P::Scalar, N, S>,
+        (tolerance, most): (f64, usize),
+        lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
+    ) -> Answer<P>
+    where
+        P::One: 'a,
+    {
+        let of = P::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let mut state = self.start();
+        let (mut done, mut sweeps, mut left, mut last, mut rate) = (zero, zero, one, one, zero);
+        let stop = of((STOP * tolerance).max(4.0 * P::Scalar::ROUNDING));
+        let by_moment = (self.mean / self.strain).abs();
+        let mut moment = zero;
+        let mut closed = self.pass(fixed, &state, done);
+        let mut kept = closed;
+        for count in 1..=most {
+            let det = one / cross(closed.columns[0], closed.columns[1]);
+            let step =
+                [cross(closed.miss, closed.columns[1]) * det, cross(closed.columns[0], closed.miss) * det];
+            // The moment at the gauge may still change where the force does no more.
+            let moved = (closed.carried.moment - moment).abs() * by_moment;
+            moment = closed.carried.moment;
+            let size = step[0].abs().max(step[1].abs()).max(if count > 1 { moved } else { zero });
+            state = self.step(&state, step, done);
+            let open = |new: P, old: P| zero.if_less(done, old, new);
+            // Steps are long and short in turn: the slower of two rates counts.
+            let next = (size / last).min(of(RATES[1])).max(of(RATES[0]));
+            let believed = next.max(rate);
+            rate = open(next, rate);
+            last = open(size.max(of(TINY)), last);
+            left = open(size * believed / (one - believed), left);
+            sweeps = sweeps + open(one, zero);
+            // A lane that is done keeps what it was found with, so that no tap depends on its neighbours.
+            kept = closed.kept(&kept, done);
+            done = stop.if_less(left, done, one);
+            if one.all_at_most(done) || count == most {
+                break;
+            }
+            closed = self.pass(fixed, &state, done);
+        }
+        self.answer(fixed, (&state, &kept), [left, sweeps], lane)
+    }
+
+    #[inline(always)]
+    fn answer<'a>(
+        &mut self,
+        fixed: &Fixed<P::Scalar, N, S>,
+        (state, closed): (&State<P>, &Closed<P>),
+        [left, sweeps]: [P; 2],
+        lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
+    ) -> Answer<P>
+    where
+        P::One: 'a,
+    {
+        let of = P::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let Contact { push, drag, x } = self.contact(state);
+        let (force, moment) = self.settle(fixed, state);
+        let beta = dot2(self.beta, force) + self.soft * moment - closed.carried.lag;
+        let mut strain = self.reading(fixed, force, lane);
+        if !self.effects.distorting {
+            let smooth = !(self.effects.curved || self.effects.power || self.effects.stick);
+            let linear =
+                if smooth { self.strain * (one + state.force) } else { self.first_reading(fixed, force)[0] };
+            strain = linear + strain;
+        }
+        let measure = strain.abs().max(self.least).max(of(TINY));
+        let shown = self.mean * cross([one, self.slope], force).abs() / measure;
+        let rounding = of(ROUNDINGS * P::Scalar::ROUNDING) * (one + shown * x.abs());
+        let mut error = left * (one + shown) + self.truncated(fixed, force, measure, shown) + rounding;
+        if let Some(law) = &fixed.law {
+            error = error + of(2.0 * law.error);
+        }
+        let second = match self.effects.stick {
+            true => columns(&self.give, self.force_at(self.normal, zero, self.drive * self.first[0])),
+            false => self.slid,
+        };
+        let begun = cross(columns(&self.give, self.begun()), second);
+        let upright = cross(closed.columns[0], closed.columns[1]) / begun;
+        let lost =
+            of(UPRIGHT).if_less(upright, zero, one).max(beta.abs().if_less(of(MOST_TURNED), zero, one));
+        error = zero.if_less(lost, of(HOPELESS), error);
+        error = one.if_less(closed.carried.beyond, of(HOPELESS), error);
+        let moment = dot2(self.moment, force) + moment;
+        let force = add(force, turned(force, fixed.turns.rotation(beta)));
+        let base = add(force, turned(force, fixed.turns.rotation(self.whisker.rest)));
+        let [length, unit] = self.unit;
+        Answer {
+            strain,
+            normal: push * unit,
+            tangential: drag * unit,
+            arc: (one + x) * length,
+            wrench: [moment * unit * length, base[0] * unit, base[1] * unit],
+            error,
+            load: closed.carried.load,
+            sweeps,
+        }
+    }
+}
+
+impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<Dual<Q, K>, N, S> {
+    /// Newton's method with the derivatives of the passes by the two unknowns: the shape follows each step. For taps on which it follows slowly.
+    #[inline(always)]
+    pub fn solve_exactly<'a>(
+        &mut self,
+        fixed: &Fixed<Q::Scalar, N, S>,
+        (tolerance, most): (f64, usize),
+        lane: &impl Fn(usize) -> &'a Tap<'a, <Dual<Q, K> as Lane>::One>,
+    ) -> Answer<Dual<Q, K>> {
+        let of = Q::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let seeds = |z: &State<Dual<Q, K>>| State {
+            force: Dual::seed(z.force.value, 0),
+            other: Dual::seed(z.other.value, 1),
+        };
+        let mut state = seeds(&self.start());
+        let (mut done, mut sweeps, mut left) = (zero, zero, one);
+        let stop = of((STOP * tolerance).max(4.0 * Q::Scalar::ROUNDING));
+        let plain = |value: Q| Dual { value, ..Dual::default() };
+        let mut closed = self.pass(fixed, &state, plain(done));
+        for count in 1..=most {
+            let column = |k: usize| [closed.miss[0].slope[k], closed.miss[1].slope[k]];
+            let (first, second) = (column(0), column(1));
+            let miss = [closed.miss[0].value, closed.miss[1].value];
+            let det = one / cross(first, second);
+            let step = [cross(miss, second) * det, cross(first, miss) * det];
+            let next = seeds(&self.step(&state, step.map(plain), plain(done)));
+            let taken = [next.force.value - state.force.value, next.other.value - state.other.value];
+            for panel in &mut self.panels {
+                follow(&mut panel.lag, taken);
+            }
+            for panel in &mut self.slides {
+                follow(&mut panel.lag, taken);
+            }
+            state = next;
+            left = zero.if_less(done, left, step[0].abs().max(step[1].abs()));
+            sweeps = sweeps + zero.if_less(done, zero, one);
+            done = stop.if_less(left, done, one);
+            if one.all_at_most(done) || count == most {
+                break;
+            }
+            closed = self.pass(fixed, &state, plain(done));
+        }
+        for k in 0..2 {
+            closed.columns[k] = [plain(closed.miss[0].slope[k]), plain(closed.miss[1].slope[k])];
+        }
+        self.answer(fixed, (&state, &closed), [plain(left), plain(sweeps)], lane)
+    }
+}
+
+/// The shape follows a step of the unknowns.
+#[inline(always)]
+fn follow<Q: Packed, const K: usize, const N: usize>(lag: &mut [Dual<Q, K>; N], step: [Q; 2]) {
+    for lag in lag {
+        lag.value = lag.value + step[0] * lag.slope[0] + step[1] * lag.slope[1];
+    }
+}
