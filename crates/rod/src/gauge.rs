@@ -218,8 +218,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     }
 }
 
-/// Weights of the last coefficients of what linear theory has not, and of the curvature of linear theory to the power 3/2. Of 43 000 random taps of
-/// 20 kinds at 6, 10 and 16 nodes the error was larger than the estimate in six.
+/// Weights of the last coefficients of what linear theory has not, and of the curvature of linear theory to the power 3/2. Chosen by eye from 43 000
+/// random solves of 20 kinds at 6, 10 and 16 nodes, before the error of iteration was counted; to be fitted again.
 const LATER: f64 = 0.01;
 const FIRST: f64 = 1e-3;
 

@@ -1,0 +1,132 @@
+//! Taps of whiskers of every kind, beside the reference.
+
+use vibrissa_core::physics::body::Body;
+use vibrissa_core::physics::rod::RodProblem;
+use vibrissa_core::physics::taper::Taper;
+use vibrissa_core::scene::built::{Built, Inner, Profile, Root};
+use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Material, Model, Side};
+use vibrissa_kernel::Chart;
+use vibrissa_rod::{Effects, Rod, Tap, solve};
+
+const MODEL: Model = Model {
+    geometry: Geometry::Exact,
+    material: Material::Hooke(3.2),
+    nu: 0.5,
+    shear: false,
+    extension: false,
+    surface: false,
+    pole_radius: 0.0,
+    contact: Contact::Frictionless,
+    indentation: false,
+    distorting: false,
+    clamp: Clamp::Rigid,
+};
+
+/// Tolerance of the strain, relative. Estimates are no bounds: one tap at 0.5 rad is 1.13e-8 off, so twice this passes.
+const TOLERANCE: f64 = 1e-8;
+
+/// Compares taps at some distances and angles, rad; most of them must be solved.
+fn compare(built: &Built, model: &Model, angles: &[f64]) {
+    let (mut asked, mut told) = (0, 0);
+    let (length, gauge_of) = (50.0, |body: &Body| body.gauge(5.0, 2.0));
+    let law = !matches!(model.material, Material::Hooke(_));
+    let chart = if law { Chart::new(&model.material, 0.15, [0.9, 0.0], [1e-11, 1e-9]) } else { None };
+    for (d, a) in [(2.0, 21.0), (4.0, 33.0), (7.0, 45.0), (10.0, 48.0), (11.0, 20.0)] {
+        for &amount in angles {
+            let body = Body::new(built, [10.0, d, length], model.material.e0(), model.nu);
+            let gauge = gauge_of(&body);
+            let problem = RodProblem {
+                taper: Taper::new(10.0, d, length),
+                gauge,
+                side: Side::Contact,
+                distance: a,
+                hub: 4.0,
+                drive: Drive::Angle,
+                amount,
+                foil: None,
+                body: (*built != Built::CONE).then_some(&body),
+                model,
+            };
+            let Ok(known) = problem.solve() else { continue };
+            let rod = Rod::built(&body, gauge, None);
+            let tap = Tap {
+                rod: &rod,
+                a,
+                hub: 4.0,
+                turn: amount,
+                lift: 0.0,
+                ratio: 0.0,
+                pole: model.pole_radius,
+                softer: 1.0,
+                soft: [0.0; 2],
+                skin: None,
+                least: 0.0,
+            };
+            let effects = Effects {
+                shear: model.shear,
+                extension: model.extension,
+                surface: model.surface,
+                stick: model.contact == Contact::Stick,
+                law,
+                ..Effects::default()
+            };
+            let found = solve(&[tap], effects, TOLERANCE, chart.as_ref())[0];
+            asked += 1;
+            if found.error > TOLERANCE {
+                continue;
+            }
+            told += 1;
+            let force = known.normal_force.hypot(known.tangential_force);
+            let apart = [
+                found.strain / known.strain - 1.0,
+                (found.arc - known.contact_arc) / a,
+                (found.normal - known.normal_force) / force,
+                (found.tangential - known.tangential_force) / force,
+                (found.wrench[0] - known.wrench[0]) / (force * a),
+                (found.wrench[1] - known.wrench[1]) / force,
+                (found.wrench[2] - known.wrench[2]) / force,
+            ];
+            assert!(
+                apart[0].abs() <= 2.0 * TOLERANCE,
+                "{apart:?}: d {d}, a {a}, {amount} of {built:?}, {model:?}"
+            );
+            assert!(apart.iter().all(|x| x.abs() <= 10.0 * TOLERANCE), "{apart:?}: {built:?}, {model:?}");
+        }
+    }
+    assert!(told * 10 >= asked * 9 && told > 0, "{told} of {asked} are solved: {built:?}, {model:?}");
+}
+
+const ANGLES: [f64; 5] = [1e-4, 0.02, 0.1, 0.2, 0.5];
+
+#[test]
+fn cones_with_every_effect() {
+    let all = Model { shear: true, extension: true, surface: true, ..MODEL };
+    for model in [
+        MODEL,
+        all,
+        Model { pole_radius: 3.0, ..all },
+        Model { material: Material::NeoHookean(3.2), ..all },
+        Model { material: Material::MooneyRivlin([0.35, 0.15]), ..all },
+        Model { extension: true, contact: Contact::Stick, ..MODEL },
+        Model { contact: Contact::Stick, ..all },
+    ] {
+        compare(&Built::CONE, &model, &ANGLES);
+    }
+}
+
+#[test]
+fn built_whiskers() {
+    let shear = Model { shear: true, extension: true, ..MODEL };
+    let table = vec![[0.0, 10.0], [8.0, 9.2], [17.0, 8.6], [30.0, 6.2], [50.0, 4.0]];
+    let inner = |modulus: f64, diameter: Vec<[f64; 2]>| Some(Inner { modulus, diameter });
+    for (built, model) in [
+        (Built { profile: Profile::Table(table), ..Built::CONE }, shear),
+        (Built { profile: Profile::Power(2.0), ..Built::CONE }, Model { surface: true, ..shear }),
+        (Built { inner: inner(0.0, vec![[0.0, 1.5], [25.0, 0.5]]), ..Built::CONE }, shear),
+        (Built { inner: inner(60_000.0, vec![[0.0, 0.5], [50.0, 0.5]]), ..Built::CONE }, shear),
+        (Built { curvature: [0.008, -1e-4], ..Built::CONE }, Model { surface: true, ..MODEL }),
+        (Built { root: Root { k_theta: 800.0, k_y: 20.0, k_x: 30.0 }, ..Built::CONE }, shear),
+    ] {
+        compare(&built, &model, &ANGLES);
+    }
+}
