@@ -16,7 +16,7 @@ const THREE: [[f64; 2]; 3] =
 /// Unknowns of a pack.
 #[derive(Debug, Clone, Copy)]
 pub struct State<P> {
-    /// P over that of linear theory, less 1.
+    /// P over that at which the iteration begins, less 1.
     pub force: P,
     /// c/a less that of linear theory; of a sticking contact T less that of linear theory, over its P.
     pub other: P,
@@ -38,6 +38,8 @@ pub struct Closed<P> {
     /// Its derivatives by the unknowns, at a shape that follows the force only.
     pub columns: [Two<P>; 2],
     pub carried: Carried<P>,
+    /// c/a − 1 of that shape.
+    pub x: P,
 }
 
 impl<P: Lane> Closed<P> {
@@ -55,6 +57,7 @@ impl<P: Lane> Closed<P> {
         kept.carried.lag = zero.if_less(done, old.lag, now.lag);
         kept.carried.load = zero.if_less(done, old.load, now.load);
         kept.carried.beyond = zero.if_less(done, old.beyond, now.beyond);
+        kept.x = zero.if_less(done, before.x, self.x);
         kept
     }
 }
@@ -159,7 +162,13 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                     [one.max(part.near).min(part.far), end.max(part.near).min(part.far)]
                 }
             };
+            let length = slide.place[1].abs();
             slide.put(&fixed.slide, &effects, &self.whisker, ends);
+            // A stretch that begins has the turn of its end.
+            for i in 0..S {
+                slide.lag[i] = zero.if_less(length, slide.lag[i], carried.lag);
+                slide.extra[i] = zero.if_less(length, slide.extra[i], zero);
+            }
             if (ends[1] - ends[0]).abs().all_at_most(zero) {
                 slide.pull = [zero; S];
                 continue;
@@ -179,7 +188,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             let unit = self.drive * self.first[0];
             self.force_at(self.normal, unit * state.force, unit * state.other)
         } else {
-            times(state.force, self.begun())
+            times(self.lack + state.force, self.begun())
         };
         if effects.curved || effects.power {
             let leaned = [normal[0] - self.normal[0], normal[1] - self.normal[1]];
@@ -223,17 +232,17 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             let v = add(v, times(torque * self.pivot, square(place)));
             add(v, turned(v, by))
         };
-        Closed { miss, columns: [by_force, by_other], carried }
+        Closed { miss, columns: [by_force, by_other], carried, x }
     }
 
-    /// The force of `state`, and the moment at the base less that of linear theory; the shape stays.
+    /// The force of `state`, and the moment at the base less that of linear theory; the shape stays, that of a contact at `before`.
     #[inline(always)]
-    pub fn settle(&mut self, fixed: &Fixed<P::Scalar, N, S>, state: &State<P>) -> (Two<P>, P) {
+    pub fn settle(&mut self, fixed: &Fixed<P::Scalar, N, S>, state: &State<P>, before: P) -> (Two<P>, P) {
         let Contact { push, drag, x } = self.contact(state);
         let Touch { normal, lift, .. } = self.touch(&fixed.turns, x);
         let force = self.force_at(normal, push, drag);
         let linear = cross([P::of(0.0), self.radius], force);
-        let mut moment = linear + cross(lift, force);
+        let mut moment = linear + cross(lift, force) + (x - before) * force[1];
         for slide in &mut self.slides {
             slide.entry[0] = moment;
             if !slide.place[1].abs().all_at_most(P::of(0.0)) {

@@ -8,7 +8,7 @@ use super::lane::Lane;
 use super::panel::Panel;
 use super::rule::{Rule, Turns, dot};
 use super::section::{Part, Whisker};
-use super::vector::{Two, add, columns, cross, square, times};
+use super::vector::{Two, add, columns, cross, dot2, square, times};
 use super::{Effects, Tap};
 
 /// Constants of a rung of the ladder.
@@ -23,6 +23,8 @@ pub struct Fixed<T, const N: usize, const S: usize> {
     pub law: Option<Law<T>>,
     /// Gauss points on the gauge and their weights.
     pub gauge: Vec<(T, T)>,
+    /// The same along a resting whisker.
+    pub path: Vec<(T, T)>,
 }
 
 /// A pack of taps. Lengths in contact distances, forces in E a²; axes along and across the resting whisker at the contact.
@@ -63,8 +65,10 @@ pub struct Ground<P, const N: usize, const S: usize> {
     pub pivot: P,
     /// Motion of the pole's centre by a unit of c.
     pub slid: Two<P>,
-    /// P, T and c − 1 of linear theory per unit of the drive, and its strain.
+    /// P, T and c − 1 of linear theory per unit of the drive, and its strain; where the contact gives way by P^⅔, P and strain at which it begins.
     pub first: [P; 3],
+    /// 1 less P of a contact that does not give way over that P.
+    pub lack: P,
     pub strain: P,
     pub gauge: Two<P>,
     /// Mean of R/EI under the gauge.
@@ -205,6 +209,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             pivot: zero,
             slid: [zero; 2],
             first: [zero; 3],
+            lack: zero,
             strain: zero,
             mean: zero,
             gauge: [pack(&|t| t.rod.gauge[0] / t.a), pack(&|t| t.rod.gauge[1] / t.a)],
@@ -317,9 +322,31 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let (normal, rest) = (cross(wanted, second) * det, cross(first, wanted) * det);
         self.first =
             if self.effects.stick { [normal, rest, zero] } else { [normal, self.ratio * normal, rest] };
-        let begun = self.force_at(self.normal, self.drive * self.first[0], self.drive * self.first[1]);
+        if self.effects.soft {
+            let give = columns(&self.give, self.begun());
+            let share = self.share(dot2(give, self.normal).abs());
+            self.lack = one - one / share;
+            self.first[0] = self.first[0] * share;
+        }
+        let begun = self.begun();
         [self.strain, self.mean] = self.first_reading(fixed, begun);
     }
+
+    /// P over that of a contact that does not give way, where the whisker alone would yield by `way`.
+    #[inline(always)]
+    fn share(&self, way: P) -> P {
+        let of = P::of;
+        let [hertz, plain] = self.depth(self.drive * self.first[0]);
+        let (hertz, stiff) = (hertz / way, (of(1.0) + plain / way).max(of(0.1)));
+        // Newton's method for the cube root r in stiff r³ + hertz r² = 1, from above.
+        let mut root = (of(1.0) / stiff).pow(of(1.0 / 3.0)).min(of(1.0) / hertz.max(of(1e-30)).sqrt());
+        for _ in 0..8 {
+            let lack = (stiff * root + hertz) * root * root - of(1.0);
+            root = root - lack / ((of(3.0) * stiff * root + of(2.0) * hertz) * root);
+        }
+        root * root * root
+    }
+
     /// The force of P and T on the whisker.
     #[inline(always)]
     pub fn force_at(&self, normal: Two<P>, push: P, drag: P) -> Two<P> {

@@ -205,13 +205,17 @@ struct Job<'a> {
 
 fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixed<T, N, SLIDE> {
     let [nodes, slide] = job.rung;
-    let gauge = Nodes::of(if job.effects.long { nodes / 2 + 3 } else { 4 });
+    let points = |count| {
+        let Nodes { points, weights, .. } = Nodes::of(count);
+        points.iter().zip(weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect()
+    };
     Fixed {
         rule: Rule::new(nodes),
         slide: Rule::new(slide),
         turns: Turns::new(TERMS),
         law: job.chart.map(Law::new),
-        gauge: gauge.points.iter().zip(&gauge.weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect(),
+        gauge: points(if job.effects.long { nodes / 2 + 3 } else { 4 }),
+        path: points(8),
     }
 }
 
@@ -220,7 +224,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
     for (i, tap) in taps.iter().enumerate() {
         let [x1, x2] = tap.rod.gauge;
-        let effects = Effects { long: x2 - x1 > LONG * tap.a, ..tap.rod.effects(effects) };
+        let effects = Effects { long: effects.distorting || x2 - x1 > LONG * tap.a, ..tap.rod.effects(effects) };
         classes.entry((effects, tap.rod.pieces.len())).or_default().push(i);
     }
     let mut out = vec![Solution::FAILED; taps.len()];

@@ -64,27 +64,6 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         State { force: pick(next.force, state.force), other: pick(next.other, state.other) }
     }
 
-    /// Where the iteration begins: linear theory, with a contact that gives way.
-    #[inline(always)]
-    fn start(&self) -> State<P> {
-        let of = P::of;
-        let (zero, one) = (of(0.0), of(1.0));
-        let mut share = one;
-        if self.effects.soft {
-            let unit = self.drive * self.first[0];
-            let give = self.begun();
-            let [x, y] = columns(&self.give, give);
-            let way = (x * self.normal[0] + y * self.normal[1]).abs();
-            for _ in 0..5 {
-                let [hertz, plain] = self.depth(unit * share);
-                let lack = share + (hertz + plain) / way - one;
-                let slope = one + (of(2.0 / 3.0) * hertz + plain) / (way * share);
-                share = (share - lack / slope).max(of(1e-3));
-            }
-        }
-        State { force: share - one, other: zero }
-    }
-
     /// Solves the pack in at most `most` passes.
     #[inline(always)]
     pub fn solve<'a>(
@@ -98,7 +77,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let mut state = self.start();
+        let mut state = State { force: zero, other: zero };
         let (mut done, mut sweeps, mut left, mut last, mut rate) = (zero, zero, one, one, zero);
         let stop = of((STOP * tolerance).max(4.0 * P::Scalar::ROUNDING));
         let by_moment = (self.mean / self.strain).abs();
@@ -124,7 +103,10 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             sweeps = sweeps + open(one, zero);
             // A lane that is done keeps what it was found with, so that no tap depends on its neighbours.
             kept = closed.kept(&kept, done);
-            done = stop.if_less(left, done, one);
+            // The rate of one step is unknown: K − 1 of small drives needs the second.
+            if count > 1 {
+                done = stop.if_less(left, done, one);
+            }
             if one.all_at_most(done) || count == most {
                 break;
             }
@@ -147,7 +129,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let Contact { push, drag, x } = self.contact(state);
-        let (force, moment) = self.settle(fixed, state);
+        let (force, moment) = self.settle(fixed, state, closed.x);
         let beta = dot2(self.beta, force) + self.soft * moment - closed.carried.lag;
         let mut strain = self.reading(fixed, force, lane);
         if !self.effects.distorting {
@@ -201,14 +183,14 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
     ) -> Answer<Dual<Q, K>> {
         let of = Q::of;
         let (zero, one) = (of(0.0), of(1.0));
+        let plain = |value: Q| Dual { value, ..Dual::default() };
         let seeds = |z: &State<Dual<Q, K>>| State {
             force: Dual::seed(z.force.value, 0),
             other: Dual::seed(z.other.value, 1),
         };
-        let mut state = seeds(&self.start());
+        let mut state = seeds(&State { force: plain(zero), other: plain(zero) });
         let (mut done, mut sweeps, mut left) = (zero, zero, one);
         let stop = of((STOP * tolerance).max(4.0 * Q::Scalar::ROUNDING));
-        let plain = |value: Q| Dual { value, ..Dual::default() };
         let mut closed = self.pass(fixed, &state, plain(done));
         for count in 1..=most {
             let column = |k: usize| [closed.miss[0].slope[k], closed.miss[1].slope[k]];
