@@ -187,8 +187,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
 
     /// Error of the strain by the nodes, relative, from the last two coefficients of the series of bending and of the moment's growth.
     #[inline(always)]
-    pub fn truncated(&self, fixed: &Fixed<P::Scalar, N, S>, force: Two<P>, strain: P, shown: P) -> P {
-        let (zero, one) = (P::of(0.0), P::of(1.0));
+    pub fn truncated(&self, fixed: &Fixed<P::Scalar, N, S>, force: Two<P>, strain: P) -> P {
+        let zero = P::of(0.0);
         let (mut whole, mut lag, mut pull) = (zero, zero, zero);
         for panel in &self.panels {
             let tails = panel.tails(&fixed.rule, force, 2);
@@ -200,18 +200,14 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 (lag, pull) = (lag + tails[1], pull + tails[2]);
             }
         }
-        let mut error = P::of(LATER) * (lag * (one + shown) / self.drive + pull * self.mean / strain);
-        if self.effects.rough {
-            let first = whole / self.drive;
-            error = error + first * first;
-        }
-        error
+        let whole = whole / self.drive;
+        P::of(LATER) * (lag / self.drive + pull * self.mean / strain) + whole * whole
     }
 }
 
-/// Weight of the last coefficients of what linear theory has not. Chosen by eye from 43 000 random solves of 20 kinds at 6, 10 and 16 nodes. Linear
-/// theory itself, by Gauss's rule, is as exact as the square of its last coefficients.
-const LATER: f64 = 0.01;
+/// Weight of the last coefficients of what linear theory has not; by Gauss's rule the rest is as exact as the square of its last coefficients. Of 9 372
+/// solves of 20 kinds with 7, 10, 12 and 16 nodes none had more than half of this error, the median a fiftieth.
+const LATER: f64 = 0.002;
 
 struct Span<P> {
     /// w at its end towards the contact, and its width in w.

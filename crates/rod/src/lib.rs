@@ -66,8 +66,6 @@ pub struct Effects {
     pub inner: bool,
     /// The diameter is a power of the distance from the tip.
     pub power: bool,
-    /// Linear theory is no polynomial at the nodes.
-    pub rough: bool,
     /// The gauge is long.
     pub long: bool,
 }

@@ -73,7 +73,7 @@ impl<T: Real> Rod<T> {
         let curved = self.curvature != [T::of(0.0); 2];
         let inner = self.pieces.iter().any(|piece| piece.inner != [T::of(0.0); 2]);
         let power = self.power.is_some();
-        Effects { curved, inner, power, rough: curved || inner || power || self.pieces.len() > 1, ..model }
+        Effects { curved, inner, power, ..model }
     }
 
     /// A cone that begins at the end of its clamp, with a gauge.

@@ -45,7 +45,46 @@ pub struct Answer<P> {
     pub sweeps: P,
 }
 
+/// How an iteration goes on.
+#[derive(Clone, Copy)]
+struct Pace<P> {
+    /// Relative error of the strain that is left.
+    left: P,
+    last: P,
+    rate: P,
+    sweeps: P,
+}
+
+impl<P: Packed> Pace<P> {
+    fn new() -> Self {
+        let (zero, one) = (P::of(0.0), P::of(1.0));
+        Self { left: one, last: one, rate: zero, sweeps: zero }
+    }
+
+    /// After a step of this size in lanes that are not `done`. Steps are long and short in turn: the slower of two rates counts.
+    #[inline(always)]
+    fn after(&mut self, size: P, done: P) {
+        let (zero, one) = (P::of(0.0), P::of(1.0));
+        let open = |new: P, old: P| zero.if_less(done, old, new);
+        let next = (size / self.last).min(P::of(RATES[1])).max(P::of(RATES[0]));
+        let believed = next.max(self.rate);
+        self.rate = open(next, self.rate);
+        self.last = open(size.max(P::of(TINY)), self.last);
+        self.left = open(size * believed / (one - believed), self.left);
+        self.sweeps = self.sweeps + open(one, zero);
+    }
+}
+
 impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
+    /// Effects on the strain, relative, of a step of the second unknown and of a change of the moment.
+    #[inline(always)]
+    fn effect(&self) -> [P; 2] {
+        let one = P::of(1.0);
+        let by_moment = self.mean / self.strain.abs().max(self.least).max(P::of(TINY));
+        let by_arc = (by_moment * cross([one, self.slope], self.begun())).abs().max(one);
+        [if self.effects.stick { one } else { by_arc }, by_moment.abs()]
+    }
+
     /// `state` after a step of bounded length; lanes that are `done` keep theirs.
     #[inline(always)]
     fn step(&self, state: &State<P>, by: [P; 2], done: P) -> State<P> {
@@ -78,9 +117,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let mut state = State { force: zero, other: zero };
-        let (mut done, mut sweeps, mut left, mut last, mut rate) = (zero, zero, one, one, zero);
+        let (mut done, mut pace, [by_other, by_moment]) = (zero, Pace::new(), self.effect());
         let stop = of((STOP * tolerance).max(4.0 * P::Scalar::ROUNDING));
-        let by_moment = (self.mean / self.strain).abs();
         let mut moment = zero;
         let mut closed = self.pass(fixed, &state, done);
         let mut kept = closed;
@@ -91,28 +129,21 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             // The moment at the gauge may still change where the force does no more.
             let moved = (closed.carried.moment - moment).abs() * by_moment;
             moment = closed.carried.moment;
-            let size = step[0].abs().max(step[1].abs()).max(if count > 1 { moved } else { zero });
+            let size = step[0].abs().max(by_other * step[1].abs()).max(if count > 1 { moved } else { zero });
             state = self.step(&state, step, done);
-            let open = |new: P, old: P| zero.if_less(done, old, new);
-            // Steps are long and short in turn: the slower of two rates counts.
-            let next = (size / last).min(of(RATES[1])).max(of(RATES[0]));
-            let believed = next.max(rate);
-            rate = open(next, rate);
-            last = open(size.max(of(TINY)), last);
-            left = open(size * believed / (one - believed), left);
-            sweeps = sweeps + open(one, zero);
+            pace.after(size, done);
             // A lane that is done keeps what it was found with, so that no tap depends on its neighbours.
             kept = closed.kept(&kept, done);
             // The rate of one step is unknown: K − 1 of small drives needs the second.
             if count > 1 {
-                done = stop.if_less(left, done, one);
+                done = stop.if_less(pace.left, done, one);
             }
             if one.all_at_most(done) || count == most {
                 break;
             }
             closed = self.pass(fixed, &state, done);
         }
-        self.answer(fixed, (&state, &kept), [left, sweeps], lane)
+        self.answer(fixed, (&state, &kept), [pace.left, pace.sweeps], lane)
     }
 
     #[inline(always)]
@@ -141,7 +172,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let measure = strain.abs().max(self.least).max(of(TINY));
         let shown = self.mean * cross([one, self.slope], force).abs() / measure;
         let rounding = of(ROUNDINGS * P::Scalar::ROUNDING) * (one + shown * x.abs());
-        let mut error = left * (one + shown) + self.truncated(fixed, force, measure, shown) + rounding;
+        let mut error = left + self.truncated(fixed, force, measure) + rounding;
         if let Some(law) = &fixed.law {
             error = error + of(2.0 * law.error);
         }
@@ -189,7 +220,7 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
             other: Dual::seed(z.other.value, 1),
         };
         let mut state = seeds(&State { force: plain(zero), other: plain(zero) });
-        let (mut done, mut sweeps, mut left) = (zero, zero, one);
+        let (mut done, mut pace, by_other) = (zero, Pace::new(), self.effect()[0].value);
         let stop = of((STOP * tolerance).max(4.0 * Q::Scalar::ROUNDING));
         let mut closed = self.pass(fixed, &state, plain(done));
         for count in 1..=most {
@@ -207,9 +238,8 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
                 follow(&mut panel.lag, taken);
             }
             state = next;
-            left = zero.if_less(done, left, step[0].abs().max(step[1].abs()));
-            sweeps = sweeps + zero.if_less(done, zero, one);
-            done = stop.if_less(left, done, one);
+            pace.after(step[0].abs().max(by_other * step[1].abs()), done);
+            done = stop.if_less(pace.left, done, one);
             if one.all_at_most(done) || count == most {
                 break;
             }
@@ -218,7 +248,7 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
         for k in 0..2 {
             closed.columns[k] = [plain(closed.miss[0].slope[k]), plain(closed.miss[1].slope[k])];
         }
-        self.answer(fixed, (&state, &closed), [plain(left), plain(sweeps)], lane)
+        self.answer(fixed, (&state, &closed), [plain(pace.left), plain(pace.sweeps)], lane)
     }
 }
 
