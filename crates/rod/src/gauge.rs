@@ -145,16 +145,13 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     /// The stretch of the panel under the gauge; `None` where no lane has one.
     #[inline(always)]
     fn span<const M: usize>(&self, panel: &Panel<P, M>) -> Option<Span<P>> {
-        let (zero, one) = (P::of(0.0), P::of(1.0));
         let [end, length, _] = panel.place;
         let [x1, x2] = self.gauge;
         let (from, to) = ((end - length).max(x1).min(x2), end.max(x1).min(x2));
-        if (to - from).abs().all_at_most(zero) {
+        if (to - from).abs().all_at_most(P::of(0.0)) {
             return None;
         }
-        let near = panel.place_of(from).max(zero).min(one);
-        let far = panel.place_of(to).max(zero).min(one);
-        let width = zero.if_less((to - from).abs(), near - far, zero);
+        let [far, width] = panel.stretch([from, to]);
         Some(Span { far, width })
     }
 

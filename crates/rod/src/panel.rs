@@ -128,18 +128,19 @@ impl<P: Lane, const N: usize> Panel<P, N> {
         [far - scale * w * (one + y), (scale + scale) / y]
     }
 
-    /// The place w of the arc `s`.
+    /// The place w of the arc `to`, and by how much that of `from` is larger; without a difference of places, so that a point may be a stretch.
     #[inline(always)]
-    pub fn place_of(&self, s: P) -> P {
-        let one = P::of(1.0);
+    pub fn stretch(&self, [from, to]: [P; 2]) -> [P; 2] {
+        let (zero, one) = (P::of(0.0), P::of(1.0));
         let [far, length, q] = self.place;
-        let length = length.if_less(P::of(0.0), length, (P::of(0.0)).if_less(length, length, one));
-        // share = q² w (1 + y)/(y² (1 + q)): 1/y² = 1 + share (1/q² − 1).
-        let share = (far - s) / length;
-        let u = one + share * (one / (q * q) - one);
-        let root = u.sqrt();
-        // (1 − y)/(1 − q) without a difference.
-        share * (one + q) / (q * q * root * (root + one))
+        let length = length.if_less(zero, length, zero.if_less(length, length, one));
+        // share = (far − s)/length = q² w (1 + y)/(y² (1 + q)): 1/y² = 1 + share (1/q² − 1).
+        let share = ((far - to) / length).max(zero).min(one);
+        let part = (to - from) / length;
+        let grows = one / (q * q) - one;
+        let [first, last] = [share, share + part].map(|share| (one + share * grows).sqrt());
+        let scale = (one + q) / (q * q);
+        [share * scale / (first * (first + one)), part * scale / (first * last * (first + last))]
     }
 
     /// Directions of the resting whisker.
