@@ -182,7 +182,7 @@ fn devices_and_the_cpu_agree_on_built_whiskers() {
         let lanes = vibrissa_rod::solve(&plain, effects, 1e-8, chart);
         let mut compared = 0;
         for ((tap, one), other) in plain.iter().zip(&device).zip(&lanes) {
-            if one.error > 1e-3 || other.error > 1e-8 {
+            if one.error > 1e-6 || other.error > 1e-8 {
                 continue;
             }
             compared += 1;
@@ -203,6 +203,6 @@ fn devices_and_the_cpu_agree_on_built_whiskers() {
                 "{text}: {apart:?} for {tap:?}, {errors}"
             );
         }
-        assert!(compared > 300, "{text}: {compared} taps were solved by both");
+        assert!(compared * 10 > 7 * plain.len(), "{text}: {compared} taps were solved by both");
     }
 }

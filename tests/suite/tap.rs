@@ -161,7 +161,7 @@ fn a_distance_before_the_gauge_is_refused_at_once() {
     assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
 }
 
-/// For contacts on the gauge and for a very thin whisker, kernels leave most taps to the reference.
+/// Contacts on the gauge, and a very thin whisker.
 #[test]
 fn a_whisker_whose_taps_are_hard_has_an_answer_in_seconds() {
     for (base, place, best) in [("10.0", "24", 0.629), ("0.010", "5", 10.0)] {
@@ -177,6 +177,17 @@ fn a_whisker_whose_taps_are_hard_has_an_answer_in_seconds() {
         let in_force = run["in_force"].as_array().expect("values");
         let told = in_force.iter().find(|entry| entry["key"] == "run.tolerance").expect("a value");
         assert_eq!(told["value"].as_str().and_then(|t| t.parse().ok()), Some(tolerance));
-        assert!(ran.stderr.contains("hard to solve"), "{}", ran.stderr);
     }
+}
+
+/// A contact that rolls on a whisker that is not a cone is left to the reference.
+#[test]
+fn a_whisker_whose_best_tap_would_take_minutes_is_refused() {
+    let rolls = soft("10.0", "5").replace("D =", "exponent = 1.5\nD =");
+    let rolls = rolls.replace("clamp = \"glued\"\n", "pole_radius = 2\ncontact = \"stick\"\n");
+    let desk = Desk::new(&rolls);
+    let ran = desk.run(&["tap", "spec.toml"]);
+    assert!(ran.stderr.contains("hard to solve: again"), "{}", ran.stderr);
+    let error = desk.error("tap spec.toml");
+    assert!(error["message"].as_str().unwrap().contains("would take minutes"), "{error}");
 }

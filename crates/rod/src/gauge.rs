@@ -21,7 +21,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let side = P::of(if self.effects.far { -1.0 } else { 1.0 });
         let (mut strain, mut mean) = (P::of(0.0), P::of(0.0));
         for panel in &self.panels {
-            let Some(span) = self.span(panel) else { continue };
+            let Some(span) = self.span(panel, false) else { continue };
             for &gauss in &fixed.gauge {
                 let place = self.place(fixed, panel, &span, gauss);
                 let section = panel.part.section(&self.effects, &self.whisker, place.s);
@@ -69,7 +69,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     where
         P::One: 'a,
     {
-        let Some(span) = self.span(panel) else { return P::of(0.0) };
+        let Some(span) = self.span(panel, whole) else { return P::of(0.0) };
         let (zero, n) = (P::of(0.0), rule.nodes());
         let Effects { extension, law, far, distorting, .. } = self.effects;
         let side = P::of(if far { -1.0 } else { 1.0 });
@@ -144,11 +144,14 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
 
     /// The stretch of the panel under the gauge; `None` where no lane has one.
     #[inline(always)]
-    fn span<const M: usize>(&self, panel: &Panel<P, M>) -> Option<Span<P>> {
+    fn span<const M: usize>(&self, panel: &Panel<P, M>, slides: bool) -> Option<Span<P>> {
         let [end, length, _] = panel.place;
         let [x1, x2] = self.gauge;
-        let (from, to) = ((end - length).max(x1).min(x2), end.max(x1).min(x2));
-        if (to - from).abs().all_at_most(P::of(0.0)) {
+        // Charts ask for strains within the clamp of a solid: the moment goes on.
+        let (begin, zero) = (end - length, P::of(0.0));
+        let begin = if slides { begin } else { zero.if_less(panel.part.near, begin, begin.min(x1)) };
+        let (from, to) = (begin.max(x1).min(x2), end.max(x1).min(x2));
+        if (to - from).abs().all_at_most(zero) {
             return None;
         }
         let [far, width] = panel.stretch([from, to]);
