@@ -203,6 +203,6 @@ fn devices_and_the_cpu_agree_on_built_whiskers() {
                 "{text}: {apart:?} for {tap:?}, {errors}"
             );
         }
-        assert!(compared * 10 > 7 * plain.len(), "{text}: {compared} taps were solved by both");
+        assert!(2 * compared > plain.len(), "{text}: {compared} taps were solved by both");
     }
 }

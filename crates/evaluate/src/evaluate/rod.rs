@@ -188,7 +188,7 @@ impl Evaluator<'_> {
             let tap = vibrissa_rod::Tap {
                 rod: rods[task.design as usize].as_ref()?,
                 a: task.a - shared.start,
-                hub: if angle { setup.hub + shared.start } else { 0.0 },
+                hub: if angle { shared.model.hub + shared.start } else { 0.0 },
                 turn,
                 lift,
                 ratio: if let Grip::Slide(friction) = grip { *friction } else { 0.0 },
