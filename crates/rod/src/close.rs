@@ -81,7 +81,12 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         match self.effects.stick {
             true => {
                 let drag = self.drive * (self.first[1] + self.first[0] * state.other);
-                Contact { push, drag, x: P::of(0.0) }
+                let mut x = P::of(0.0);
+                if self.effects.roll {
+                    let force = self.force_at(self.normal, push, drag);
+                    x = self.roll * (self.turn + dot2(self.beta, force) + self.later);
+                }
+                Contact { push, drag, x }
             }
             false => Contact { push, drag: self.ratio * push, x: self.drive * self.first[2] + state.other },
         }
@@ -210,6 +215,10 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         if !effects.stick {
             miss = add(miss, times(state.other, self.slid));
         }
+        if effects.roll {
+            miss = add(miss, add(self.rolled(change), times(self.roll * self.later, self.slid)));
+            self.later = zero.if_less(done, self.later, later);
+        }
         miss = add(miss, times(later - over, square(self.centre)));
         miss = add(miss, times(zero - versine, self.centre));
         let leaned = turned(force, by);
@@ -220,11 +229,12 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let place = add(self.centre, moved);
         let swept = add(add(carried.swept, yields), times(beta, square(place)));
         let root = columns(&self.root, add(force, leaned));
+        let root = add(root, self.rolled(force));
         let by_force = times(one / (one + state.force), add(add(swept, turned(swept, by)), root));
         let by_other = if effects.stick {
             let [moment, turn, vx, vy] = carried.friction;
             let v = add([vx, vy], times(self.soft * moment - turn, square(place)));
-            let root = columns(&self.root, add(tangent, turned(tangent, by)));
+            let root = add(columns(&self.root, add(tangent, turned(tangent, by))), self.rolled(tangent));
             times(self.drive * self.first[0], add(add(v, turned(v, by)), root))
         } else {
             let torque = cross([one, self.slope], force);

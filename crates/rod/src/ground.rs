@@ -65,6 +65,9 @@ pub struct Ground<P, const N: usize, const S: usize> {
     pub pivot: P,
     /// Motion of the pole's centre by a unit of c.
     pub slid: Two<P>,
+    /// ρ cos α of a contact that rolls, and the turn of the base against the contact less the linear one, of the last pass.
+    pub roll: P,
+    pub later: P,
     /// P, T and c − 1 of linear theory per unit of the drive, and its strain; where the contact gives way by P^⅔, P and strain at which it begins.
     pub first: [P; 3],
     /// 1 less P of a contact that does not give way over that P.
@@ -208,6 +211,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             moment: [zero; 2],
             pivot: zero,
             slid: [zero; 2],
+            roll: if effects.roll { pole * normal[1] } else { zero },
+            later: zero,
             first: [zero; 3],
             lack: zero,
             strain: zero,
@@ -316,12 +321,18 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let (push, drag) = (times(zero - one, self.normal), times(zero - one, square(self.normal)));
         let [force, other] =
             if self.effects.stick { [push, drag] } else { [add(push, times(self.ratio, drag)), [zero; 2]] };
-        let first = columns(&self.give, force);
-        let second = if self.effects.stick { columns(&self.give, other) } else { self.slid };
+        let first = add(columns(&self.give, force), self.rolled(force));
+        let second =
+            if self.effects.stick { add(columns(&self.give, other), self.rolled(other)) } else { self.slid };
+        let wanted = add(wanted, times((lifted - one) * self.roll, self.slid));
         let det = one / cross(first, second);
         let (normal, rest) = (cross(wanted, second) * det, cross(first, wanted) * det);
-        self.first =
-            if self.effects.stick { [normal, rest, zero] } else { [normal, self.ratio * normal, rest] };
+        self.first = if self.effects.stick {
+            let turn = one - lifted + dot2(self.beta, add(times(normal, push), times(rest, drag)));
+            [normal, rest, self.roll * turn]
+        } else {
+            [normal, self.ratio * normal, rest]
+        };
         if self.effects.soft {
             let give = columns(&self.give, self.begun());
             let share = self.share(dot2(give, self.normal).abs());
@@ -345,6 +356,12 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             root = root - lack / ((of(3.0) * stiff * root + of(2.0) * hertz) * root);
         }
         root * root * root
+    }
+
+    /// Motion of the pole's centre because a contact under `force` rolls.
+    #[inline(always)]
+    pub fn rolled(&self, force: Two<P>) -> Two<P> {
+        if self.effects.roll { times(self.roll * dot2(self.beta, force), self.slid) } else { [P::of(0.0); 2] }
     }
 
     /// The force of P and T on the whisker.

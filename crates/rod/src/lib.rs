@@ -52,6 +52,8 @@ pub struct Effects {
     pub surface: bool,
     /// The contact stays at its arc length.
     pub stick: bool,
+    /// Such a contact rolls on its pole.
+    pub roll: bool,
     /// A hyperelastic section law, read from a chart.
     pub law: bool,
     /// The gauge is on the far side.

@@ -76,6 +76,11 @@ impl<T: Real> Rod<T> {
         Effects { curved, inner, power, ..model }
     }
 
+    /// True if the direction of its skin changes along a piece at rest; `surface`: contacts lie on the skin.
+    pub fn turns(&self, surface: bool) -> bool {
+        self.curvature != [T::of(0.0); 2] || surface && self.power.is_some()
+    }
+
     /// A cone that begins at the end of its clamp, with a gauge.
     pub fn cone(taper: &Taper<T>, [modulus, nu]: [T; 2], gauge: [T; 2], foil: Option<&Bonded<T>>) -> Self {
         let zero = T::of(0.0);

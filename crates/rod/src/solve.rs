@@ -177,10 +177,14 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             error = error + of(2.0 * law.error);
         }
         let second = match self.effects.stick {
-            true => columns(&self.give, self.force_at(self.normal, zero, self.drive * self.first[0])),
+            true => {
+                let drag = self.force_at(self.normal, zero, self.drive * self.first[0]);
+                add(columns(&self.give, drag), self.rolled(drag))
+            }
             false => self.slid,
         };
-        let begun = cross(columns(&self.give, self.begun()), second);
+        let begun = self.begun();
+        let begun = cross(add(columns(&self.give, begun), self.rolled(begun)), second);
         let upright = cross(closed.columns[0], closed.columns[1]) / begun;
         let lost =
             of(UPRIGHT).if_less(upright, zero, one).max(beta.abs().if_less(of(MOST_TURNED), zero, one));
@@ -231,6 +235,7 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
             let step = [cross(miss, second) * det, cross(first, miss) * det];
             let next = seeds(&self.step(&state, step.map(plain), plain(done)));
             let taken = [next.force.value - state.force.value, next.other.value - state.other.value];
+            follow(std::slice::from_mut(&mut self.later), taken);
             for panel in &mut self.panels {
                 follow(&mut panel.lag, taken);
             }
@@ -254,7 +259,7 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
 
 /// The shape follows a step of the unknowns.
 #[inline(always)]
-fn follow<Q: Packed, const K: usize, const N: usize>(lag: &mut [Dual<Q, K>; N], step: [Q; 2]) {
+fn follow<Q: Packed, const K: usize>(lag: &mut [Dual<Q, K>], step: [Q; 2]) {
     for lag in lag {
         lag.value = lag.value + step[0] * lag.slope[0] + step[1] * lag.slope[1];
     }

@@ -156,18 +156,13 @@ impl Evaluator<'_> {
         };
         let stick = grips.first() == Some(&Grip::Stick);
         let model = &setup.model;
-        if stick && model.pole_radius > 0.0 {
-            // Only the reference can roll a contact.
-            return Ok(tasks
-                .iter()
-                .map(|task| upright(setup, designs, task).map(|_| Solution::FAILED))
-                .collect());
-        }
+        let roll = stick && model.pole_radius > 0.0;
         let effects = Effects {
             shear: model.shear,
             extension: model.extension,
             surface: model.surface,
             stick,
+            roll,
             law: !matches!(model.material, Material::Hooke(_)),
             far: setup.gauge.side == Side::Far,
             soft: is_solid(model) && model.contact == Contact::Frictionless,
@@ -205,7 +200,10 @@ impl Evaluator<'_> {
         let chart = rungs.iter().rev().find_map(|rung| rung.chart());
         let precision = rungs.first().map_or(Precision::F64, |rung| rung.precision());
         let solved = solve_on(solver.as_mut(), &taps, effects, (precision, *tolerance), chart)?;
-        let mut solved = solved.into_iter();
+        // Only the reference can roll a contact along a skin whose slope changes.
+        let left = |tap: &Tap<'_>| roll && tap.tap.rod.turns(model.surface);
+        let mut solved =
+            taps.iter().zip(solved).map(|(tap, s)| if left(tap) { Solution::FAILED } else { s });
         Ok(framed.iter().map(|tap| tap.as_ref().and_then(|_| solved.next())).collect())
     }
 }
