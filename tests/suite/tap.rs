@@ -183,7 +183,7 @@ fn a_whisker_whose_taps_are_hard_has_an_answer_in_seconds() {
 /// A contact that rolls on a whisker that is not a cone is left to the reference.
 #[test]
 fn a_whisker_whose_best_tap_would_take_minutes_is_refused() {
-    let rolls = soft("10.0", "5").replace("D =", "exponent = 1.5\nD =");
+    let rolls = soft("10.0", "5").replace("D =", "curvature = 0.004\nD =");
     let rolls = rolls.replace("clamp = \"glued\"\n", "pole_radius = 2\ncontact = \"stick\"\n");
     let desk = Desk::new(&rolls);
     let ran = desk.run(&["tap", "spec.toml"]);

@@ -231,15 +231,16 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     for ((effects, pieces), places) in classes {
         let all = if pieces < PIECES { FEW } else { MANY };
         let fine = tolerance.min(FINE);
+        // Newton's method is for taps that the lanes do not solve as asked.
         let rungs = all.iter().map(|rung| (*rung, fine)).chain([([NEWTON, SLIDE], tolerance)]);
         let mut open = places;
-        for (rung, tolerance) in rungs {
-            open.retain(|&i| out[i].error.is_nan() || out[i].error > tolerance);
+        for (rung, enough) in rungs {
+            open.retain(|&i| out[i].error.is_nan() || out[i].error > enough);
             if open.is_empty() {
                 break;
             }
             let newton = rung[0] == NEWTON;
-            let job = Job { effects, rung, tolerance, chart };
+            let job = Job { effects, rung, tolerance: fine, chart };
             let solve = |part: &[usize]| {
                 let those: Vec<Tap<'_>> = part.iter().map(|&i| taps[i]).collect();
                 if newton { exactly(&job, &those) } else { block(&job, &those) }

@@ -10,7 +10,7 @@ use super::lane::{Dual, Lane};
 use super::vector::{add, columns, cross, dot2, turned};
 
 /// Share of the tolerance at which an iteration stops.
-const STOP: f64 = 0.1;
+const STOP: f64 = 0.05;
 
 /// Longest step of the force, relative to that of linear theory, and of the contact over a; and of the friction of a sticking contact.
 const LONGEST: f64 = 0.5;
