@@ -41,7 +41,8 @@ pub fn solve_on(
     chart: Option<&Chart>,
 ) -> Result<Vec<Solution>, SolveError> {
     let plain: Vec<vibrissa_rod::Tap<'_>> = taps.iter().map(|tap| tap.tap).collect();
-    let Some(device) = solver.device().filter(|_| !(effects.soft || effects.distorting || effects.roll)) else {
+    let Some(device) = solver.device().filter(|_| !(effects.soft || effects.distorting || effects.roll))
+    else {
         return Ok(solve(&plain, effects, tolerance, chart));
     };
     let job = Job { effects, steps: STEPS, tolerance, chart };

@@ -202,8 +202,7 @@ impl Evaluator<'_> {
         let solved = solve_on(solver.as_mut(), &taps, effects, (precision, *tolerance), chart)?;
         // Only the reference can roll a contact along a skin whose slope changes.
         let left = |tap: &Tap<'_>| roll && tap.tap.rod.turns(model.surface);
-        let mut solved =
-            taps.iter().zip(solved).map(|(tap, s)| if left(tap) { Solution::FAILED } else { s });
+        let mut solved = taps.iter().zip(solved).map(|(tap, s)| if left(tap) { Solution::FAILED } else { s });
         Ok(framed.iter().map(|tap| tap.as_ref().and_then(|_| solved.next())).collect())
     }
 }
