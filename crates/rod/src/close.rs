@@ -33,7 +33,7 @@ pub struct Contact<P> {
 /// The bent rod of a state.
 #[derive(Debug, Clone, Copy)]
 pub struct Closed<P> {
-    /// Where the pole's centre is, less where the object is.
+    /// Position of the pole's centre less that of the object.
     pub miss: Two<P>,
     /// Its derivatives by the unknowns, at a shape that follows the force only.
     pub columns: [Two<P>; 2],
@@ -169,7 +169,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             };
             let length = slide.place[1].abs();
             slide.put(&fixed.slide, &effects, &self.whisker, ends);
-            // A stretch that begins has the turn of its end.
+            // A slide that had no length starts from the turn at its end towards the contact.
             for i in 0..S {
                 slide.lag[i] = zero.if_less(length, slide.lag[i], carried.lag);
                 slide.extra[i] = zero.if_less(length, slide.extra[i], zero);

@@ -147,7 +147,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     fn span<const M: usize>(&self, panel: &Panel<P, M>, slides: bool) -> Option<Span<P>> {
         let [end, length, _] = panel.place;
         let [x1, x2] = self.gauge;
-        // Charts ask for strains within the clamp of a solid: the moment goes on.
+        // Charts ask for strains within the clamp of a solid: there the series of the first panel are extrapolated.
         let (begin, zero) = (end - length, P::of(0.0));
         let begin = if slides { begin } else { zero.if_less(panel.part.near, begin, begin.min(x1)) };
         let (from, to) = (begin.max(x1).min(x2), end.max(x1).min(x2));
@@ -175,7 +175,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             return Place { w, s, along: [one, zero], lever: [one - s, self.radius], weight };
         }
         let [versine, sine] = fixed.turns.rotation(self.whisker.rest_angle(s));
-        // Series of the nodes would not do: this is the whole strain of linear theory.
+        // Interpolation between the nodes is too coarse: an error of this lever is one of the whole strain of linear theory.
         let (mut lever, way) = (panel.begin, panel.place[0] - s);
         for &(point, weight) in &fixed.path {
             let part = self.whisker.rest_angle(s + way * P::splat(point));

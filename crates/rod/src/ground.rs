@@ -41,7 +41,7 @@ pub struct Ground<P, const N: usize, const S: usize> {
     pub drive: P,
     /// T/P of a sliding contact.
     pub ratio: P,
-    /// ρ.
+    /// Pole radius ρ.
     pub pole: P,
     /// R and R′ at a, 0 on the centreline; the normal there; κ0.
     pub radius: P,

@@ -4,7 +4,7 @@
 //! M′ = −[(1 + e₀) Q − γ N], with N and Q along and across the section. From the base to a, where the contact is at rest, lie panels that end where the
 //! whisker is not smooth. Each has Gauss's nodes in w; D^(−½) is linear in w, so that integrals of linear theory over a cone are polynomials. From a to
 //! the contact at c a short panel moves with c. A pass takes M from the last ψ, and ψ from that M; the closure then gives a step of P and of c (or of T).
-//! What is solved is the difference to linear theory under the same force, whose integrals stay while a tap is iterated.
+//! The unknown shape is the difference to linear theory under the same force; the integrals of linear theory do not change while a tap is iterated.
 //!
 //! Taps whose estimated error exceeds the tolerance go on to more nodes, and at last to Newton's method with the derivatives of the passes.
 
@@ -52,7 +52,7 @@ pub struct Effects {
     pub surface: bool,
     /// The contact stays at its arc length.
     pub stick: bool,
-    /// Such a contact rolls on its pole.
+    /// A contact that sticks rolls on its pole.
     pub roll: bool,
     /// A hyperelastic section law, read from a chart.
     pub law: bool,
@@ -176,7 +176,7 @@ const MANY: [Rung; 2] = [[7, 4], [12, 6]];
 /// Number of pieces from which on there are many.
 const PIECES: usize = 5;
 
-/// What lanes aim at where less is asked: it costs them little, and at small drives SD(K) is the difference of nearly equal numbers.
+/// Tolerance of the lanes where a larger one is asked: it costs little, and at small drives SD(K) is the difference of nearly equal numbers.
 const FINE: f64 = 1e-8;
 
 /// Length of a gauge over a up to which four points serve.

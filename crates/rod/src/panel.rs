@@ -17,7 +17,7 @@ pub struct Panel<P, const N: usize> {
     pub place: [P; 3],
     /// −ds at the nodes.
     pub weight: [P; N],
-    /// s.
+    /// Arc lengths s of the nodes.
     pub arc: [P; N],
     pub section: [Section<P>; N],
     /// d1 of the resting whisker against that at a.

@@ -45,13 +45,15 @@ pub struct Answer<P> {
     pub sweeps: P,
 }
 
-/// How an iteration goes on.
+/// Progress of an iteration.
 #[derive(Clone, Copy)]
 struct Pace<P> {
     /// Relative error of the strain that is left.
     left: P,
+    /// Size of the last step, and the larger of two rates at which steps shrink.
     last: P,
     rate: P,
+    /// Number of passes.
     sweeps: P,
 }
 

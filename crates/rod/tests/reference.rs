@@ -1,4 +1,4 @@
-//! Taps of whiskers of every kind, beside the reference.
+//! Taps of whiskers of every kind, compared with the reference.
 
 use vibrissa_core::physics::body::Body;
 use vibrissa_core::physics::rod::RodProblem;
