@@ -7,6 +7,7 @@ use super::ground::{Fixed, Ground};
 use super::lane::Lane;
 use super::panel::Carried;
 use super::rule::{Turns, dot};
+use super::tilt::Seen;
 use super::vector::{Two, add, columns, cross, dot2, square, times, turned};
 
 /// Three points of Gauss's rule and their weights.
@@ -225,12 +226,22 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         miss = add(miss, columns(&self.root, leaned));
         let [versine, over] = fixed.turns.of(self.turn);
         miss = add(miss, add(times(versine, self.arm), times(zero - over, square(self.arm))));
+        let mut seen = Seen::default();
+        if effects.tilt {
+            let (cos, sin) = (one - by[0], by[1]);
+            seen = self.axis.seen([self.normal[1] * cos + self.normal[0] * sin, self.normal[0] * cos - self.normal[1] * sin]);
+            miss = add(miss, times(of(-1.0), seen.moved));
+        }
 
         let place = add(self.centre, moved);
         let swept = add(add(carried.swept, yields), times(beta, square(place)));
         let root = columns(&self.root, add(force, leaned));
         let root = add(root, self.rolled(force));
-        let by_force = times(one / (one + state.force), add(add(swept, turned(swept, by)), root));
+        let mut by_force = add(add(swept, turned(swept, by)), root);
+        if effects.tilt {
+            by_force = add(by_force, times(dot2(self.beta, force), seen.swept));
+        }
+        let by_force = times(one / (one + state.force), by_force);
         let by_other = if effects.stick {
             let [moment, turn, vx, vy] = carried.friction;
             let v = add([vx, vy], times(self.soft * moment - turn, square(place)));
@@ -240,7 +251,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             let torque = cross([one, self.slope], force);
             let v = add(self.slid, times(zero - torque, carried.pivoted));
             let v = add(v, times(torque * self.pivot, square(place)));
-            add(v, turned(v, by))
+            let v = add(v, turned(v, by));
+            if effects.tilt { add(v, times(torque * self.pivot, seen.swept)) } else { v }
         };
         Closed { miss, columns: [by_force, by_other], carried, x }
     }

@@ -15,11 +15,11 @@ use super::{Effects, Tap};
 pub type Distorted<P> = [P; 3];
 
 impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
-    /// Mean strain of linear theory under `force`, and the mean of R/EI.
+    /// Mean strains of linear theory under `force`, of the centreline and by bending, and the mean of R/EI.
     #[inline(always)]
-    pub fn first_reading(&self, fixed: &Fixed<P::Scalar, N, S>, force: Two<P>) -> [P; 2] {
-        let side = P::of(if self.effects.far { -1.0 } else { 1.0 });
-        let (mut strain, mut mean) = (P::of(0.0), P::of(0.0));
+    pub fn first_reading(&self, fixed: &Fixed<P::Scalar, N, S>, force: Two<P>) -> (Two<P>, P) {
+        let side = P::of(if self.effects.far { 1.0 } else { -1.0 });
+        let (mut strain, mut mean) = ([P::of(0.0); 2], P::of(0.0));
         for panel in &self.panels {
             let Some(span) = self.span(panel, false) else { continue };
             for &gauss in &fixed.gauge {
@@ -27,33 +27,33 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 let section = panel.part.section(&self.effects, &self.whisker, place.s);
                 let bending = section.radius * section.bare;
                 let axial = section.stretch * self.local(place.along, force)[0];
-                strain = strain + place.weight * (axial - side * bending * place.moment(force));
+                strain = add(strain, times(place.weight, [axial, side * bending * place.moment(force)]));
                 mean = mean + place.weight * bending;
             }
         }
         let width = self.gauge[1] - self.gauge[0];
-        [strain / width, mean / width]
+        (times(P::of(1.0) / width, strain), mean / width)
     }
 
-    /// Mean strain at the equilibrium: less that of linear theory under the same force, or all of it where the skin distorts.
+    /// Mean strains of the centreline and by bending: less those of linear theory under the same force, or all of them where the skin distorts.
     #[inline(always)]
     pub fn reading<'a>(
         &self,
         fixed: &Fixed<P::Scalar, N, S>,
         force: Two<P>,
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> P
+    ) -> Two<P>
     where
         P::One: 'a,
     {
-        let mut sum = P::of(0.0);
+        let mut sum = [P::of(0.0); 2];
         for panel in &self.panels {
-            sum = sum + self.under(fixed, &fixed.rule, panel, force, false, lane);
+            sum = add(sum, self.under(fixed, &fixed.rule, panel, force, false, lane));
         }
         for panel in &self.slides {
-            sum = sum + self.under(fixed, &fixed.slide, panel, force, true, lane);
+            sum = add(sum, self.under(fixed, &fixed.slide, panel, force, true, lane));
         }
-        sum / (self.gauge[1] - self.gauge[0])
+        times(P::of(1.0) / (self.gauge[1] - self.gauge[0]), sum)
     }
 
     #[inline(always)]
@@ -65,14 +65,14 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         force: Two<P>,
         whole: bool,
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> P
+    ) -> Two<P>
     where
         P::One: 'a,
     {
-        let Some(span) = self.span(panel, whole) else { return P::of(0.0) };
+        let Some(span) = self.span(panel, whole) else { return [P::of(0.0); 2] };
         let (zero, n) = (P::of(0.0), rule.nodes());
         let Effects { extension, law, far, distorting, .. } = self.effects;
-        let side = P::of(if far { -1.0 } else { 1.0 });
+        let side = P::of(if far { 1.0 } else { -1.0 });
         let (mut pulls, mut turns, mut angles) = ([zero; M], [zero; M], [zero; M]);
         for k in 0..n {
             pulls[k] = dot(n, &rule.legendre[k], &panel.pull);
@@ -83,7 +83,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 angles[k] = dot(n, &rule.legendre[k], &turns);
             }
         }
-        let mut sum = zero;
+        let mut sum = [zero; 2];
         for &gauss in &fixed.gauge {
             let place = self.place(fixed, panel, &span, gauss);
             let section = panel.part.section(&self.effects, &self.whisker, place.s);
@@ -110,15 +110,15 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 moment = moment + all * chi;
             }
             let strain = match distorting {
-                false => stretched - side * bending * moment,
+                false => [stretched, side * bending * moment],
                 true => {
                     let [factor, by_shear, halved] = self.distorted(place.s, lane);
                     let bent = bending * (lever + moment);
                     let shear = local[1] - versine * local[1] - sine * local[0];
-                    stretched - side * (bent * factor + shear * by_shear) - bent * halved * bent
+                    [stretched - bent * halved * bent, side * (bent * factor + shear * by_shear)]
                 }
             };
-            sum = sum + place.weight * strain;
+            sum = add(sum, times(place.weight, strain));
         }
         sum
     }

@@ -8,6 +8,7 @@ use super::lane::Lane;
 use super::panel::Panel;
 use super::rule::{Rule, Turns, dot};
 use super::section::{Part, Whisker};
+use super::tilt::Axis;
 use super::vector::{Two, add, columns, cross, dot2, square, times};
 use super::{Effects, Tap};
 
@@ -43,6 +44,8 @@ pub struct Ground<P, const N: usize, const S: usize> {
     pub ratio: P,
     /// Pole radius ρ.
     pub pole: P,
+    /// The pole, where it is tilted.
+    pub axis: Axis<P>,
     /// R and R′ at a, 0 on the centreline; the normal there; κ0.
     pub radius: P,
     pub slope: P,
@@ -68,11 +71,11 @@ pub struct Ground<P, const N: usize, const S: usize> {
     /// ρ cos α of a contact that rolls, and the turn of the base against the contact less the linear one, of the last pass.
     pub roll: P,
     pub later: P,
-    /// P, T and c − 1 of linear theory per unit of the drive, and its strain; where the contact gives way by P^⅔, P and strain at which it begins.
+    /// P, T and c − 1 of linear theory per unit of the drive, and its strains; where the contact gives way by P^⅔, P and strain at which it begins.
     pub first: [P; 3],
     /// 1 less P of a contact that does not give way over that P.
     pub lack: P,
-    pub strain: P,
+    pub strain: Two<P>,
     pub gauge: Two<P>,
     /// Mean of R/EI under the gauge.
     pub mean: P,
@@ -197,6 +200,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             drive: turn + lift,
             ratio: pack(&|t| t.ratio),
             pole,
+            axis: if effects.tilt { Axis::new(&lane) } else { Axis::default() },
             radius,
             slope,
             normal,
@@ -215,7 +219,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             later: zero,
             first: [zero; 3],
             lack: zero,
-            strain: zero,
+            strain: [zero; 2],
             mean: zero,
             gauge: [pack(&|t| t.rod.gauge[0] / t.a), pack(&|t| t.rod.gauge[1] / t.a)],
             least: pack(&|t| t.least),
@@ -340,7 +344,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             self.first[0] = self.first[0] * share;
         }
         let begun = self.begun();
-        [self.strain, self.mean] = self.first_reading(fixed, begun);
+        (self.strain, self.mean) = self.first_reading(fixed, begun);
     }
 
     /// P over that of a contact that does not give way, where the whisker alone would yield by `way`.

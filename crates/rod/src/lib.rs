@@ -20,6 +20,7 @@ mod rod;
 mod rule;
 mod section;
 mod solve;
+mod tilt;
 mod vector;
 
 use std::collections::BTreeMap;
@@ -33,10 +34,11 @@ use rule::{Rule, Turns};
 use solve::Answer;
 use vibrissa_core::physics::nodes::Nodes;
 use vibrissa_core::physics::number::Number;
+use vibrissa_core::physics::pole::Pole;
 use vibrissa_core::physics::real::{Dual as One, Real};
-use vibrissa_core::physics::solid::HALVED;
+use vibrissa_core::physics::solid::{HALVED, is_solid};
 use vibrissa_core::physics::taper::Taper;
-use vibrissa_core::scene::{Material, Model};
+use vibrissa_core::scene::{Contact, Material, Model, Side};
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::cpu::law::Law;
 use vibrissa_kernel::cpu::{Pack, Packed, UNFUSED, fused};
@@ -60,6 +62,8 @@ pub struct Effects {
     pub far: bool,
     /// The contact gives way.
     pub soft: bool,
+    /// The pole is tilted.
+    pub tilt: bool,
     /// The strain of the skin is not that of the rod.
     pub distorting: bool,
     /// The resting whisker is curved.
@@ -70,6 +74,24 @@ pub struct Effects {
     pub power: bool,
     /// The gauge is long.
     pub long: bool,
+}
+
+impl Effects {
+    /// Those of `model`, with a gauge on `side` and a contact that sticks or slides.
+    pub fn of(model: &Model, side: Side, stick: bool) -> Self {
+        Self {
+            shear: model.shear,
+            extension: model.extension,
+            surface: model.surface,
+            stick,
+            roll: stick && model.pole_radius > 0.0,
+            law: !matches!(model.material, Material::Hooke(_)),
+            far: side == Side::Far,
+            soft: is_solid(model) && matches!(model.contact, Contact::Frictionless),
+            distorting: model.distorting,
+            ..Self::default()
+        }
+    }
 }
 
 /// The skin next to the clamp (model §8).
@@ -89,6 +111,15 @@ impl<T: Real> Skin<T> {
         let halved = if matches!(model.material, Material::Hooke(_)) { 0.0 } else { HALVED };
         Self { taper: *taper, start, halved }
     }
+}
+
+/// A pole that is not upright (model §6).
+#[derive(Debug, Clone, Copy)]
+pub struct Tilt<T = f64> {
+    /// The pole, mm.
+    pub pole: Pole<T>,
+    /// Azimuth φ of a plane in which the pole can be touched, rad: that in which the iteration begins.
+    pub azimuth: T,
 }
 
 /// One tap; mm, N, rad.
@@ -114,6 +145,8 @@ pub struct Tap<'a, T = f64> {
     pub soft: [T; 2],
     /// The skin, where sections distort.
     pub skin: Option<Skin<T>>,
+    /// The pole of another direction; a, the turn and the arms are those of the plane of [`Tilt::azimuth`].
+    pub tilt: Option<Tilt<T>>,
     /// Least strain that errors are relative to.
     pub least: T,
 }
@@ -121,21 +154,26 @@ pub struct Tap<'a, T = f64> {
 impl<T: Number> Tap<'_, T> {
     /// `f` of each number, for the whisker `rod`.
     pub fn map<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(T) -> U) -> Tap<'b, U> {
-        let Self { a, hub, turn, lift, ratio, pole, softer, soft, skin, least, .. } = *self;
+        let Self { a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least, .. } = *self;
         let skin =
             skin.map(|skin| Skin { taper: skin.taper.map(&f), start: f(skin.start), halved: skin.halved });
+        let tilt = tilt.map(|tilt| Tilt { pole: tilt.pole.map(&f), azimuth: f(tilt.azimuth) });
         let soft = soft.map(&f);
         let [a, hub, turn, lift, ratio, pole, softer, least] =
             [a, hub, turn, lift, ratio, pole, softer, least].map(f);
-        Tap { rod, a, hub, turn, lift, ratio, pole, softer, soft, skin, least }
+        Tap { rod, a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least }
     }
 }
 
 /// The answer to a tap; mm, N, N mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
-    /// Mean strain of the gauge's fibre.
+    /// Mean strain of the gauge's fibre, in the plane of bending.
     pub strain: f64,
+    /// Mean strain of the centreline over the gauge.
+    pub axial: f64,
+    /// Turn of the contact against the base, rad.
+    pub turned: f64,
     /// Normal force P.
     pub normal: f64,
     /// Friction T.
@@ -156,6 +194,8 @@ impl Solution {
     /// No equilibrium was found.
     pub const FAILED: Self = Self {
         strain: f64::NAN,
+        axial: f64::NAN,
+        turned: f64::NAN,
         normal: f64::NAN,
         tangential: f64::NAN,
         arc: f64::NAN,
@@ -225,7 +265,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     for (i, tap) in taps.iter().enumerate() {
         let [x1, x2] = tap.rod.gauge;
         let effects =
-            Effects { long: effects.distorting || x2 - x1 > LONG * tap.a, ..tap.rod.effects(effects) };
+            Effects { long: effects.distorting || x2 - x1 > LONG * tap.a, tilt: tap.tilt.is_some(), ..tap.rod.effects(effects) };
         classes.entry((effects, tap.rod.pieces.len())).or_default().push(i);
     }
     let mut out = vec![Solution::FAILED; taps.len()];
@@ -307,6 +347,8 @@ fn solution<P: Packed>(answer: &Answer<P>, i: usize) -> Solution {
     let error = of(answer.error);
     Solution {
         strain: of(answer.strain),
+        axial: of(answer.axial),
+        turned: of(answer.turned),
         normal: of(answer.normal),
         tangential: of(answer.tangential),
         arc: of(answer.arc),

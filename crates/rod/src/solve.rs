@@ -7,7 +7,7 @@ use super::Tap;
 use super::close::{Closed, Contact, State};
 use super::ground::{Fixed, Ground};
 use super::lane::{Dual, Lane};
-use super::vector::{add, columns, cross, dot2, turned};
+use super::vector::{add, columns, cross, dot2, times, turned};
 
 /// Share of the tolerance at which an iteration stops.
 const STOP: f64 = 0.05;
@@ -32,8 +32,11 @@ const UPRIGHT: f64 = 0.02;
 /// The answers of a pack; mm, N, N mm.
 #[derive(Debug, Clone, Copy)]
 pub struct Answer<P> {
-    /// Mean strain under the gauge.
+    /// Mean strain under the gauge, and that of the centreline there.
     pub strain: P,
+    pub axial: P,
+    /// Turn of the contact against the base, rad.
+    pub turned: P,
     pub normal: P,
     pub tangential: P,
     pub arc: P,
@@ -82,7 +85,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     #[inline(always)]
     fn effect(&self) -> [P; 2] {
         let one = P::of(1.0);
-        let by_moment = self.mean / self.strain.abs().max(self.least).max(P::of(TINY));
+        let by_moment = self.mean / (self.strain[0] + self.strain[1]).abs().max(self.least).max(P::of(TINY));
         let by_arc = (by_moment * cross([one, self.slope], self.begun())).abs().max(one);
         [if self.effects.stick { one } else { by_arc }, by_moment.abs()]
     }
@@ -164,12 +167,17 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let Contact { push, drag, x } = self.contact(state);
         let (force, moment) = self.settle(fixed, state, closed.x);
         let beta = dot2(self.beta, force) + self.soft * moment - closed.carried.lag;
-        let mut strain = self.reading(fixed, force, lane);
+        let [mut axial, bending] = self.reading(fixed, force, lane);
+        let mut strain = axial + bending;
         if !self.effects.distorting {
             let smooth = !(self.effects.curved || self.effects.power || self.effects.stick);
-            let linear =
-                if smooth { self.strain * (one + state.force) } else { self.first_reading(fixed, force)[0] };
-            strain = linear + strain;
+            let first = if smooth {
+                times(one + state.force, self.strain)
+            } else {
+                self.first_reading(fixed, force).0
+            };
+            axial = first[0] + axial;
+            strain = first[0] + first[1] + strain;
         }
         let measure = strain.abs().max(self.least).max(of(TINY));
         let shown = self.mean * cross([one, self.slope], force).abs() / measure;
@@ -198,6 +206,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let [length, unit] = self.unit;
         Answer {
             strain,
+            axial,
+            turned: zero - beta,
             normal: push * unit,
             tangential: drag * unit,
             arc: (one + x) * length,

@@ -1,12 +1,13 @@
 //! Taps of whiskers of every kind, compared with the reference.
 
 use vibrissa_core::physics::body::Body;
+use vibrissa_core::physics::pole::{Pole, Rig};
 use vibrissa_core::physics::rod::RodProblem;
 use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::built::{Built, Inner, Profile, Root};
 use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Material, Model, Side};
 use vibrissa_kernel::Chart;
-use vibrissa_rod::{Effects, Rod, Tap, solve};
+use vibrissa_rod::{Effects, Rod, Tap, Tilt, solve};
 
 const MODEL: Model = Model {
     geometry: Geometry::Exact,
@@ -60,17 +61,10 @@ fn compare(built: &Built, model: &Model, angles: &[f64]) {
                 softer: 1.0,
                 soft: [0.0; 2],
                 skin: None,
+                tilt: None,
                 least: 0.0,
             };
-            let effects = Effects {
-                shear: model.shear,
-                extension: model.extension,
-                surface: model.surface,
-                stick: model.contact == Contact::Stick,
-                roll: model.contact == Contact::Stick && model.pole_radius > 0.0,
-                law,
-                ..Effects::default()
-            };
+            let effects = Effects::of(model, Side::Contact, model.contact == Contact::Stick);
             let found = solve(&[tap], effects, TOLERANCE, chart.as_ref())[0];
             asked += 1;
             if found.error > TOLERANCE {
@@ -134,4 +128,64 @@ fn built_whiskers() {
     ] {
         compare(&built, &model, if model == rolls { &ANGLES[..4] } else { &ANGLES });
     }
+}
+
+/// Poles that are not upright, from the plane of a contact that has not turned.
+#[test]
+fn tilted_poles() {
+    let all = Model { shear: true, extension: true, surface: true, ..MODEL };
+    let (mut asked, mut told) = (0, 0);
+    for model in [MODEL, all, Model { pole_radius: 3.0, ..all }, Model { material: Material::NeoHookean(3.2), ..all }] {
+        let chart = Chart::new(&model.material, 0.15, [0.9, 0.0], [1e-11, 1e-9])
+            .filter(|_| !matches!(model.material, Material::Hooke(_)));
+        for (k, [tilt, lean]) in [[0.0, 0.0], [0.3, 0.0], [0.0, 0.4], [-0.2, 0.3], [0.7, -0.6], [0.1, 1.1]].iter().enumerate() {
+            for amount in ANGLES {
+                let (d, a) = [(2.0, 21.0), (4.0, 33.0), (7.0, 45.0)][k % 3];
+                let taper = Taper::new(10.0, d, 50.0);
+                let gauge = taper.gauge(5.0, 2.0);
+                let drive = Drive::Angle;
+                let problem = RodProblem {
+                    taper, gauge, side: Side::Contact, distance: a, hub: 4.0, drive, amount, foil: None, body: None, model: &model,
+                };
+                let Ok(known) = problem.solve_tilted([*tilt, *lean]) else { continue };
+                let pole = Pole::new(&Rig { taper, hub: 4.0, drive, model: &model }, [*tilt, *lean], a, amount);
+                let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
+                let azimuth = pole.azimuth(alpha).expect("a plane");
+                let planar = pole.planar(azimuth).expect("a pole that can be touched");
+                let rod = Rod::cone(&taper, [3.2, model.nu], gauge, None);
+                let tap = Tap {
+                    rod: &rod,
+                    a: planar.distance,
+                    hub: 4.0,
+                    turn: planar.angle,
+                    lift: 0.0,
+                    ratio: 0.0,
+                    pole: model.pole_radius,
+                    softer: 1.0,
+                    soft: [0.0; 2],
+                    skin: None,
+                    tilt: Some(Tilt { pole, azimuth }),
+                    least: 0.0,
+                };
+                let found = solve(&[tap], Effects::of(&model, Side::Contact, false), TOLERANCE, chart.as_ref())[0];
+                asked += 1;
+                if found.error > TOLERANCE {
+                    continue;
+                }
+                told += 1;
+                let phi = pole.azimuth(found.turned + alpha).expect("a plane");
+                let bending = found.strain - found.axial;
+                let apart = [
+                    (found.axial + bending * phi.cos()) / known.tap.strain - 1.0,
+                    (found.axial + bending * phi.sin() - known.strain_2) / known.tap.strain,
+                    phi - known.azimuth,
+                    (pole.slide(phi) - known.slide) / a,
+                    (found.arc - known.tap.contact_arc) / a,
+                    found.normal / known.tap.normal_force - 1.0,
+                ];
+                assert!(apart.iter().all(|x| x.abs() <= 2.0 * TOLERANCE), "{apart:?}: {tilt}, {lean}, {amount}, {model:?} {found:?}");
+            }
+        }
+    }
+    assert!(told * 10 >= asked * 9 && told > 0, "{told} of {asked} are solved");
 }

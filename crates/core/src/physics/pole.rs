@@ -20,7 +20,7 @@ pub struct Rig<'a, T = f64> {
 }
 
 /// A vector of space: along t₀, y₁ and z.
-type Space<T> = [T; 3];
+pub type Space<T> = [T; 3];
 
 fn dot<T: Real>([a, b, c]: Space<T>, [x, y, z]: Space<T>) -> T {
     a * x + b * y + c * z
@@ -30,9 +30,9 @@ fn dot<T: Real>([a, b, c]: Space<T>, [x, y, z]: Space<T>) -> T {
 #[derive(Debug, Clone, Copy)]
 pub struct Pole<T = f64> {
     /// A, a point of its axis, mm.
-    point: Space<T>,
+    pub point: Space<T>,
     /// u, the direction of its axis.
-    along: Space<T>,
+    pub along: Space<T>,
     /// |A|² − |A|² at first touch, mm².
     farther: T,
     distance: T,
@@ -49,6 +49,20 @@ pub struct Planar<T = f64> {
     pub angle: T,
     /// λ: place of the contact on the pole's axis, from that of first touch, mm.
     pub slide: T,
+}
+
+impl<T: Copy> Pole<T> {
+    /// `f` of each number.
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Pole<U> {
+        Pole {
+            point: self.point.map(&f),
+            along: self.along.map(&f),
+            farther: f(self.farther),
+            distance: f(self.distance),
+            touched: Vector { x: f(self.touched.x), y: f(self.touched.y) },
+            slope: f(self.slope),
+        }
+    }
 }
 
 impl<T: Real> Pole<T> {
