@@ -87,14 +87,7 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
     let mut device = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
     let mut cpu = Cpu::new(Precision::F64);
     let all = configurations::all();
-    for (name, spatial) in [
-        ("hooke", false),
-        ("timoshenko-hub", true),
-        ("mooney-coulomb", false),
-        ("stick", true),
-        ("yeoh", true),
-        ("pole-far", true),
-    ] {
+    for name in ["hooke", "timoshenko-hub", "mooney-coulomb", "stick", "yeoh", "pole-far"] {
         let setup = all.iter().find(|c| c.name == name).expect("a configuration").setup.clone();
         let tuples = [hard::random(setup.drive, setup.hub > 0.0, 400, 9), hard::hard(&setup)].concat();
         let grip = match setup.model.contact {
@@ -110,7 +103,6 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
         };
         let asked: Vec<Tap> = tuples.iter().filter_map(frame).collect();
         let effects = Effects::new(&setup.model, setup.gauge.side, grip == Grip::Stick);
-        let effects = Effects { spatial, ..effects };
         let rung = &Rung::ladder(Precision::F64, &setup.model.material, 1e-8)[usize::from(name == "stick")];
         let job = Job { effects, rule: &rung.rule, tolerance: 1e-8, chart: rung.chart() };
         let (mut found, mut wanted) = (Vec::new(), Vec::new());
@@ -162,19 +154,13 @@ fn devices_and_the_cpu_agree_on_built_whiskers() {
                 softer: 1.0,
                 soft: [0.0; 2],
                 skin: None,
+                tilt: None,
                 least: 1e-3 * turn * shared.peak,
             };
             vibrissa_built::Tap { tap, force: turn * shared.model.force(model.material.e0(), t.a) }
         };
         let asked: Vec<vibrissa_built::Tap<'_>> = tuples.iter().map(tap).collect();
-        let effects = vibrissa_rod::Effects {
-            shear: model.shear,
-            extension: model.extension,
-            surface: model.surface,
-            stick: model.contact == Contact::Stick,
-            law: !matches!(model.material, Material::Hooke(_)),
-            ..vibrissa_rod::Effects::default()
-        };
+        let effects = vibrissa_rod::Effects::of(model, setup.gauge.side, model.contact == Contact::Stick);
         let rungs = Rung::ladder(Precision::F64, &model.material, 1e-8);
         let chart = rungs.iter().rev().find_map(|rung| rung.chart());
         let device = on_device(&mut gpu, &asked, effects, 1e-6, chart).expect("answers");

@@ -204,7 +204,17 @@ fn read(answer: &[f64]) -> Solution {
         std::array::from_fn(|k| answer[k]);
     let finite = answer.iter().all(|x| x.is_finite());
     let error = if finite { error } else { f64::INFINITY };
-    Solution { strain, normal, tangential, arc, wrench: [moment, x, y], error, load, sweeps }
+    Solution {
+        strain,
+        normal,
+        tangential,
+        arc,
+        wrench: [moment, x, y],
+        error,
+        load,
+        sweeps,
+        ..Solution::FAILED
+    }
 }
 
 fn numbers(taps: &[Tap<'_>], steps: usize) -> (Vec<f64>, Vec<f64>) {

@@ -20,8 +20,6 @@ pub struct Effects {
     pub law: bool,
     /// The gauge is on the far side.
     pub far: bool,
-    /// Also returns the angle at the base and the strain of the centreline: for a tilted pole or a second gauge.
-    pub spatial: bool,
 }
 
 impl Effects {
@@ -36,7 +34,6 @@ impl Effects {
             rolls: stick && model.pole_radius > 0.0,
             law: !matches!(model.material, Material::Hooke(_)),
             far: false,
-            spatial: false,
         };
         // The sides differ only by the strain of the centreline.
         Self { far: side == Side::Far && (effects.law || effects.extension), ..effects }
@@ -56,6 +53,6 @@ impl Effects {
 
     /// Frictionless, on the centreline, Hooke: everything off that changes the rod.
     pub fn plain(&self) -> bool {
-        Self { spatial: false, ..*self } == Self::default()
+        *self == Self::default()
     }
 }

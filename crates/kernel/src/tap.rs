@@ -53,7 +53,7 @@ pub struct Tap<T = f64> {
     pub strain: T,
 }
 
-/// A kernel's answer; the layout is the WGSL struct `Solution`, which ends before `base` where the effects are not `spatial`.
+/// A kernel's answer; the layout is the WGSL struct `Solution`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Solution<T = f64> {
@@ -71,10 +71,6 @@ pub struct Solution<T = f64> {
     pub load: T,
     /// Sweeps spent.
     pub sweeps: T,
-    /// ψ(0), rad, where the effects are `spatial`; else 0.
-    pub base: T,
-    /// Mean strain of the centreline over the gauge, over the first-order strain, likewise.
-    pub axial: T,
 }
 
 macro_rules! pod {
@@ -118,7 +114,7 @@ macro_rules! fields {
     };
 }
 fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
-fields!(Solution: force along arc strain error load sweeps base axial);
+fields!(Solution: force along arc strain error load sweeps);
 
 impl Tap {
     /// The strain of solution `s`, positive as on the contact side.
@@ -129,13 +125,6 @@ impl Tap {
     /// Shift of the contact along the whisker: c/a − 1.
     pub fn moved(&self, s: &Solution) -> f64 {
         self.arc + s.arc
-    }
-}
-
-impl<T> Solution<T> {
-    /// Number of fields a kernel returns with and without `spatial` effects.
-    pub const fn words(spatial: bool) -> usize {
-        if spatial { 9 } else { 7 }
     }
 }
 
@@ -180,8 +169,6 @@ impl Solution {
         error: f64::INFINITY,
         load: 0.0,
         sweeps: 0.0,
-        base: 0.0,
-        axial: 0.0,
     };
 }
 
@@ -214,8 +201,6 @@ pub struct Response {
     pub tangential: f64,
     /// c, mm.
     pub arc: f64,
-    /// Mean strain of the centreline over the gauge, tension positive, where the effects were `spatial`.
-    pub axial: f64,
 }
 
 /// A tap in user units, with the data its design shares.
@@ -277,15 +262,7 @@ impl Frame {
             normal,
             tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
             arc: self.start + self.a * (1.0 + self.moved(s)),
-            axial: t.strain * s.axial,
         }
-    }
-
-    /// ψ(0) of the first-order solution, rad.
-    pub fn base_angle(&self) -> f64 {
-        let Tap { force, along, contact_radius, rest: v, .. } = self.tap;
-        force * (1.0 + 2.0 * v) / (6.0 * v * v)
-            + along * contact_radius * (1.0 + v + v * v) / (3.0 * v.powi(3))
     }
 
     /// Shift of the contact along the whisker: c/a − 1.

@@ -229,7 +229,10 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let mut seen = Seen::default();
         if effects.tilt {
             let (cos, sin) = (one - by[0], by[1]);
-            seen = self.axis.seen([self.normal[1] * cos + self.normal[0] * sin, self.normal[0] * cos - self.normal[1] * sin]);
+            seen = self.axis.seen([
+                self.normal[1] * cos + self.normal[0] * sin,
+                self.normal[0] * cos - self.normal[1] * sin,
+            ]);
             miss = add(miss, times(of(-1.0), seen.moved));
         }
 

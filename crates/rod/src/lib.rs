@@ -264,8 +264,11 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
     for (i, tap) in taps.iter().enumerate() {
         let [x1, x2] = tap.rod.gauge;
-        let effects =
-            Effects { long: effects.distorting || x2 - x1 > LONG * tap.a, tilt: tap.tilt.is_some(), ..tap.rod.effects(effects) };
+        let effects = Effects {
+            long: effects.distorting || x2 - x1 > LONG * tap.a,
+            tilt: tap.tilt.is_some(),
+            ..tap.rod.effects(effects)
+        };
         classes.entry((effects, tap.rod.pieces.len())).or_default().push(i);
     }
     let mut out = vec![Solution::FAILED; taps.len()];

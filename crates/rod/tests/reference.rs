@@ -135,20 +135,34 @@ fn built_whiskers() {
 fn tilted_poles() {
     let all = Model { shear: true, extension: true, surface: true, ..MODEL };
     let (mut asked, mut told) = (0, 0);
-    for model in [MODEL, all, Model { pole_radius: 3.0, ..all }, Model { material: Material::NeoHookean(3.2), ..all }] {
+    for model in
+        [MODEL, all, Model { pole_radius: 3.0, ..all }, Model { material: Material::NeoHookean(3.2), ..all }]
+    {
         let chart = Chart::new(&model.material, 0.15, [0.9, 0.0], [1e-11, 1e-9])
             .filter(|_| !matches!(model.material, Material::Hooke(_)));
-        for (k, [tilt, lean]) in [[0.0, 0.0], [0.3, 0.0], [0.0, 0.4], [-0.2, 0.3], [0.7, -0.6], [0.1, 1.1]].iter().enumerate() {
+        for (k, [tilt, lean]) in
+            [[0.0, 0.0], [0.3, 0.0], [0.0, 0.4], [-0.2, 0.3], [0.7, -0.6], [0.1, 1.1]].iter().enumerate()
+        {
             for amount in ANGLES {
                 let (d, a) = [(2.0, 21.0), (4.0, 33.0), (7.0, 45.0)][k % 3];
                 let taper = Taper::new(10.0, d, 50.0);
                 let gauge = taper.gauge(5.0, 2.0);
                 let drive = Drive::Angle;
                 let problem = RodProblem {
-                    taper, gauge, side: Side::Contact, distance: a, hub: 4.0, drive, amount, foil: None, body: None, model: &model,
+                    taper,
+                    gauge,
+                    side: Side::Contact,
+                    distance: a,
+                    hub: 4.0,
+                    drive,
+                    amount,
+                    foil: None,
+                    body: None,
+                    model: &model,
                 };
                 let Ok(known) = problem.solve_tilted([*tilt, *lean]) else { continue };
-                let pole = Pole::new(&Rig { taper, hub: 4.0, drive, model: &model }, [*tilt, *lean], a, amount);
+                let pole =
+                    Pole::new(&Rig { taper, hub: 4.0, drive, model: &model }, [*tilt, *lean], a, amount);
                 let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
                 let azimuth = pole.azimuth(alpha).expect("a plane");
                 let planar = pole.planar(azimuth).expect("a pole that can be touched");
@@ -167,7 +181,8 @@ fn tilted_poles() {
                     tilt: Some(Tilt { pole, azimuth }),
                     least: 0.0,
                 };
-                let found = solve(&[tap], Effects::of(&model, Side::Contact, false), TOLERANCE, chart.as_ref())[0];
+                let found =
+                    solve(&[tap], Effects::of(&model, Side::Contact, false), TOLERANCE, chart.as_ref())[0];
                 asked += 1;
                 if found.error > TOLERANCE {
                     continue;
@@ -183,7 +198,10 @@ fn tilted_poles() {
                     (found.arc - known.tap.contact_arc) / a,
                     found.normal / known.tap.normal_force - 1.0,
                 ];
-                assert!(apart.iter().all(|x| x.abs() <= 2.0 * TOLERANCE), "{apart:?}: {tilt}, {lean}, {amount}, {model:?} {found:?}");
+                assert!(
+                    apart.iter().all(|x| x.abs() <= 2.0 * TOLERANCE),
+                    "{apart:?}: {tilt}, {lean}, {amount}, {model:?} {found:?}"
+                );
             }
         }
     }

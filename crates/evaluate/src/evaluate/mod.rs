@@ -8,7 +8,6 @@ mod rod;
 mod solve;
 mod strains;
 mod task;
-mod tilted;
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -30,8 +29,8 @@ pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
 use outcome::{fast, linear_share, reference};
+use solve::Solved;
 pub use solve::foreseen;
-use solve::{Solutions, Solved};
 pub use strains::{closed, closed_gradient, is_closed};
 pub use task::{Outcome, Outcomes, Task};
 
@@ -211,23 +210,26 @@ impl<'a> Evaluator<'a> {
                 false => reference(setup, &designs[t.design as usize], t),
             };
             tasks.par_iter().map(answer).collect()
-        } else if rod::asked(setup) {
+        } else if rod::asked(setup) || tasks.iter().all(|task| !task.direction.is_upright()) {
             self.rods(designs, tasks, None, expected)?
-        } else {
-            let solved = self.solutions_anywhere(designs, tasks)?;
+        } else if tasks.iter().all(|task| task.direction.is_upright()) {
+            let solved = self.solutions(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, expected)?
+        } else {
+            // Each alone, so that no tap depends on its neighbours.
+            let (upright, tilted): (Vec<usize>, Vec<usize>) =
+                (0..tasks.len()).partition(|&i| tasks[i].direction.is_upright());
+            let mut all = vec![Outcome::NOTHING; tasks.len()];
+            for places in [upright, tilted] {
+                let those: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
+                let known: Option<Vec<Outcome>> = expected.map(|e| places.iter().map(|&i| e[i]).collect());
+                let outcomes = self.run_alike(designs, &those, known.as_deref())?;
+                places.iter().zip(outcomes).for_each(|(&i, outcome)| all[i] = outcome);
+            }
+            all
         };
         go_on(self.stop)?;
         Ok(outcomes)
-    }
-
-    fn solutions_anywhere(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
-        // The direction of the root's force follows from the base angle.
-        let wrench = self.setup.asks_wrench();
-        match !wrench && tasks.iter().any(|task| task.is_spatial(self.setup)) {
-            true => self.spatial_solutions(designs, tasks),
-            false => self.solutions(designs, tasks, wrench),
-        }
     }
 
     /// Outcomes of `tasks` with all contacts of `grip`: accurate to the tolerance relative to their strain or, where that crosses zero next to the
@@ -237,7 +239,7 @@ impl<'a> Evaluator<'a> {
         if rod::asked(self.setup) {
             return self.rods(designs, tasks, Some(grip), None);
         }
-        let solved = self.solve(designs, tasks, &|_| grip, self.setup.asks_wrench())?;
+        let solved = self.solve(designs, tasks, &|_| grip)?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance) = (self.setup, self.tolerance());
         let read = |(task, s): (&Task, &Option<Solved>)| {

@@ -1,9 +1,8 @@
 //! From solutions to outcomes: values in users' units, and the statuses of the physics.
 
-use super::solve::{Plane, Solved};
+use super::solve::Solved;
 use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount, radians};
-use crate::kernel::tap::Response;
 use crate::physics::onset::Grip;
 use crate::physics::rod::RodProblem;
 use crate::scene::{Direction, Drive, Geometry, Setup, Side, Signal};
@@ -43,75 +42,24 @@ pub(super) fn fast(
     solved: Option<&Solved>,
 ) -> Outcome {
     let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
-    let Asked { setup, linear, .. } = asked;
-    let Some(Solved { frame, solution, grip, plane, .. }) = solved.filter(|s| s.solution.within(tolerance))
-    else {
+    let Some(Solved { frame, solution, grip, .. }) = solved.filter(|s| s.solution.within(tolerance)) else {
         let limit = solved.is_some_and(|s| s.solution.ended());
         return asked.unsolved(if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED });
     };
     let response = frame.response(solution);
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
-    let ratio = linear / frame.tap().strain - 1.0;
-    let planar = (ratio - response.deviation) / (1.0 + response.deviation);
-    let (strain, deviation, beside) = match plane {
-        None => (response.strain, planar, None),
-        Some(plane) => {
-            let axial = sign(setup) * response.axial;
-            let bending = response.strain - axial;
-            let (sin, cos) = plane.azimuth.sin_cos();
-            let in_plane = plane.azimuth == 0.0;
-            let strain = if in_plane { response.strain } else { axial + bending * cos };
-            let deviation = if in_plane { planar } else { linear / strain - 1.0 };
-            (strain, deviation, Some(Beside { strain_2: axial + bending * sin, axial, plane: *plane }))
-        }
-    };
-    let wrench = match setup.asks_wrench() {
-        true => wrench(&asked, &response, solution.base),
-        false => [f64::NAN; 3],
-    };
-    let (strain, deviation) = match setup.signal.of(wrench) {
-        None => (strain, deviation),
-        Some(reading) => (sign(setup) * reading, linear / (sign(setup) * reading) - 1.0),
-    };
+    let ratio = asked.linear / frame.tap().strain - 1.0;
     let found = Found {
-        strain,
-        deviation,
-        wrench,
-        beside,
+        strain: response.strain,
+        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
+        wrench: [f64::NAN; 3],
+        beside: None,
         normal: response.normal,
         tangential: response.tangential,
         arc: response.arc,
         sticking: *grip == Grip::Stick,
     };
     Outcome { sweeps: solution.sweeps as f32, ..asked.outcome(found) }
-}
-
-/// Wrench of a clamped cone on its root: M₀, N mm, F_x and F_y, N; `base`: ψ(0), rad. The force goes through the object's centre, or with friction
-/// through the contact.
-fn wrench(asked: &Asked<'_>, response: &Response, base: f64) -> [f64; 3] {
-    let Asked { setup, shared, task, amount, .. } = *asked;
-    let (model, taper) = (&setup.model, &shared.taper);
-    let [height, sin, cos] = taper.touched(task.a, model.surface);
-    let [x, y] = [task.a + model.pole_radius * sin, height + model.pole_radius * cos];
-    let [x, y] = match setup.drive {
-        Drive::Angle => {
-            let (s, c) = amount.sin_cos();
-            // The design's hub: a chart has taps of many hubs in one setup.
-            let hub = shared.model.hub;
-            let x = x + hub;
-            [x * c + y * s - hub, y * c - x * s]
-        }
-        Drive::Displacement => [x, y - amount],
-    };
-    let (s, c) = base.sin_cos();
-    let [nx, ny] = [sin * c + cos * s, cos * c - sin * s];
-    let (normal, along) = (response.normal, response.tangential);
-    let [x, y] = match along == 0.0 {
-        true => [x, y],
-        false => [x - model.pole_radius * nx, y - model.pole_radius * ny],
-    };
-    let [fx, fy] = [along * ny - normal * nx, -along * nx - normal * ny];
-    [x * fy - y * fx, fx, fy]
 }
 
 /// |θ f/ε| of a tap, f of the estimator's theory; 1 if undefined.
@@ -260,9 +208,18 @@ pub(super) struct Found {
 
 /// Values of a tap out of plane; strain as on the contact side.
 pub(super) struct Beside {
-    strain_2: f64,
-    axial: f64,
-    plane: Plane,
+    pub strain_2: f64,
+    pub axial: f64,
+    pub plane: Plane,
+}
+
+/// A plane of bending.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Plane {
+    /// φ, rad.
+    pub azimuth: f64,
+    /// λ, mm.
+    pub slide: f64,
 }
 
 impl Found {

@@ -1,19 +1,20 @@
-//! Taps by the solver of every whisker: built whiskers (model §7) and solids (model §8).
+//! Taps by the solver of every whisker: all but those of an upright pole whose strain one gauge reads on a cone clamped at its base.
 
 use rayon::prelude::*;
 
-use super::outcome::{Asked, Found, reading};
+use super::outcome::{Asked, Beside, Found, Plane, reading, sign};
 use super::solve::ROUGH;
 use super::{Evaluator, Method, Outcome, Outcomes, Task, referred};
-use crate::design::{Design, Shared};
+use crate::design::{Design, Shared, radians};
 use crate::error::SolveError;
 use crate::kernel::rule::limits::EDGE;
 use crate::physics::onset::Grip;
+use crate::physics::pole::{Pole, Rig};
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
-use crate::scene::{Contact, Drive, Geometry, Material, Precision, Setup, Side};
+use crate::scene::{Contact, Drive, Geometry, Precision, Setup};
 use crate::status::Status;
 use vibrissa_built::{Tap, solve_on};
-use vibrissa_rod::{Effects, Rod, Skin, Solution};
+use vibrissa_rod::{Effects, Rod, Skin, Solution, Tilt};
 
 /// Distance, over a, from a corner or the tip within which the kernel cannot decide the contact's side.
 const CLOSE: f64 = 1e-6;
@@ -24,13 +25,16 @@ enum Open {
     Ended(Status),
 }
 
-type Known = Option<Result<Solution, Open>>;
+/// A solution with its plane of bending.
+type Solved = (Solution, Plane);
 
+/// The solver of every whisker solves all taps of `setup`.
 pub(super) fn asked(setup: &Setup) -> bool {
     let solid = || {
         setup.model.contact == Contact::Frictionless && (is_solid(&setup.model) || setup.gauge.foil.is_some())
     };
-    setup.model.geometry == Geometry::Exact && (setup.built.is_some() || solid())
+    let one = setup.is_plain() && !setup.gauge.second;
+    setup.model.geometry == Geometry::Exact && (!one || solid())
 }
 
 /// The rod of `shared`, which begins where its clamp ends.
@@ -48,7 +52,7 @@ fn rod(setup: &Setup, shared: &Shared) -> Rod {
 }
 
 impl Evaluator<'_> {
-    /// Outcomes of `tasks`, tilted ones by the reference; contacts of `grip`, or as the model says; `expected`: the answers of the reference, if known.
+    /// Outcomes of `tasks`; contacts of `grip`, or as the model says; `expected`: the answers of the reference, if known.
     pub(super) fn rods(
         &mut self,
         designs: &[Design],
@@ -74,10 +78,10 @@ impl Evaluator<'_> {
         {
             let slides = |s: &Solution| s.tangential.abs() > mu * s.normal;
             let sliding: Vec<usize> = (0..tasks.len())
-                .filter(|&i| solved[i].as_ref().is_some_and(|s| is_plain(s, mu, tolerance) && slides(s)))
+                .filter(|&i| is_plain(&solved[i].0, mu, tolerance) && slides(&solved[i].0))
                 .collect();
             for &i in &sliding {
-                held[i] = Grip::Slide(mu.copysign(solved[i].map_or(0.0, |s| s.tangential)));
+                held[i] = Grip::Slide(mu.copysign(solved[i].0.tangential));
             }
             let those: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();
             let grips: Vec<Grip> = sliding.iter().map(|&i| held[i]).collect();
@@ -86,28 +90,27 @@ impl Evaluator<'_> {
                 solved[i] = new;
             }
             // Sticking must be certain, or the reference decides.
-            for (s, grip) in solved.iter_mut().zip(&held) {
-                if let Some(s) = s.as_mut().filter(|s| *grip == Grip::Stick && !is_plain(s, mu, tolerance)) {
+            for ((s, _), grip) in solved.iter_mut().zip(&held) {
+                if *grip == Grip::Stick && !is_plain(s, mu, tolerance) {
                     *s = Solution::FAILED;
                 }
             }
         }
-        solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
-        let open = |(task, s): (&Task, &Option<Solution>)| {
-            let s = s.as_ref()?;
-            Some(check_answer(setup, &designs[task.design as usize], task, s, tolerance).map(|()| *s))
+        solved.iter().for_each(|(s, _)| self.sweeps.push(s.sweeps));
+        let open = |(task, solved): (&Task, &Solved)| {
+            check_answer(setup, &designs[task.design as usize], task, &solved.0, tolerance).map(|()| *solved)
         };
-        let known: Vec<Known> = tasks.par_iter().zip(&solved).map(open).collect();
+        let known: Vec<Result<Solved, Open>> = tasks.par_iter().zip(&solved).map(open).collect();
         if self.spare < usize::MAX {
-            let left = known.iter().filter(|k| matches!(k, Some(Err(Open::Unsure)))).count();
+            let left = known.iter().filter(|k| matches!(k, Err(Open::Unsure))).count();
             self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         }
         let stop = self.stop;
-        let finish = |(i, ((task, known), grip)): (usize, ((&Task, &Known), &Grip))| {
+        let finish = |(i, ((task, known), grip)): (usize, ((&Task, &Result<Solved, Open>), &Grip))| {
             let design = &designs[task.design as usize];
             let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
             match known {
-                Some(Ok(s)) => {
+                Ok((s, plane)) => {
                     let Asked { setup, shared, .. } = asked;
                     // The moment is about the face of the clamp.
                     let [moment, x, y] = s.wrench;
@@ -116,11 +119,19 @@ impl Evaluator<'_> {
                         false => [f64::NAN; 3],
                     };
                     let share = shared.foil.map_or(1.0, |foil| foil.transfer);
-                    let strain = reading(setup, wrench, share * s.strain);
+                    let (axial, bending) = (share * s.axial, share * (s.strain - s.axial));
+                    let (sin, cos) = plane.azimuth.sin_cos();
+                    let one = if plane.azimuth == 0.0 { share * s.strain } else { axial + bending * cos };
+                    let strain = reading(setup, wrench, one);
+                    let beside = task.is_spatial(setup).then(|| Beside {
+                        strain_2: sign(setup) * (axial + bending * sin),
+                        axial: sign(setup) * axial,
+                        plane: *plane,
+                    });
                     let found = Found {
                         strain,
                         deviation: asked.linear / strain - 1.0,
-                        beside: None,
+                        beside,
                         wrench,
                         normal: s.normal,
                         tangential: s.tangential,
@@ -129,11 +140,7 @@ impl Evaluator<'_> {
                     };
                     Outcome { sweeps: s.sweeps as f32, ..asked.outcome(found) }
                 }
-                Some(Err(Open::Ended(why))) => asked.unsolved(*why),
-                None => Outcome {
-                    referred: false,
-                    ..referred(stop, expected.map(|known| &known[i]), (setup, design, task))
-                },
+                Err(Open::Ended(why)) => asked.unsolved(*why),
                 _ if leaves && setup.built.is_none() && task.is_far(design) => {
                     Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING }
                 }
@@ -149,68 +156,84 @@ impl Evaluator<'_> {
         (designs, rods): (&[Design], &[Option<Rod>]),
         tasks: &[Task],
         grips: &[Grip],
-    ) -> Result<Vec<Option<Solution>>, SolveError> {
+    ) -> Result<Vec<Solved>, SolveError> {
         let setup = self.setup;
+        let lost = (Solution::FAILED, Plane::default());
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
-            return Ok(vec![None; tasks.len()]);
+            return Ok(vec![lost; tasks.len()]);
         };
-        let stick = grips.first() == Some(&Grip::Stick);
         let model = &setup.model;
-        let roll = stick && model.pole_radius > 0.0;
-        let effects = Effects {
-            shear: model.shear,
-            extension: model.extension,
-            surface: model.surface,
-            stick,
-            roll,
-            law: !matches!(model.material, Material::Hooke(_)),
-            far: setup.gauge.side == Side::Far,
-            soft: is_solid(model) && model.contact == Contact::Frictionless,
-            distorting: model.distorting,
-            ..Effects::default()
-        };
+        let effects = Effects::of(model, setup.gauge.side, grips.first() == Some(&Grip::Stick));
         let tap = |(task, grip): (&Task, &Grip)| {
-            let Asked { setup, shared, amount, .. } = upright(setup, designs, task)?;
-            let model = &setup.model;
-            let (turn, lift) = match setup.drive {
-                Drive::Angle => (amount, 0.0),
-                Drive::Displacement => (0.0, amount),
-            };
-            let held = Held::new(model);
-            let soft = Soft::new(model, &shared.taper, task.a).map_or([0.0; 2], |soft| soft.parts());
-            let skin = model.distorting.then(|| Skin::new(model, &shared.taper, shared.start));
-            let angle = setup.drive == Drive::Angle;
-            let tap = vibrissa_rod::Tap {
-                rod: rods[task.design as usize].as_ref()?,
-                a: task.a - shared.start,
-                hub: if angle { shared.model.hub + shared.start } else { 0.0 },
-                turn,
-                lift,
-                ratio: if let Grip::Slide(friction) = grip { *friction } else { 0.0 },
-                pole: model.pole_radius,
-                softer: 1.0 / held.shear,
-                soft,
-                skin,
-                least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
-            };
-            Some(Tap { tap, force: amount * shared.model.force(model.material.e0(), task.a) })
+            let design = &designs[task.design as usize];
+            framed(&Asked::new(setup, design, task)?, rods[task.design as usize].as_ref()?, *grip)
         };
         let framed: Vec<Option<Tap<'_>>> = tasks.par_iter().zip(grips).map(tap).collect();
         let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
         let chart = rungs.iter().rev().find_map(|rung| rung.chart());
-        let precision = rungs.first().map_or(Precision::F64, |rung| rung.precision());
-        let solved = solve_on(solver.as_mut(), &taps, effects, (precision, *tolerance), chart)?;
+        let solved = if setup.built.is_some() {
+            let precision = rungs.first().map_or(Precision::F64, |rung| rung.precision());
+            solve_on(solver.as_mut(), &taps, effects, (precision, *tolerance), chart)?
+        } else {
+            let taps: Vec<vibrissa_rod::Tap<'_>> = taps.iter().map(|tap| tap.tap).collect();
+            vibrissa_rod::solve(&taps, effects, *tolerance, chart)
+        };
         // Only the reference can roll a contact along a skin whose slope changes.
-        let left = |tap: &Tap<'_>| roll && tap.tap.rod.turns(model.surface);
-        let mut solved = taps.iter().zip(solved).map(|(tap, s)| if left(tap) { Solution::FAILED } else { s });
-        Ok(framed.iter().map(|tap| tap.as_ref().and_then(|_| solved.next())).collect())
+        let left = |tap: &Tap<'_>| effects.roll && tap.tap.rod.turns(model.surface);
+        let told = |(tap, s): (&Tap<'_>, Solution)| {
+            let Some(Tilt { pole, .. }) = tap.tap.tilt.filter(|_| !left(tap)) else {
+                return if left(tap) { lost } else { (s, Plane::default()) };
+            };
+            let alpha = pole.azimuth(s.turned + normal(setup, tap.tap.rod));
+            alpha.map_or(lost, |azimuth| (s, Plane { azimuth, slide: pole.slide(azimuth) }))
+        };
+        let mut solved = taps.iter().zip(solved).map(told);
+        Ok(framed.iter().map(|tap| tap.and_then(|_| solved.next()).unwrap_or(lost)).collect())
     }
 }
 
-/// The tap, unless it is tilted or outside the domain.
-fn upright<'a>(setup: &'a Setup, designs: &'a [Design], task: &'a Task) -> Option<Asked<'a>> {
-    let asked = Asked::new(setup, &designs[task.design as usize], task);
-    asked.filter(|_| !task.is_spatial(setup))
+/// Angle of the contact's normal against the whisker's, rad.
+fn normal(setup: &Setup, rod: &Rod) -> f64 {
+    if setup.model.surface { -rod.pieces[0].radius[1].atan() } else { 0.0 }
+}
+
+/// The tap as the solver takes it; `None` where only the reference can decide.
+fn framed<'a>(asked: &Asked<'_>, rod: &'a Rod, grip: Grip) -> Option<Tap<'a>> {
+    let Asked { setup, shared, amount, task, .. } = *asked;
+    let (model, angle) = (&setup.model, setup.drive == Drive::Angle);
+    let hub = if angle { shared.model.hub + shared.start } else { 0.0 };
+    let (mut a, mut turn, mut lift) = (task.a - shared.start, 0.0, amount);
+    if angle {
+        (turn, lift) = (amount, 0.0);
+    }
+    let mut tilt = None;
+    // A contact that sticks on an edge stays in the plane of rotation. One that would roll along the pole too, or slide with friction, is not modelled.
+    if !(task.direction.is_upright() || grip == Grip::Stick && model.pole_radius == 0.0) {
+        if grip != Grip::Slide(0.0) || model.indentation || setup.built.is_some() {
+            return None;
+        }
+        let rig = Rig { taper: shared.taper.from(shared.start), hub, drive: setup.drive, model };
+        let pole = Pole::new(&rig, radians(task.direction), a, amount);
+        let azimuth = pole.azimuth(normal(setup, rod))?;
+        let planar = pole.planar(azimuth)?;
+        (a, turn, lift) = (planar.distance, planar.angle, 0.0);
+        tilt = Some(Tilt { pole, azimuth });
+    }
+    let tap = vibrissa_rod::Tap {
+        rod,
+        a,
+        hub,
+        turn,
+        lift,
+        ratio: if let Grip::Slide(friction) = grip { friction } else { 0.0 },
+        pole: model.pole_radius,
+        softer: 1.0 / Held::new(model).shear,
+        soft: Soft::new(model, &shared.taper, task.a).map_or([0.0; 2], |soft| soft.parts()),
+        skin: model.distorting.then(|| Skin::new(model, &shared.taper, shared.start)),
+        tilt,
+        least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
+    };
+    Some(Tap { tap, force: amount * shared.model.force(model.material.e0(), task.a) })
 }
 
 /// True if it is certain whether the sticking contact of `s` would slide at `mu`.

@@ -32,57 +32,31 @@ pub(super) struct Solved {
     pub grip: Grip,
     /// Sweeps spent on it, also for another grip.
     pub sweeps: f64,
-    pub plane: Option<Plane>,
-}
-
-impl Solved {
-    pub fn lost(frame: Frame) -> Self {
-        Self { frame, solution: Solution::UNKNOWN, grip: Grip::Slide(0.0), sweeps: 0.0, plane: None }
-    }
 }
 
 type Grips<'g> = &'g (dyn Fn(usize) -> Grip + Sync);
 
 pub(super) type Solutions = Result<Vec<Option<Solved>>, SolveError>;
 
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Plane {
-    /// φ, rad.
-    pub azimuth: f64,
-    /// λ, mm.
-    pub slide: f64,
-}
-
 impl Evaluator<'_> {
-    /// Solutions of `tasks` with any contact; `None` outside the domain or at the apex. `spatial`: with the values for the plane of bending.
-    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task], spatial: bool) -> Solutions {
+    /// Solutions of `tasks` with any contact; `None` outside the domain or at the apex.
+    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
         let solved = match self.setup.model.contact {
             Contact::Frictionless | Contact::Coulomb(0.0) => {
-                self.solve(designs, tasks, &|_| Grip::Slide(0.0), spatial)
+                self.solve(designs, tasks, &|_| Grip::Slide(0.0))
             }
-            Contact::Stick => self.solve(designs, tasks, &|_| Grip::Stick, spatial),
-            Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu, spatial),
+            Contact::Stick => self.solve(designs, tasks, &|_| Grip::Stick),
+            Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu),
         }?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         Ok(solved)
     }
 
-    pub(super) fn solve(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        grip: Grips<'_>,
-        spatial: bool,
-    ) -> Solutions {
-        self.solve_framed(&frames(self.setup, designs, tasks, grip), grip, spatial)
+    pub(super) fn solve(&mut self, designs: &[Design], tasks: &[Task], grip: Grips<'_>) -> Solutions {
+        self.solve_framed(&frames(self.setup, designs, tasks, grip), grip)
     }
 
-    pub(super) fn solve_framed(
-        &mut self,
-        frames: &[Option<Frame>],
-        grip: Grips<'_>,
-        spatial: bool,
-    ) -> Solutions {
+    pub(super) fn solve_framed(&mut self, frames: &[Option<Frame>], grip: Grips<'_>) -> Solutions {
         let setup = self.setup;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
             return Ok(vec![None; frames.len()]);
@@ -94,12 +68,10 @@ impl Evaluator<'_> {
         let tap = |frame: &Option<Frame>| frame.as_ref().map(|frame| *frame.tap());
         self.taps.par_extend(frames.par_iter().with_min_len(FRAMES).filter_map(tap));
         let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
-        let effects = Effects { spatial, ..effects };
-        let plane = (spatial && !setup.asks_wrench()).then(Plane::default);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         let solved = |i: usize, frame: Frame, solution: Solution| {
             let (grip, sweeps) = (grip(i), solution.sweeps);
-            Solved { frame, solution, grip, sweeps, plane }
+            Solved { frame, solution, grip, sweeps }
         };
         if self.solutions.len() == frames.len() {
             let one = |(i, (frame, s)): (usize, (&Option<Frame>, &Solution))| Some(solved(i, (*frame)?, *s));
@@ -113,7 +85,7 @@ impl Evaluator<'_> {
 
     /// Coulomb friction: sliding at μ where the contact then moves against that friction, else sticking where |T| ≤ μP; both criteria agree (model
     /// §3). A tap without a certain solution is left open: it may slide before.
-    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64, spatial: bool) -> Solutions {
+    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64) -> Solutions {
         let setup = self.setup;
         let framed = frames(setup, designs, tasks, &|_| Grip::Stick);
         let held = foreseen(setup, framed.iter().flatten(), mu)?;
@@ -124,7 +96,7 @@ impl Evaluator<'_> {
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
         let slide = |one: &mut Self, sliding: &[(usize, Grip)]| {
             let those: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
-            one.solve(designs, &those, &|k| sliding[k].1, spatial)
+            one.solve(designs, &those, &|k| sliding[k].1)
         };
         let slid = slide(self, &likely)?;
         for (&(i, grip), s) in likely.iter().zip(slid) {
@@ -134,7 +106,7 @@ impl Evaluator<'_> {
 
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| solved[i].is_none()).collect();
         let rest: Vec<Option<Frame>> = open.iter().map(|&i| framed[i]).collect();
-        let stuck = self.solve_framed(&rest, &|_| Grip::Stick, spatial)?;
+        let stuck = self.solve_framed(&rest, &|_| Grip::Stick)?;
         let mut sliding = Vec::new();
         for (&i, s) in open.iter().zip(stuck) {
             solved[i] = s;

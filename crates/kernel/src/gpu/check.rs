@@ -84,8 +84,7 @@ fn errors(tap: &Tap, known: &Solution, found: &Solution) -> [f64; 3] {
     let relative = |x: f64, known: f64| (x - known).abs() / (1.0 + known.abs());
     let strain =
         tap.weight * (found.strain - known.strain).abs() / (1.0 + known.strain).abs().clamp(1e-3, 1.0);
-    let beside = (found.base - known.base).abs().max((found.axial - known.axial).abs());
-    let force = relative(found.force, known.force).max(relative(found.along, known.along)).max(beside);
+    let force = relative(found.force, known.force).max(relative(found.along, known.along));
     [strain, force, (found.arc - known.arc).abs()]
 }
 

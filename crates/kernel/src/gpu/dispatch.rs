@@ -174,7 +174,7 @@ impl Gpu {
             return Err(SolveError::Device("devices have no kernel of full Newton".into()));
         }
         let variant = Variant { job: *job, precision: self.precision };
-        let words = Solution::<f64>::words(job.effects.spatial);
+        let words = Solution::<f64>::FIELDS.len();
         let numbers = self.compute(&Program {
             name: &variant.name(),
             wgsl: &variant.wgsl(),

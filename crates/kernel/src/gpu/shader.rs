@@ -14,11 +14,6 @@ use vibrissa_core::scene::Precision;
 /// Invocations of one workgroup.
 pub const WORKGROUP: u32 = 64;
 
-/// The return of `gauge`, and its replacement for tilted poles: the text of other kernels stays the same.
-const RETURN: &str = "    return Solution(state.force, state.along, state.arc, strain, error, load, sweeps);";
-const RETURN_SPATIAL: &str = "    let beside = spatial(tap, state, series, climbs, angles);
-    return Solution(state.force, state.along, state.arc, strain, error, load, sweeps, beside.base, beside.axial);";
-
 /// Specialisation of a compute pipeline.
 #[derive(Debug, Clone, Copy)]
 pub struct Variant<'a> {
@@ -37,23 +32,14 @@ impl Variant<'_> {
 
     /// The whole WGSL text; two variants with the same text are the same pipeline.
     pub fn wgsl(&self) -> String {
-        let main = include_str!("../../../../shaders/main.wgsl");
-        let gauge = include_str!("../../../../shaders/gauge.wgsl");
-        let gauge = match self.job.effects.spatial {
-            true => {
-                include_str!("../../../../shaders/spatial.wgsl").to_owned()
-                    + &gauge.replace(RETURN, RETURN_SPATIAL)
-            }
-            false => gauge.to_owned(),
-        };
         [
             &header(self),
             &tables(self, &self.job.effects),
             include_str!("../../../../shaders/exact.wgsl"),
             include_str!("../../../../shaders/sweep.wgsl"),
             include_str!("../../../../shaders/newton.wgsl"),
-            &gauge,
-            main,
+            include_str!("../../../../shaders/gauge.wgsl"),
+            include_str!("../../../../shaders/main.wgsl"),
         ]
         .join("\n")
     }
@@ -105,9 +91,8 @@ fn header(v: &Variant<'_>) -> String {
         ("LEAST_REST", v.job.rule.least_rest()),
         ("ROUNDING", rounding(v.precision)),
     ];
-    let answer = &Solution::<f32>::FIELDS[..Solution::<f32>::words(v.job.effects.spatial)];
     reals(v.precision, named.into_iter().chain(limits::NAMED))
-        + &structures(&[("Tap", Tap::<f32>::FIELDS), ("Solution", answer)])
+        + &structures(&[("Tap", Tap::<f32>::FIELDS), ("Solution", Solution::<f32>::FIELDS)])
 }
 
 /// Tables of the exact kernel as unrolled sums with literal coefficients.

@@ -2,7 +2,6 @@
 
 use super::super::pack::Packed;
 use super::legendre::{legendre, primitive};
-use super::spatial::{Spatial, spatial};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
@@ -221,12 +220,7 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
     }
     let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
     let load = zero.if_less(outside.max(astray), zero, load);
-    let Spatial { base, axial } = if effects.spatial {
-        spatial::<P, N, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
-    } else {
-        Spatial { base: zero, axial: zero }
-    };
-    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps, base, axial }
+    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps }
 }
 
 /// The part of the lever mean beyond the contact, which has no moment.

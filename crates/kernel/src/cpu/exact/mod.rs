@@ -1,4 +1,4 @@
-//! The exact rod (model §3): collocation in deviation form. Twin of `shaders/{exact,sweep,newton,gauge,spatial}.wgsl`: same functions and names.
+//! The exact rod (model §3): collocation in deviation form. Twin of `shaders/{exact,sweep,newton,gauge}.wgsl`: same functions and names.
 //!
 //! Unit of length is the contact distance, of force EI₀/a². In the frame of the contact, with its axis along the whisker, W is the force across and H
 //! the force along the whisker, ψ the angle against the contact, c the contact arc and g² = 1 − τc. With w ∈ [0, 1] from contact to base, `y = 1 − (1
@@ -24,7 +24,6 @@ mod full;
 mod gauge;
 mod legendre;
 mod newton;
-mod spatial;
 mod sweep;
 mod tables;
 
