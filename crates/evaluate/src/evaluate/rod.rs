@@ -102,14 +102,18 @@ impl Evaluator<'_> {
         };
         let known: Vec<Result<Solved, Open>> = tasks.par_iter().zip(&solved).map(open).collect();
         if self.spare < usize::MAX {
-            let left = known.iter().filter(|k| matches!(k, Err(Open::Unsure))).count();
+            let asked =
+                |i: &usize| Asked::new(setup, &designs[tasks[*i].design as usize], &tasks[*i]).is_some();
+            let unsure = (0..tasks.len()).filter(|&i| matches!(known[i], Err(Open::Unsure)));
+            let left = unsure.filter(asked).count();
             self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         }
         let stop = self.stop;
-        let finish = |(i, ((task, known), grip)): (usize, ((&Task, &Result<Solved, Open>), &Grip))| {
+        let finish = |i: usize| {
+            let (task, grip) = (&tasks[i], held[i]);
             let design = &designs[task.design as usize];
             let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
-            match known {
+            match &known[i] {
                 Ok((s, plane)) => {
                     let Asked { setup, shared, .. } = asked;
                     // The moment is about the face of the clamp.
@@ -136,7 +140,7 @@ impl Evaluator<'_> {
                         normal: s.normal,
                         tangential: s.tangential,
                         arc: shared.start + s.arc,
-                        sticking: *grip == Grip::Stick,
+                        sticking: grip == Grip::Stick,
                     };
                     Outcome { sweeps: s.sweeps as f32, ..asked.outcome(found) }
                 }
@@ -148,7 +152,7 @@ impl Evaluator<'_> {
                 _ => referred(stop, expected.map(|known| &known[i]), (setup, design, task)),
             }
         };
-        Ok(tasks.par_iter().zip(&known).zip(&held).enumerate().map(finish).collect())
+        Ok((0..tasks.len()).into_par_iter().map(finish).collect())
     }
 
     fn solve_rods(
