@@ -74,6 +74,8 @@ pub struct Effects {
     pub power: bool,
     /// The gauge is long.
     pub long: bool,
+    /// Components of the wrench are asked: one may nearly cancel.
+    pub wrench: bool,
 }
 
 impl Effects {
@@ -219,6 +221,9 @@ const PIECES: usize = 5;
 /// Tolerance of the lanes where a larger one is asked: it costs little, and at small drives SD(K) is the difference of nearly equal numbers.
 const FINE: f64 = 1e-8;
 
+/// The same where components of the wrench are asked.
+const CANCELLING: f64 = 1e-9;
+
 /// Length of a gauge over a up to which four points serve.
 const LONG: f64 = 0.2;
 
@@ -274,7 +279,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     let mut out = vec![Solution::FAILED; taps.len()];
     for ((effects, pieces), places) in classes {
         let all = if pieces < PIECES { FEW } else { MANY };
-        let fine = tolerance.min(FINE);
+        let fine = tolerance.min(if effects.wrench { CANCELLING } else { FINE });
         // Newton's method is for taps that the lanes do not solve as asked.
         let rungs = all.iter().map(|rung| (*rung, fine)).chain([([NEWTON, SLIDE], tolerance)]);
         let mut open = places;

@@ -168,6 +168,7 @@ impl Evaluator<'_> {
         };
         let model = &setup.model;
         let effects = Effects::of(model, setup.gauge.side, grips.first() == Some(&Grip::Stick));
+        let effects = Effects { wrench: setup.asks_wrench(), ..effects };
         let tap = |(task, grip): (&Task, &Grip)| {
             let design = &designs[task.design as usize];
             framed(&Asked::new(setup, design, task)?, rods[task.design as usize].as_ref()?, *grip)
