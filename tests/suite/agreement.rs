@@ -11,7 +11,7 @@ use vibrissa::kernel::gpu::{self, Gpu};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa::physics::onset::Grip;
-use vibrissa::scene::{Contact, Material, Precision, Tuple};
+use vibrissa::scene::{Contact, Precision, Tuple};
 use vibrissa_built::on_device;
 use vibrissa_rod::Rod;
 
