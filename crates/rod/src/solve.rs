@@ -29,6 +29,9 @@ const MOST_TURNED: f64 = 2.0;
 /// Determinant of the closure over that at zero load, below which the path may fold.
 const UPRIGHT: f64 = 0.02;
 
+/// The same of a tilted pole: the reference, which takes plane after plane, must find each of them.
+const TILTED: f64 = 0.2;
+
 /// The answers of a pack; mm, N, N mm.
 #[derive(Debug, Clone, Copy)]
 pub struct Answer<P> {
@@ -196,8 +199,9 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let begun = self.begun();
         let begun = cross(add(columns(&self.give, begun), self.rolled(begun)), second);
         let upright = cross(closed.columns[0], closed.columns[1]) / begun;
-        let lost =
-            of(UPRIGHT).if_less(upright, zero, one).max(beta.abs().if_less(of(MOST_TURNED), zero, one));
+        let lost = of(if self.effects.tilt { TILTED } else { UPRIGHT })
+            .if_less(upright, zero, one)
+            .max(beta.abs().if_less(of(MOST_TURNED), zero, one));
         error = zero.if_less(lost, of(HOPELESS), error);
         error = one.if_less(closed.carried.beyond, of(HOPELESS), error);
         let moment = dot2(self.moment, force) + moment;
