@@ -83,6 +83,9 @@ fn rows(tap: &Parts, n: usize) -> DMatrix<f64> {
     })
 }
 
+/// Distances of taps from what the others say, relative, that count as equal.
+const ALIKE: f64 = 1e-6;
+
 impl PairObject {
     pub fn new() -> Self {
         Self { sums: Sums::new(ALL), zero: None, taps: Vec::new(), count: 0 }
@@ -136,7 +139,9 @@ impl PairObject {
             Some((left.transpose() * of_left.try_inverse()? * left)[0].max(0.0).sqrt())
         };
         let offs = self.taps.iter().map(|tap| off(tap).unwrap_or(0.0)).enumerate();
-        let (k, most) = offs.max_by(|(_, p), (_, q)| p.total_cmp(q))?;
+        // Two taps are as far from each other: the first counts.
+        let (k, most) =
+            offs.reduce(|first, next| if next.1 > (1.0 + ALIKE) * first.1 { next } else { first })?;
         Some((self.taps.len() - 1 - k, most))
     }
 }
