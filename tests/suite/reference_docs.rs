@@ -253,6 +253,20 @@ fn the_map_of_the_folders_names_every_module() {
 }
 
 #[test]
+fn the_table_of_formulas_names_files_that_are_there() {
+    let root = Path::new(crate::common::ROOT);
+    let map = std::fs::read_to_string(root.join("docs/architecture.md")).expect("docs/architecture.md");
+    let table = map.split("## Where formulas stand").nth(1).and_then(|rest| rest.split("\n## ").next());
+    let places = table.expect("the table").split('`').skip(1).step_by(2);
+    let files: Vec<&str> = places.filter(|p| p.ends_with(".rs") || p.ends_with(".wgsl")).collect();
+    assert!(files.len() > 15, "{files:?}");
+    for file in files {
+        let there = |base: &str| root.join(base).join(file).exists();
+        assert!(there("") || there("crates/core/src/physics"), "{file}");
+    }
+}
+
+#[test]
 fn the_readme_is_a_first_page() {
     let root = Path::new(crate::common::ROOT);
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
