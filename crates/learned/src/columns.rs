@@ -8,7 +8,7 @@ use crate::base::{About, Base};
 use crate::hyper::Hyper;
 use crate::labels::TOGETHER;
 use crate::rows::Cell;
-use vibrissa_core::reduce::range;
+use vibrissa_core::reduce::{range, sorted};
 
 const DEGREE: usize = 2;
 const LESS: f64 = 0.3;
@@ -244,9 +244,7 @@ impl Columns {
 
 /// Ramps over the time of the rows: a random walk with independent steps.
 fn ramps(cells: &[Cell]) -> Vec<Vec<f64>> {
-    let mut times: Vec<f64> = cells.iter().map(|c| c.row.t).collect();
-    times.sort_by(f64::total_cmp);
-    let (first, last) = (times[0], times[times.len() - 1]);
+    let [first, last] = range(cells.iter().map(|c| c.row.t));
     let step = (last - first) / KNOTS as f64;
     let ramp = |k: usize| {
         let from = first + step * k as f64;
@@ -273,10 +271,9 @@ pub(crate) fn of_positions(
     let n = taps.len();
     let row = |i: usize| cells[taps[i]].row;
     let positions: Vec<f64> = (0..n).map(|i| scales.place(row(i).a, row(i).u)[0]).collect();
-    let mut sorted = positions.clone();
-    sorted.sort_by(f64::total_cmp);
+    let ascending = sorted(positions.iter().copied());
     let repeated =
-        taps.iter().any(|k| cells[*k].n > 1.0) || sorted.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER);
+        taps.iter().any(|k| cells[*k].n > 1.0) || ascending.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER);
     if !repeated {
         return [Vec::new(), Vec::new()];
     }
@@ -287,8 +284,7 @@ pub(crate) fn of_positions(
         true => 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 },
         false => 0.0,
     };
-    let mut labels: Vec<f64> = (0..n).map(|i| row(i).a).collect();
-    labels.sort_by(f64::total_cmp);
+    let mut labels = sorted((0..n).map(|i| row(i).a));
     labels.dedup_by(|a, b| *a - *b <= SAME * *b);
     let place = |a: f64| scales.place(a, row(0).u)[0];
     let close = labels.windows(2).any(|w| place(w[1]) - place(w[0]) < CLOSE * TOGETHER);

@@ -2,7 +2,7 @@
 
 use crate::hyper::{Hyper, Prior};
 use crate::rows::Cell;
-use vibrissa_core::reduce::range;
+use vibrissa_core::reduce::{range, sorted};
 
 /// Positions within this share of the range of ln a count as one.
 pub const TOGETHER: f64 = 0.01;
@@ -26,8 +26,7 @@ pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
     if let Some(apart) = wrong {
         return Prior::new([apart.ln(), WRONG]);
     }
-    let mut all: Vec<f64> = cells.iter().filter(|c| c.row.touches()).map(|c| c.row.a.ln()).collect();
-    all.sort_by(f64::total_cmp);
+    let all = sorted(cells.iter().filter(|c| c.row.touches()).map(|c| c.row.a.ln()));
     let range = all.last().zip(all.first()).map_or(0.0, |(last, first)| last - first);
     let apart = all.windows(2).filter(|w| w[1] - w[0] > TOGETHER * range).count();
     let set = (SET * range / apart.max(1) as f64).max(BY_HAND);

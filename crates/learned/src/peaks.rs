@@ -97,8 +97,6 @@ fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
         if along > 1e-10 {
             let left = DMatrix::identity(n, n) - &moved * turned.transpose() / along;
             inverse = &left * &inverse * left.transpose() + &moved * moved.transpose() / along;
-        } else if gain.is_none() {
-            inverse = DMatrix::from_diagonal(&of_prior);
         }
         gradient = next;
         if gain.is_none_or(|g| g < 1e-5) {

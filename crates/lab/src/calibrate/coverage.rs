@@ -27,7 +27,7 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    fn new(side: &'static str, a_mm: f64, errors: &[[f64; 2]]) -> Self {
+    pub(super) fn new(side: &'static str, a_mm: f64, errors: &[[f64; 2]]) -> Self {
         let n = errors.len() as f64;
         let share =
             |f: &dyn Fn(f64) -> bool| errors.iter().filter(|[e, s]| f((e / s).abs())).count() as f64 / n;

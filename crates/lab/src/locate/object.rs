@@ -174,16 +174,16 @@ impl<'a> Objects<'a> {
             let learned = locator.sides[asked.side].learned()?;
             let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
             let kind = (asked.side, tared);
-            let known = self.known(&name, ask, || Taps::One(Object::new(learned.joint(tared)), kind));
+            let known = self.known(&name, ask, || Taps::One(Object::new(learned.joint(tared, false)), kind));
             let Taps::One(object, its_kind) = &mut known.taps else { return None };
-            let (joint, side) = (learned.joint(tared), &locator.sides[its_kind.0]);
+            let (joint, side) = (learned.joint(tared, false), &locator.sides[its_kind.0]);
             if *its_kind == kind {
                 let tap = Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift };
                 object.add(joint, tap, same_run);
             }
             let (count, other) = (object.count, *its_kind != kind);
             let of = side.learned().filter(|_| count > 1 || other);
-            let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1))?)));
+            let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1, false))?)));
             if count > 1 || other {
                 located = told.as_ref().map_or(Located::nothing(Status::NO_ROOT), |(of, told)| {
                     let normal = Located::normal(told.a, told.sigma, doubts(side, object, told));

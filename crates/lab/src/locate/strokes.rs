@@ -187,7 +187,7 @@ impl<'a> Strokes<'a> {
             return Some((numbers.clone(), *before | status));
         }
         let learned = side.learned()?;
-        let joint = learned.joint_of_strokes(own.tared);
+        let joint = learned.joint(own.tared, true);
         let largest = side.ends()[1];
         let course = Course {
             same_run: locator.same_run,

@@ -98,6 +98,16 @@ impl Data {
         data
     }
 
+    /// The largest distance, mm.
+    ///
+    /// # Errors
+    /// No distance > 0.
+    pub fn furthest(&self) -> Result<f64, InputError> {
+        let furthest = self.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
+        let error = || InputError::new("no row has a distance > 0").at(&self.file, None).key("a_mm");
+        (furthest > 0.0).then_some(furthest).ok_or_else(|| error().allowed("contact distances in mm"))
+    }
+
     /// Reads the file at `path`.
     ///
     /// # Errors

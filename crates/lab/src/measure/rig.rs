@@ -63,13 +63,8 @@ impl Rig {
     /// # Errors
     /// Data without a distance.
     pub fn of_data(data: &Data, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
-        let furthest = data.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
-        if furthest <= 0.0 {
-            let error = InputError::new("no row has a distance > 0").at(&data.file, None).key("a_mm");
-            return Err(error.allowed("contact distances in mm"));
-        }
         let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
-        let rig = Self::unknown(setup.clone(), furthest)?;
+        let rig = Self::unknown(setup.clone(), data.furthest()?)?;
         let study = Study {
             setup,
             space: Space::List([rig.design.tuple].into_iter().collect()),

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::course::{Place, Task};
-use super::{NEAR, Nuisance, Offset, lagrange};
+use super::{NEAR, Nuisance, Offset};
+use crate::invert::lagrange;
 
 /// Uncertainty, as a share of the signal, of the straight line between touch and smallest calibrated drive.
 pub(super) const TOE: f64 = 0.05;
@@ -26,7 +27,7 @@ impl Task<'_> {
     /// Table at ln a = x: a row for each node of the drive.
     pub fn across(&self, x: f64) -> Vec<Vec<f64>> {
         let (k, t) = self.joint.place(x);
-        let (weights, width) = (lagrange(t), self.joint.width());
+        let (weights, width) = (lagrange::<NEAR>(t), self.joint.width());
         let of = |row: &Vec<f64>| {
             let near = row[k * width..(k + NEAR) * width].chunks(width);
             near.zip(weights).fold(vec![0.0; width], |mut sum, (point, w)| {

@@ -1,11 +1,13 @@
 //! Taps of one object, as sums over ln a.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::{FREE, JUDGED, Joint, Mode, NONE, SECOND, Tap, Told, WINDOW, lagrange};
+use super::{FREE, JUDGED, Joint, Mode, NEAR, NONE, SECOND, Tap, Told, WINDOW};
 use crate::curve::Weights;
 use crate::evidence::ln_det;
-use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, quantile};
+use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, lagrange, quantile};
 
 /// Taps of one object so far.
 #[derive(Debug, Clone)]
@@ -135,9 +137,7 @@ impl Object {
         let x = (a - self.frame).ln();
         // A zero of several taps is one shared number; that of a single tap is noise.
         let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
-        let mut zeros: Vec<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
-        zeros.sort_unstable();
-        zeros.dedup();
+        let zeros: BTreeSet<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
         let n = joint.of_run.len() + 1 + zeros.len();
         let of_tap = |tap: &Tap| {
             let (r, d, mut shared) = joint.local(tap, x, same_run);
@@ -254,7 +254,7 @@ const NARROW: f64 = 2.0;
 
 pub(super) fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
     let (k, t) = joint.place(x);
-    lagrange(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
+    lagrange::<NEAR>(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
 }
 
 fn top_of(joint: &Joint, heights: &[f64], k: usize) -> (f64, f64, f64) {

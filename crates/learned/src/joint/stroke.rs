@@ -1,5 +1,7 @@
 //! Readings of a stroke at growing drive, in bounded memory.
 
+use vibrissa_core::reduce::sorted;
+
 use super::Joint;
 use super::course::Place;
 
@@ -102,8 +104,7 @@ impl Stroke {
     /// Variance of one reading, and the part of a mean's variance that more readings do not reduce; from neighbours, so that contact does not count.
     pub(super) fn noise(&self, joint: &Joint) -> [f64; 2] {
         let square = |of: &[f64]| {
-            let mut all = of.to_vec();
-            all.sort_by(f64::total_cmp);
+            let all = sorted(of.iter().copied());
             all.get(all.len() / 2).map_or(0.0, |median| (1.4826 * median).powi(2))
         };
         let n = MEDIAN * self.differences.len() as f64;

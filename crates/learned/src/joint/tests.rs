@@ -50,8 +50,8 @@ fn intervals_of_several_taps_hold_what_they_promise() {
         Spread { floor: (0.02 * size).powi(2), gain: 4e-4, zero: (0.01 * size).powi(2), ..Spread::default() };
     let curve = curve(spread);
     let base = Base::Power(POWER);
-    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
-    let joint = Joint::new(&curve, &base, false, &inverse);
+    let inverse = Inverse::new(&curve, &base, (false, [0.0, f64::INFINITY]), None);
+    let joint = Joint::new(&curve, &base, false, &inverse, false);
     let [near, far] = [0, 1].map(|k| {
         let [middle, half] = curve.scales.a;
         if k == 0 { (middle - half).exp() } else { (middle + half).exp() }
@@ -103,8 +103,8 @@ fn intervals_of_strokes_hold_what_they_promise() {
     };
     let curve = curve(spread);
     let base = Base::Power(POWER);
-    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
-    let mut joint = Joint::of_strokes(&curve, &base, false, &inverse);
+    let inverse = Inverse::new(&curve, &base, (false, [0.0, f64::INFINITY]), None);
+    let mut joint = Joint::new(&curve, &base, false, &inverse, true);
     // As a calibration of several drives tells it.
     joint.offset.own = 0.05;
     let [middle, half] = curve.scales.a;
@@ -154,8 +154,8 @@ fn an_outlook_is_what_taps_would_bring() {
     let spread = Spread { floor: (0.01 * size).powi(2), gain: 1e-4, zero: 1e-8, ..Spread::default() };
     let curve = curve(spread);
     let base = Base::Power(POWER);
-    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
-    let joint = Joint::new(&curve, &base, false, &inverse);
+    let inverse = Inverse::new(&curve, &base, (false, [0.0, f64::INFINITY]), None);
+    let joint = Joint::new(&curve, &base, false, &inverse, false);
     let mut object = Object::new(&joint);
     for taps in 0..3 {
         let outlook = Outlook::new(&joint, &object, false);
