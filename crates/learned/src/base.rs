@@ -37,14 +37,9 @@ impl Base {
 
     /// Value and derivatives at a (mm) and u, divided by `unit`.
     pub fn about(&self, unit: f64, a: f64, u: f64) -> About {
-        let [value, nearer, farther, less, more] = [
-            (a, u),
-            (a * (1.0 - STEP), u),
-            (a * (1.0 + STEP), u),
-            (a, u * (1.0 - STEP)),
-            (a, u * (1.0 + STEP)),
-        ]
-        .map(|(a, u)| self.value(a, u) / unit);
+        let (less, more, at) = (1.0 - STEP, 1.0 + STEP, |p: f64, q: f64| self.value(a * p, u * q) / unit);
+        let [value, nearer, farther] = [1.0, less, more].map(|p| at(p, 1.0));
+        let [less, more] = [less, more].map(|q| at(1.0, q));
         About {
             value,
             by_distance: (farther - nearer) / (2.0 * STEP),
@@ -246,12 +241,7 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitt
         }
     }
     let squares = sum(&r, &huber(&r));
-    let power = Power { offset: x[4], p: x[1], q: x[2], end: x[5] };
-    (squares.is_finite() && x[0].is_finite()).then_some(Fitted {
-        power,
-        factor: x[0].exp(),
-        zero: x[3],
-        squares,
-        free,
-    })
+    let [ln_factor, p, q, zero, offset, end] = x;
+    let (power, factor) = (Power { offset, p, q, end }, ln_factor.exp());
+    (squares.is_finite() && ln_factor.is_finite()).then_some(Fitted { power, factor, zero, squares, free })
 }

@@ -165,15 +165,8 @@ impl Problem {
             weight.len(),
             weighted.iter().zip(&weight).map(|(e, w)| if *w > 0.0 { e / w } else { 0.0 }),
         );
-        twice.is_finite().then_some(Solved {
-            value: 0.5 * twice,
-            mean,
-            root,
-            factor,
-            residual,
-            variance,
-            scaled,
-        })
+        let value = 0.5 * twice;
+        value.is_finite().then_some(Solved { value, mean, root, factor, residual, variance, scaled })
     }
 
     /// Gradient of [`Solved::value`] by the logarithms of the learned numbers.

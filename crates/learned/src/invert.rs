@@ -98,7 +98,7 @@ impl Inverse {
             let u2 = u * u;
             vec![e.signal / u, e.of_noise / u2, (e.of_curve + e.of_position) / u2, (e.of_run + zero) / u2]
         };
-        let table = tabulated(&nodes, [from, step], one);
+        let table = tabled(&nodes, [from, step], one);
         Self { grid: [from, step], ends, offset, nodes, table }
     }
 
@@ -140,13 +140,10 @@ impl Inverse {
     }
 }
 
-/// At each node the numbers `of` each point: of its distance, mm, and the drive above its offset. Nodes without a value (the whisker slips off) get
+/// At each of these nodes the numbers `of` each point: of its distance, mm, and the drive above its offset. Nodes without a value (the whisker slips off) get
 /// signal/u of a parabola through the three nearest nodes, and the other numbers of the nearest one.
-pub(crate) fn tabulated(
-    nodes: &[f64],
-    [from, step]: [f64; 2],
-    of: impl Fn(f64, f64) -> Vec<f64>,
-) -> Vec<Vec<f64>> {
+pub(crate) fn tabled(nodes: &[f64], grid: [f64; 2], of: impl Fn(f64, f64) -> Vec<f64>) -> Vec<Vec<f64>> {
+    let [from, step] = grid;
     let row = |u: &f64| (0..POINTS).flat_map(|k| of((from + step * k as f64).exp(), u.exp())).collect();
     let mut table: Vec<Vec<f64>> = nodes.iter().map(row).collect();
     let width = table.first().map_or(0, |row| row.len() / POINTS);

@@ -34,16 +34,12 @@ pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
 }
 
 /// Positions of one drive, in order and beyond the strongest signal, after which the signal rises, and by how many standard deviations.
-pub fn rises<P>(
-    all: &[P],
-    signal: impl Fn(&P) -> f64,
-    deviation: impl Fn(&P, &P) -> f64,
-) -> Vec<(usize, f64)> {
+pub fn rises<P>(all: &[P], signal: impl Fn(&P) -> f64, sd: impl Fn(&P, &P) -> f64) -> Vec<(usize, f64)> {
     let strongest = (0..all.len()).max_by(|i, k| signal(&all[*i]).total_cmp(&signal(&all[*k])));
     let rise = |k: usize| {
         let (p, q) = (&all[k], &all[k + 1]);
-        let (rise, deviation) = (signal(q) - signal(p), deviation(p, q));
-        (rise > LEAST * signal(p).abs() && rise > CERTAIN * deviation).then_some((k, rise / deviation))
+        let (rise, sd) = (signal(q) - signal(p), sd(p, q));
+        (rise > LEAST * signal(p).abs() && rise > CERTAIN * sd).then_some((k, rise / sd))
     };
     (strongest.unwrap_or(0)..all.len().saturating_sub(1)).filter_map(rise).collect()
 }

@@ -51,13 +51,9 @@ pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault
         None => law(&taps, read, labels.is_none())?,
     };
     let unit = median(&mut taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect::<Vec<_>>());
+    let (base, numbers) = (Base::Power(fitted.power), [unit, fitted.zero, unit / fitted.factor]);
     match unit > 0.0 {
-        true => Ok(Start {
-            base: Base::Power(fitted.power),
-            power: Some(fitted),
-            numbers: [unit, fitted.zero, unit / fitted.factor],
-            labels,
-        }),
+        true => Ok(Start { base, power: Some(fitted), numbers, labels }),
         false => Err(Fault::NoCurve),
     }
 }
@@ -109,12 +105,8 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
     let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
     let sound =
         gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
-    sound.then(|| {
-        (
-            Start { base: Base::Known(curve.clone(), offset), power: None, numbers, labels: None },
-            squares(gain, zero),
-        )
-    })
+    let base = Base::Known(curve.clone(), offset);
+    sound.then(|| (Start { base, power: None, numbers, labels: None }, squares(gain, zero)))
 }
 
 fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {

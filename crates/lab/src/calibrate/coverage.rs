@@ -1,5 +1,7 @@
 //! Coverage of σ: errors at positions and in runs left out, relative to the σ of the answer.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -73,9 +75,7 @@ pub fn coverage(found: &Calibrated) -> Covered {
 }
 
 fn runs(found: &Calibrated, learnt: &Learnt) -> Vec<[f64; 2]> {
-    let mut numbers: Vec<usize> = learnt.task.rows.iter().map(|r| r.run).collect();
-    numbers.sort_unstable();
-    numbers.dedup();
+    let numbers: BTreeSet<usize> = learnt.task.rows.iter().map(|r| r.run).collect();
     if numbers.len() < 2 {
         return Vec::new();
     }

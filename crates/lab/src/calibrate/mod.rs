@@ -301,13 +301,10 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
             "these are counts of {bits} bits that begin anew: rows without contact and taps are at the two ends of their range"
         );
         let error = InputError::new(message).at(&data.file, None).key(data.unit.column());
-        let turn = plain(2_f64.powi(bits));
-        let allowed = format!(
-            "counts that go on: {turn} added to those up to {}, or taken off those from {}",
-            plain(last),
-            plain(first)
-        );
-        return Err(error.value(format!("{} … {}", plain(last), plain(first))).allowed(allowed));
+        let [turn, last, first] = [2_f64.powi(bits), last, first].map(plain);
+        let allowed =
+            format!("counts that go on: {turn} added to those up to {last}, or taken off those from {first}");
+        return Err(error.value(format!("{last} … {first}")).allowed(allowed));
     }
     if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
         let message = "without the drive the model cannot be fitted; only table and paper are calibrated";

@@ -154,14 +154,8 @@ pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError
             Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
             None => format!("{} answers nothing", e.name()),
         });
-        let [first, last] = s.record.distances_mm;
-        format!(
-            "{} distances, {} … {} mm: {}",
-            s.table.distances.len(),
-            plain(first),
-            plain(last),
-            each.collect::<Vec<_>>().join(", ")
-        )
+        let ([first, last], n) = (s.record.distances_mm.map(plain), s.table.distances.len());
+        format!("{n} distances, {first} … {last} mm: {}", each.collect::<Vec<_>>().join(", "))
     };
     InputError::new("no estimator tells a distance that it was not calibrated on")
         .at(&data.file, None)

@@ -20,13 +20,9 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
     let Covered { positions, all, runs } = covered;
     let kind = rig.setup.drive;
     let c = &found.calibration;
-    let suspect: Vec<Value> = found
-        .taps
-        .iter()
-        .filter_map(|t| Some((t, t.reason.as_ref().filter(|r| r.is_doubt())?)))
-        .take(LISTED)
-        .map(|(t, r)| json!({ "line": t.line, "reason": r.word(), "why": r.text(kind) }))
-        .collect();
+    let suspect = found.taps.iter().filter_map(|t| Some((t, t.reason.as_ref().filter(|r| r.is_doubt())?)));
+    let suspect = suspect.map(|(t, r)| json!({ "line": t.line, "reason": r.word(), "why": r.text(kind) }));
+    let suspect: Vec<Value> = suspect.take(LISTED).collect();
     json!({
         "estimator": c.estimator,
         "noise": c.noise,
@@ -201,11 +197,8 @@ pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64)
                     "correlations": correlations, "at_bound": value == lo || value == hi })
         })
         .collect();
-    let held: Vec<Value> = f
-        .undetermined
-        .iter()
-        .map(|p| json!({ "name": p.name(kind), "unit": p.unit(kind), "held_at": e.values[*p as usize] }))
-        .collect();
+    let held = |p: &Parameter| json!({ "name": p.name(kind), "unit": p.unit(kind), "held_at": e.values[*p as usize] });
+    let held: Vec<Value> = f.undetermined.iter().map(held).collect();
     json!({ "fitted": fitted, "undetermined": held, "chi2_per_freedom": Some(f.chi2).filter(|c| c.is_finite()),
             "misfit": f.misfit, "interpolation_error": e.error() })
 }
@@ -233,12 +226,10 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         None => format!("{:.4e}", found.calibration.noise),
     };
     let used: usize = found.sides.iter().map(|s| s.used).sum();
+    let (taps, zeros, from) = (found.taps.len(), found.zeros.len(), &found.calibration.noise_from);
     let _ = writeln!(
         t,
-        "{used} of {} taps used, {} zero readings; noise of one reading {unit} from {}",
-        found.taps.len(),
-        found.zeros.len(),
-        found.calibration.noise_from
+        "{used} of {taps} taps used, {zeros} zero readings; noise of one reading {unit} from {from}"
     );
     if let Some(second) = &found.calibration.second {
         let error = |sigma: f64, digits: usize| match sigma > 0.0 {
@@ -301,11 +292,10 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
                 let number = |x: &Value| x.as_f64().map_or("?".to_owned(), |x| format!("{x:.4}"));
                 format!("{}{degree} ({} mm rms)", drive(at), number(&at["total_rms_mm"]))
             };
+            let (without, with) = (drive(&b["without_noise"]), say("with_noise"));
             let _ = writeln!(
                 t,
-                "  best {symbol} of the paper's procedure: {} without noise, {} with it",
-                drive(&b["without_noise"]),
-                say("with_noise")
+                "  best {symbol} of the paper's procedure: {without} without noise, {with} with it"
             );
         }
     }

@@ -42,10 +42,9 @@ pub(super) fn of_model(
         of_cell.iter().map(move |k| (cell, deviation, &taps[*k]))
     });
     // Measured − expected signal, in standard deviations.
-    let rows: Vec<(usize, f64, &Tap, f64)> = rows
-        .map(|(cell, sd, t)| (cell, sd, t, (t.signal.abs() - found.exact.expected(t.a, t.drive)) / sd))
-        .filter(|row| row.3.is_finite())
-        .collect();
+    let off = |sd: f64, t: &Tap| (t.signal.abs() - found.exact.expected(t.a, t.drive)) / sd;
+    let rows = rows.map(|(cell, sd, t)| (cell, sd, t, off(sd, t)));
+    let rows: Vec<(usize, f64, &Tap, f64)> = rows.filter(|row| row.3.is_finite()).collect();
     // The zero may also drift in the order of the rows.
     let (n, m) = (rows.len(), found.slopes.ncols());
     let middle = rows.iter().map(|r| r.2.place as f64).sum::<f64>() / n as f64;

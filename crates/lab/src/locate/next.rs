@@ -134,19 +134,8 @@ pub fn next(
     if apart.is_some_and(|(_, by)| by.abs() > limit(object.compared())) {
         status |= Status::INCONSISTENT;
     }
-    Ok(Next {
-        taps: object.count,
-        now,
-        near: told.near,
-        stands,
-        tried,
-        best,
-        more,
-        floor,
-        status,
-        apart,
-        left,
-    })
+    let (taps, near) = (object.count, told.near);
+    Ok(Next { taps, now, near, stands, tried, best, more, floor, status, apart, left })
 }
 
 struct Known<'a> {

@@ -89,11 +89,7 @@ impl<'a> Objects<'a> {
     }
 
     /// Of readings of columns with these `names`; `None` where nothing tells them apart.
-    pub(super) fn new(
-        who: Answerer<'a>,
-        names: &[String],
-        ask: &Ask<'_>,
-    ) -> Result<Option<Self>, InputError> {
+    pub fn new(who: Answerer<'a>, names: &[String], ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
         let of = |name: &str| names.iter().position(|n| n == name);
         let place = match (ask.by, of(NAME)) {
             (By::Unsaid, None) => return Ok(None),

@@ -5,6 +5,7 @@ use super::file::Row;
 use super::group::Groups;
 use super::names::{DISTANCE, Names, Role};
 use crate::error::InputError;
+use crate::reduce::distinct;
 use crate::scene::Drive;
 use crate::sink::lab::LabCell;
 
@@ -81,10 +82,8 @@ impl Columns {
         for unit in Unit::ALL {
             signals.extend(once(Role::Signal(unit))?.map(|place| (unit, place)));
         }
-        if let ([], Some(i)) = (
-            drives.as_slice(),
-            (0..names.len()).find(|&i| roles[i].is_none() && drive_like(&names[i]).is_some()),
-        ) {
+        let like = |&i: &usize| roles[i].is_none() && drive_like(&names[i]).is_some();
+        if let Some(i) = (0..names.len()).find(like).filter(|_| drives.is_empty()) {
             return Err(unknown_drive(&names[i]));
         }
         let signal = match signals.as_slice() {
@@ -273,17 +272,12 @@ fn leads(levels: &[f64], rows: &[Row]) -> bool {
         *cell = (cell.0 + row.value, cell.1 + 1.0);
         (low, high) = (low.min(row.value), high.max(row.value));
     }
-    let mut distinct = levels.to_vec();
-    distinct.sort_by(f64::total_cmp);
-    distinct.dedup();
+    let distinct = distinct(levels.iter().copied());
     let means: Vec<(i64, f64)> = cells.iter().map(|([a, _], (sum, n))| (*a, sum / n)).collect();
     let steps = means.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1 - w[0].1);
     let (up, all) = steps.fold((0, 0), |(up, n), step| (up + usize::from(step > 0.0), n + 1));
-    let ranges: Vec<f64> = means
-        .chunk_by(|p, q| p.0 == q.0)
-        .filter(|c| c.len() > 1)
-        .map(|c| (c[c.len() - 1].1 - c[0].1).abs())
-        .collect();
+    let several = means.chunk_by(|p, q| p.0 == q.0).filter(|c| c.len() > 1);
+    let ranges: Vec<f64> = several.map(|c| (c[c.len() - 1].1 - c[0].1).abs()).collect();
     2 * distinct.len() <= rows.len()
         && all >= CASES
         && up.max(all - up) as f64 >= SAME_WAY * all as f64

@@ -224,15 +224,8 @@ impl Data {
         let named = [columns.a, columns.drive.map(|d| d.1), Some(columns.signal.1)]
             .map(|place| place.map_or("", |place| names[place].as_str()));
         let missing = missing::take(&mut rows, named);
-        Ok(Self {
-            missing,
-            file: label.to_owned(),
-            drive: columns.drive.map(|d| d.0),
-            unit: columns.signal.0,
-            timed: timed.is_some(),
-            rows,
-            beside,
-            ignored: columns.ignored,
-        })
+        let Columns { drive, signal: (unit, _), ignored, .. } = columns;
+        let (file, drive, timed) = (label.to_owned(), drive.map(|d| d.0), timed.is_some());
+        Ok(Self { missing, file, drive, unit, timed, rows, beside, ignored })
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::file::Row;
+use crate::reduce::sorted;
 
 /// Usual placeholders, of either sign; also -1 and numbers from [`NEVER`] on.
 const USUAL: [f64; 11] =
@@ -76,8 +77,7 @@ fn signals(column: &[Placed]) -> Vec<f64> {
         column.iter().filter(|(x, _)| x.is_finite()).partition(|(_, cell)| *cell == [0; 2]);
     let (none, others): (Vec<Placed>, Vec<Placed>) = taps.into_iter().partition(|(x, _)| *x == 0.0);
     let cells: BTreeSet<[u64; 2]> = none.iter().map(|tap| tap.1).collect();
-    let mut sizes: Vec<f64> = others.iter().map(|tap| tap.0.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
+    let sizes = sorted(others.iter().map(|tap| tap.0.abs()));
     let isolated = sizes.len() >= OTHERS && sizes[0] > ISOLATED * sizes[sizes.len() / 2];
     if cells.len() > 1 && isolated && !rests.is_empty() && rests.iter().all(|rest| rest.0 != 0.0) {
         found.push(0.0);

@@ -45,16 +45,8 @@ impl Rig {
     /// A distance that is not positive.
     pub fn unknown(setup: Setup, furthest: f64) -> Result<Self, InputError> {
         let L_a = 2.0 * furthest;
-        let tuple = Tuple {
-            D: 0.1 * L_a,
-            d: 0.1 * L_a,
-            L_a,
-            x_ss: 0.0,
-            l: 1e-6 * L_a,
-            a: furthest,
-            drive: 1.0,
-            ..Tuple::default()
-        };
+        let (D, l) = (0.1 * L_a, 1e-6 * L_a);
+        let tuple = Tuple { D, d: D, L_a, x_ss: 0.0, l, a: furthest, drive: 1.0, ..Tuple::default() };
         Ok(Self { known: false, ..Self::new(setup, tuple)? })
     }
 

@@ -16,13 +16,14 @@ mod tests;
 pub use course::{Course, Told as ToldCourse};
 pub use object::{Object, integrate};
 pub use outlook::Outlook;
+pub use posterior::simplex;
 pub use stroke::Stroke;
 
 use std::ops::Range;
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
-use crate::invert::{Inverse, POINTS, lagrange, place, prior, slopes, tabulated};
+use crate::invert::{Inverse, POINTS, lagrange, place, prior, slopes, tabled};
 
 const SMALL: f64 = 1e-4;
 const WINDOW: f64 = 6.0;
@@ -96,7 +97,7 @@ impl Joint {
         };
         let mut joint = Self {
             inverse: inverse.clone(),
-            table: tabulated(&inverse.nodes, inverse.grid, of),
+            table: tabled(&inverse.nodes, inverse.grid, of),
             of_run: (0..n).map(|k| k + OF_RUN >= n).collect(),
             rest: curve.rest(tared),
             offset: curve.offset(base),

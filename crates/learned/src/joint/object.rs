@@ -28,16 +28,8 @@ impl Object {
     /// Object before its first tap.
     pub fn new(joint: &Joint) -> Self {
         let n = joint.of_run.len() + 1;
-        let point = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
-        Self {
-            taps: Vec::new(),
-            count: 0,
-            zero: None,
-            of_zero: 0.0,
-            frame: 0.0,
-            shifts: [0.0; 2],
-            points: vec![point; POINTS],
-        }
+        let points = vec![(DMatrix::identity(n, n), DVector::zeros(n), 0.0); POINTS];
+        Self { taps: Vec::new(), count: 0, zero: None, of_zero: 0.0, frame: 0.0, shifts: [0.0; 2], points }
     }
 
     /// Adds `tap`; `same_run` for a run of the calibration.

@@ -44,10 +44,8 @@ impl<'a> Outlook<'a> {
             Some(Known { root, solved: factor.solve(&b) })
         };
         let counts = counting(&heights);
-        let points = counts
-            .iter()
-            .position(|c| *c)
-            .map_or(0..0, |first| first..counts.iter().rposition(|c| *c).map_or(first, |last| last + 1));
+        let ends = counts.iter().position(|c| *c).zip(counts.iter().rposition(|c| *c));
+        let points = ends.map_or(0..0, |(first, last)| first..last + 1);
         let known =
             points.clone().map(|k| if counts[k] { object.factor(k).and_then(of) } else { None }).collect();
         Self { joint, same_run, likely, of_zero: object.of_zero, points, known, heights }

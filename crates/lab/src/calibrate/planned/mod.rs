@@ -9,7 +9,7 @@ pub use apart::Apart;
 pub use order::Row;
 pub use order::like;
 
-use crate::reduce::range;
+use crate::reduce::{distinct, range};
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
 
 use crate::error::{Error, InputError};
@@ -221,7 +221,7 @@ pub fn plan(
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
     let reached = [range(fine.iter().map(|p| p.0)), range(fine.iter().map(|p| p.1))];
     let forbidden = [pairs.len() - fine.len(), pairs.len()];
-    let ends = [ends(&distances), ends(&drives)];
+    let (ends, rig) = ([ends(&distances), ends(&drives)], spread);
     Ok(Planned {
         distances,
         drives,
@@ -235,7 +235,7 @@ pub fn plan(
         reached,
         forbidden,
         ends,
-        rig: spread,
+        rig,
     })
 }
 
@@ -259,9 +259,7 @@ fn distances(space: &Space) -> Result<Vec<f64>, InputError> {
 /// Drives of the spec, thinned to [`DRIVES`].
 fn drives(space: &Space) -> Result<Vec<f64>, InputError> {
     let axis = axis(space, Column::Drive, "tap.theta")?;
-    let mut all: Vec<f64> = axis.iter().take(1 << 20).collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup();
+    let all = distinct(axis.iter().take(1 << 20));
     let n = all.len();
     let few = n.min(DRIVES);
     Ok((0..few).map(|k| all[k * (n - 1) / (few - 1).max(1)]).collect())

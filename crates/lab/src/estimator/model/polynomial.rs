@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::reduce::range;
+use crate::reduce::{range, sorted};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -207,8 +207,7 @@ impl Polynomial {
             let here = || points.iter().filter(|p| p.position == *k).map(|p| p.a);
             here().sum::<f64>() / here().count() as f64
         };
-        let mut a: Vec<f64> = sums.positions.keys().map(mean).collect();
-        a.sort_by(f64::total_cmp);
+        let a = sorted(sums.positions.keys().map(mean));
         let n = a.len();
         let room = |p: usize, q: usize| if n > 1 { beyond * (a[p] - a[q]).abs() } else { 0.0 };
         let ends = range(points.iter().map(|p| p.a));

@@ -284,11 +284,8 @@ impl Solve<'_> {
         let outcomes = self.evaluator.run(&self.designs, &tasks)?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
         self.spare = self.spare.checked_sub(unsolved).ok_or(ModelError::Solve(SolveError::TooHard))?;
-        let ratios: Vec<f64> = outcomes
-            .iter()
-            .zip(&tasks)
-            .map(|(o, t)| o.strain.abs() / (amount(self.kind, t.drive) * self.curve.value(t.a)))
-            .collect();
+        let linear = |t: &Task| amount(self.kind, t.drive) * self.curve.value(t.a);
+        let ratios: Vec<f64> = outcomes.iter().zip(&tasks).map(|(o, t)| o.strain.abs() / linear(t)).collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
             let c = transpose(&twice(coefficients, &rows));
