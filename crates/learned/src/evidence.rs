@@ -126,10 +126,9 @@ impl Problem {
     pub fn roots(&self, at: &[f64]) -> DVector<f64> {
         let spectra = self.spectra(at);
         let of_prior = |c: &Column| {
-            let wave = if let Term::Wave(j, k) = c.term {
-                spectra[0].0[usize::from(j)] + spectra[1].0[usize::from(k)]
-            } else {
-                0.0
+            let wave = match c.term {
+                Term::Wave(j, k) => spectra[0].0[usize::from(j)] + spectra[1].0[usize::from(k)],
+                _ => 0.0,
             };
             (0.5 * (c.fixed + wave) + c.learned.iter().map(|k| at[*k]).sum::<f64>()).exp()
         };

@@ -268,11 +268,8 @@ impl Slice {
         let p = self.at(x);
         let a = x.exp();
         let found = Found { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near, wide };
-        if found.a.is_finite() && found.sigma.is_finite() {
-            Ok(found)
-        } else {
-            Err(Status::OUTSIDE_CALIBRATION)
-        }
+        let sound = found.a.is_finite() && found.sigma.is_finite();
+        sound.then_some(found).ok_or(Status::OUTSIDE_CALIBRATION)
     }
 
     /// [ln a, σ in mm] and 95 % interval in mm of the posterior on `window`; `local` is the root and its standard deviation in ln a.
@@ -329,11 +326,8 @@ pub(crate) fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -
         let cell = 0.5 * (p + q);
         if below + cell >= wanted {
             let (rise, left) = (q - p, wanted - below);
-            let t = if rise.abs() < 1e-12 * (p + q) {
-                left / p
-            } else {
-                ((p * p + 2.0 * rise * left).max(0.0).sqrt() - p) / rise
-            };
+            let (flat, end) = (rise.abs() < 1e-12 * (p + q), (p * p + 2.0 * rise * left).max(0.0).sqrt());
+            let t = if flat { left / p } else { (end - p) / rise };
             return from + step * (k as f64 + t);
         }
         below += cell;

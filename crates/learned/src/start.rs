@@ -128,11 +128,7 @@ pub fn lowest(of: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], looks: usize) -> f64 
     let [mut lo, mut hi] = [at(best.saturating_sub(1)), at((best + 1).min(looks))];
     for _ in 0..24 {
         let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
-        if of(p) < of(q) {
-            hi = q;
-        } else {
-            lo = p;
-        }
+        (lo, hi) = if of(p) < of(q) { (lo, q) } else { (p, hi) };
     }
     0.5 * (lo + hi)
 }

@@ -78,8 +78,6 @@ pub struct Calibrated {
     pub zero: Zero,
     /// Groups of distances and of drives that count as equal.
     pub groups: [Groups; 2],
-    /// Standard error of an unread zero, which may have drifted; 0 if the zero was read or is unknown.
-    pub unread: f64,
     /// Results of each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
@@ -170,7 +168,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     rig.setup.gauge.noise_strain = Some(noise);
     let each = |side| side::calibrate((data, &rig, &prepared), side, noise, &options.fit, &open);
     let results = sides.into_iter().map(each).collect::<Result<Vec<_>, _>>()?;
-    let Prepared { rows, recorded, unread, .. } = prepared;
+    let Prepared { rows, recorded, .. } = prepared;
     let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let knows =
         |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < order::range(s));
@@ -205,8 +203,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
     let winner = Estimator::Learned;
-    let mut found =
-        Calibrated { calibration, taps, zeros, zero, groups, unread, sides: results, winner, warnings };
+    let mut found = Calibrated { calibration, taps, zeros, zero, groups, sides: results, winner, warnings };
     found.warnings.extend(remarks::remarks(data, &found));
     if found.calibration.rig.setup.gauge.second {
         found.calibration.second = second::second(data, &mut found, &open)?;

@@ -89,7 +89,7 @@ pub fn remarks(data: &Data, found: &Calibrated) -> Vec<String> {
                 "K is {k:.3e} where theory expects about 1: check the unit of {signal} and the drive, and that a_mm and {drive} are not swapped"
             ));
         }
-        all.extend(other_whisker(data, s, found.unread));
+        all.extend(other_whisker(data, s, found.calibration.zero.unread()));
     }
     all
 }

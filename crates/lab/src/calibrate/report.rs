@@ -30,7 +30,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
         "signal": c.signal,
         "drive_recorded": c.drive_recorded,
         "zero": { "from": c.zero.from, "value": c.zero.value,
-                  "error": if found.unread > 0.0 { json!(found.unread) } else { Value::Null },
+                  "error": Some(c.zero.unread()).filter(|error| *error > 0.0),
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,
         "suspects": suspect,
@@ -85,7 +85,7 @@ fn side(s: &SideResult, found: &Calibrated, rig: &Rig) -> Value {
         })),
         "contradictions": s.contradictions,
         "learned": learn::json(&s.learnt, kind),
-        "parameters": s.fit.as_ref().map(|f| parameters(f, kind, found.unread)),
+        "parameters": s.fit.as_ref().map(|f| parameters(f, kind, found.calibration.zero.unread())),
     })
 }
 
@@ -280,7 +280,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             let _ = writeln!(t, "  {line}");
         }
         if let Some(f) = &s.fit {
-            for line in fitted(f, kind, found.unread) {
+            for line in fitted(f, kind, found.calibration.zero.unread()) {
                 let _ = writeln!(t, "  {line}");
             }
         }

@@ -167,10 +167,7 @@ fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
         }
         false => noise * noise * covariance[(0, 0)] * by[0] * by[0],
     };
-    let of_angle = match tilted {
-        true => variance([cos / s2, -sin / s2]),
-        false => variance([1.0 / (s2 * cos), 0.0]),
-    };
+    let of_angle = variance(if tilted { [cos / s2, -sin / s2] } else { [1.0 / (s2 * cos), 0.0] });
     let of_factor = if tilted { variance([sin, cos]) } else { 0.0 };
     let named: &[&str] = if tilted { &["factor", "misalignment"] } else { &["misalignment"] };
     let found = Second {

@@ -100,7 +100,11 @@ impl Calibration {
     fn fits<T>(&self, k: usize, say: fn(&Fit, Drive, f64) -> T) -> Vec<T> {
         let found = &self.each[k];
         let kind = found.calibration.rig.setup.drive;
-        found.sides.iter().filter_map(|side| Some(say(side.fit.as_ref()?, kind, found.unread))).collect()
+        found
+            .sides
+            .iter()
+            .filter_map(|side| Some(say(side.fit.as_ref()?, kind, found.calibration.zero.unread())))
+            .collect()
     }
 
     fn held_out(&self, k: usize) -> Option<f64> {

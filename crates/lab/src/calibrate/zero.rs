@@ -86,14 +86,14 @@ pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
     )
 }
 
-pub(super) fn untared(data: &Data, rig: &Rig, tared: &Tared, unread: f64) -> Option<String> {
+pub(super) fn untared(data: &Data, rig: &Rig, tared: &Tared) -> Option<String> {
     let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
     match tared.from {
         TaredBy::Fitted => Some(format!(
             "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
              as it will be from readings without a zero of their own. A drift of the zero would do much of that: rows with {kind} = 0 now and \
              then would tell",
-            data.file, tared.value, unread
+            data.file, tared.value, tared.error
         )),
         TaredBy::None if tared.error == 0.0 => Some(format!(
             "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \

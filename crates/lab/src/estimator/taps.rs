@@ -88,10 +88,8 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
     ];
     let count =
         |r: &Row| counts::Count { at: [groups[0].centre(r.a), groups[1].centre(r.drive)], value: r.value };
-    let turn = match data.unit.is_absolute() {
-        true => None,
-        false => counts::turn(&data.rows.iter().map(count).collect::<Vec<_>>()),
-    };
+    let counts: Vec<counts::Count> = data.rows.iter().map(count).collect();
+    let turn = if data.unit.is_absolute() { None } else { counts::turn(&counts) };
     let signal = |r: &Row| data.unit.strain(counts::unwrapped(r.value, turn) - r.late, factor);
     let signals: Vec<f64> = data.rows.iter().map(signal).collect();
     let Rest { rest, from, until, origin, step } = Rest::of(data, &signals, &groups[0]);

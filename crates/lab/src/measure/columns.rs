@@ -210,17 +210,16 @@ fn unknown_drive(name: &str) -> InputError {
         Some(Drive::Displacement) => ("delta_mm", "delta"),
         None => ("theta_deg or delta_mm", "theta"),
     };
-    let message = match radians {
-        true => "this column looks like a drive in radians; theta_deg is meant, in degrees".to_owned(),
-        false => format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
-    };
-    let allowed = match radians {
-        true => format!("theta_deg, in degrees; or {}", said_as("ignore", name)),
-        false => format!(
-            "{likely}; or {} where it is in {}; or {}",
-            said_as(role, name),
-            if role == "theta" { "degrees" } else { "mm" },
-            said_as("ignore", name)
+    let (drive, other) = (said_as(role, name), said_as("ignore", name));
+    let unit = if role == "theta" { "degrees" } else { "mm" };
+    let (message, allowed) = match radians {
+        true => (
+            "this column looks like a drive in radians; theta_deg is meant, in degrees".to_owned(),
+            format!("theta_deg, in degrees; or {other}"),
+        ),
+        false => (
+            format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
+            format!("{likely}; or {drive} where it is in {unit}; or {other}"),
         ),
     };
     InputError::new(message).key(name).allowed(allowed)

@@ -241,11 +241,8 @@ impl Nuisance {
     pub fn at(&self, x: f64, u: f64) -> [f64; 2] {
         let columns = self.changes.len() / self.rows;
         let place = |v: f64, [first, last]: [f64; 2], n: usize| {
-            let s = if last > first {
-                ((v - first) / (last - first)).clamp(0.0, 1.0) * (n - 1) as f64
-            } else {
-                0.0
-            };
+            let share = if last > first { (v - first) / (last - first) } else { 0.0 };
+            let s = share.clamp(0.0, 1.0) * (n - 1) as f64;
             let k = (s as usize).min(n.saturating_sub(2));
             (k, s - k as f64)
         };

@@ -106,10 +106,8 @@ impl Arc {
         let (origin, t, n) = self.frame();
         let k = self.curvature();
         let turn = k * s;
-        let (x, y) = match turn.abs() < 1e-6 {
-            true => (s, 0.5 * turn * s),
-            false => (turn.sin() / k, (1.0 - turn.cos()) / k),
-        };
+        let round = (turn.sin() / k, (1.0 - turn.cos()) / k);
+        let (x, y) = if turn.abs() < 1e-6 { (s, 0.5 * turn * s) } else { round };
         let at = [origin[0] + x * t[0] + y * n[0], origin[1] + x * t[1] + y * n[1]];
         (at, self.direction + self.values[1] + turn)
     }

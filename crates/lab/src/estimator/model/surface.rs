@@ -79,19 +79,13 @@ impl Surface {
         // A contact on the gauge is another branch of f.
         let edge = 1.0 / curve.gauge[1];
         let whole = [1.0 / reach[1], 1.0 / reach[0]];
-        let cut = if edge > whole[0] && edge < whole[1] {
-            vec![[whole[0], edge], [edge, whole[1]]]
-        } else {
-            vec![whole]
-        };
+        let [first, last] = whole;
+        let cut = if edge > first && edge < last { vec![[first, edge], [edge, last]] } else { vec![whole] };
         let mut open = vec![(drives, 0)];
         while let Some((drives, depth)) = open.pop() {
             let may = depth < HALVINGS[1] && drives[0] < drives[1];
             let end = solver.end(whole, drives[1])?;
-            let strip = match end > 0.0 && may {
-                true => None,
-                false => Some(solver.pieces(&cut, end, drives)?),
-            };
+            let strip = if end > 0.0 && may { None } else { Some(solver.pieces(&cut, end, drives)?) };
             match strip.filter(|pieces| !may || pieces.iter().all(|p| p.is_fine(1))) {
                 Some(pieces) => strips.push(Strip { drives, pieces, end }),
                 None => {
