@@ -172,7 +172,7 @@ impl Answers {
 }
 
 /// Calibration of one side of the whisker.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SideRecord {
     /// Sign of its readings: 1 or −1.

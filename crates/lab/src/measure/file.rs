@@ -3,17 +3,13 @@
 use std::path::Path;
 
 use super::Unit;
-use super::columns::Others;
+use super::columns::{Columns, Others, all_names, followed, missing};
 use super::group::rounded;
 use super::header::Sheet;
 use super::missing::{self, Missing};
-pub use super::names::DISTANCE;
+pub use super::names::{DISTANCE, Names};
 use super::runs::{Runs, forward, seconds};
 use super::thousands::Thousands;
-use super::{
-    columns::{Columns, all_names, followed, missing},
-    names::Names,
-};
 use crate::error::InputError;
 use crate::fields::Decimals;
 use crate::scene::Drive;
