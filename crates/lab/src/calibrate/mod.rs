@@ -279,10 +279,8 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     }
     if let (Some(_), Some(x)) = (data.drive, options.drive) {
         let message = format!("the data have a column {}", kind.column());
-        return Err(InputError::new(message)
-            .key(flag)
-            .value(plain(x))
-            .allowed("nothing: the column says it"));
+        let error = InputError::new(message).key(flag).value(plain(x));
+        return Err(error.allowed("nothing: the column says it"));
     }
     if let Some(x) = options.drive {
         let (good, allowed) = match kind {
@@ -305,9 +303,8 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     }
     if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
         let message = "without the drive the model cannot be fitted; only table and paper are calibrated";
-        return Err(InputError::new(message)
-            .key("--fit")
-            .allowed(format!("a column {} or {flag}", kind.column())));
+        let allowed = format!("a column {} or {flag}", kind.column());
+        return Err(InputError::new(message).key("--fit").allowed(allowed));
     }
     crate::estimator::model::parameter::check(rig, &options.fit)
 }

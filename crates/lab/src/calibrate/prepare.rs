@@ -234,10 +234,8 @@ fn signs(
         {
             let column = data.drive.map_or("drive", |kind| kind.column());
             let error = InputError::new("all taps have drives below 0").at(&data.file, Some(tap.line));
-            return Err(error
-                .key(column)
-                .value(plain(tap.drive))
-                .allowed("the size of the drive, > 0, where all taps are to one side"));
+            let error = error.key(column).value(plain(tap.drive));
+            return Err(error.allowed("the size of the drive, > 0, where all taps are to one side"));
         }
         let message = "no row can be used";
         let why = reasons.into_iter().collect::<Vec<_>>().join(", ");
@@ -248,11 +246,8 @@ fn signs(
     if distances(most) < 2 {
         let a = taps.iter().find(of(most)).map_or(f64::NAN, |t| t.a);
         let message = "all usable taps are at one distance: a calibration needs two or more";
-        return Err(InputError::new(message)
-            .at(&data.file, None)
-            .key("a_mm")
-            .value(plain(a))
-            .allowed("two distances or more"));
+        let error = InputError::new(message).at(&data.file, None).key("a_mm").value(plain(a));
+        return Err(error.allowed("two distances or more"));
     }
     // Taps at several places never have one value: it means "missing".
     let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();

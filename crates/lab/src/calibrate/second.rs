@@ -38,10 +38,8 @@ pub fn check(data: &Data) -> Result<(), InputError> {
     match tilts.into_iter().find(|(_, tilt)| tilt.abs() >= 90.0) {
         Some((line, tilt)) => {
             let error = InputError::new("no pole is tilted so far").at(&data.file, Some(line));
-            Err(error
-                .key(beside.tilt.as_deref().unwrap_or_default())
-                .value(tilt)
-                .allowed("-90 < tilt < 90 degrees"))
+            let error = error.key(beside.tilt.as_deref().unwrap_or_default()).value(tilt);
+            Err(error.allowed("-90 < tilt < 90 degrees"))
         }
         None => Ok(()),
     }
@@ -109,11 +107,8 @@ fn rows(
     let zeros: Vec<(usize, f64)> =
         zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
     let zero = Zero::new(&zeros);
-    let taps: Vec<&Tap> = taps
-        .iter()
-        .filter(|t| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign)
-        .filter(|t| recorded(t.place).is_finite())
-        .collect();
+    let sound = |t: &&Tap| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign;
+    let taps: Vec<&Tap> = taps.iter().filter(|t| sound(t) && recorded(t.place).is_finite()).collect();
     let tilt = |t: &Tap| if data.beside.tilt.is_some() { data.beside.values[t.place][1] } else { 0.0 };
     let places: Vec<Task> = taps.iter().map(|t| model.tap(t.a, tilt(t), t.drive)).collect();
     let mut evaluator = model.evaluator(open(&model.setup.model)?);

@@ -236,8 +236,8 @@ impl Task<'_> {
         let m = model.fitted.len();
         let slopes = self.slopes(&model, &vec![1.0; m], &vec![1.0; self.cells.len()]);
         let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
-        let rows = covariance
-            .map_or(vec![vec![0.0; m]; m], |c| (0..m).map(|i| (0..m).map(|k| c[(i, k)]).collect()).collect());
+        let covariance = covariance.unwrap_or(DMatrix::zeros(m, m));
+        let covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
         let of_cells =
             |f: &dyn Fn(&Cell) -> f64| DVector::from_iterator(self.cells.len(), self.cells.iter().map(f));
         let residuals = of_cells(&|c| c.signal - model.expected(c.a, c.drive));
@@ -246,7 +246,7 @@ impl Task<'_> {
         let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * self.noise * self.noise);
         let chi2: f64 = self.cells.iter().zip(residuals.iter()).map(of_noise).sum();
         let chi2 = if freedom > 0.0 && self.noise > 0.0 { chi2 / freedom } else { f64::NAN };
-        let exact = Exact { covariance: rows, ..model };
+        let exact = Exact { covariance, ..model };
         Fit { exact, undetermined, misfit, chi2, cells: places, slopes, residuals, deviations }
     }
 }

@@ -121,14 +121,9 @@ impl LearnedRecord {
 
     pub fn is_sound(&self) -> bool {
         let n = self.terms.len();
-        let mut numbers = self
-            .mean
-            .iter()
-            .chain(self.deviations.iter().flatten())
-            .chain(&self.spread)
-            .chain(self.scales.iter().flatten())
-            .chain(&self.power_end)
-            .chain(self.spread_covariance.iter().flatten().flatten());
+        let numbers = self.mean.iter().chain(self.deviations.iter().flatten()).chain(&self.spread);
+        let numbers = numbers.chain(self.scales.iter().flatten()).chain(&self.power_end);
+        let mut numbers = numbers.chain(self.spread_covariance.iter().flatten().flatten());
         self.mean.len() == n
             && self.deviations.iter().all(|d| d.len() == n)
             && self.units.iter().all(|u| *u > 0.0 && u.is_finite())

@@ -117,12 +117,9 @@ impl Export<'_> {
         let tared = &self.locator.tared;
         let zero = if tared.from == TaredBy::Fitted { tared.value } else { 0.0 };
         let zero = self.locator.unit.value(zero, self.locator.rig.setup.gauge.factor);
-        let head = HEAD
-            .replace("@COMMENT", &self.comment())
-            .replace("@ZERO", &format!("{zero:e}"))
-            .replace("@DRIVE", drive(self.locator))
-            .replace("@UNIT", unit(self.locator))
-            .replace("@VALUES", &values);
+        let (drive, unit) = (drive(self.locator), unit(self.locator));
+        let head = HEAD.replace("@COMMENT", &self.comment()).replace("@ZERO", &format!("{zero:e}"));
+        let head = head.replace("@DRIVE", drive).replace("@UNIT", unit).replace("@VALUES", &values);
         head + &REALS.map(|real| self.code(real)).concat() + "\n#endif\n"
     }
 

@@ -73,10 +73,8 @@ impl Columns {
         }
         if drives.len() > 1 {
             let error = InputError::new("a whisker is driven by an angle or by a displacement, not by both");
-            return Err(error
-                .key("theta_deg")
-                .value("theta_deg and delta_mm")
-                .allowed("one of the two columns"));
+            let error = error.key("theta_deg").value("theta_deg and delta_mm");
+            return Err(error.allowed("one of the two columns"));
         }
         let mut signals = Vec::new();
         for unit in Unit::ALL {
@@ -96,10 +94,8 @@ impl Columns {
                 let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
                 let error =
                     InputError::new("there are several signal columns, and they may contradict each other");
-                return Err(error
-                    .key(found[0])
-                    .value(found.join(", "))
-                    .allowed(format!("exactly one of {}; or --columns ignore=NAME", signal_names())));
+                let allowed = format!("exactly one of {}; or --columns ignore=NAME", signal_names());
+                return Err(error.key(found[0]).value(found.join(", ")).allowed(allowed));
             }
         };
         let mut seconds = Vec::new();
@@ -177,11 +173,9 @@ fn said_as(role: &str, name: &str) -> String {
 /// The error for a column whose values behave like a drive.
 pub fn followed(name: &str) -> InputError {
     let message = "the signal follows the few values of this column as it follows a drive, but no column is one by name";
-    InputError::new(message).key(name).allowed(format!(
-        "theta_deg or delta_mm; or {} (degrees) or delta (mm); or {}",
-        said_as("theta", name),
-        said_as("ignore", name)
-    ))
+    let (drive, other) = (said_as("theta", name), said_as("ignore", name));
+    let allowed = format!("theta_deg or delta_mm; or {drive} (degrees) or delta (mm); or {other}");
+    InputError::new(message).key(name).allowed(allowed)
 }
 
 /// None if the name does not look like a drive; else the likely drive, or `Some(None)` if it may be either.

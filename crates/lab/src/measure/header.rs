@@ -159,11 +159,8 @@ fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
     let only_names =
         words.iter().all(|word| said.means(word)) && words.iter().any(|word| said.is_drive(word));
     let words = only_names.then_some(words);
-    let fit: Vec<_> = ways
-        .filter(|names| are_names(names, said))
-        .chain(words)
-        .filter(|names| names.len() == count)
-        .collect();
+    let fit = ways.filter(|names| are_names(names, said)).chain(words);
+    let fit: Vec<_> = fit.filter(|names| names.len() == count).collect();
     // Prefer the split with the most known names; `max_by_key` returns the last of equals, hence `rev`.
     fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
 }
@@ -173,11 +170,8 @@ fn are_names(names: &[String], said: &Names) -> bool {
     let letter = |name: &str| matches!(name, "a" | "s" | "t" | "u" | "v" | "x");
     let like = |name: &String| {
         let name = name.to_lowercase();
-        drive_like(&name).is_some()
-            || letter(&name)
-            || name
-                .split(|c: char| !c.is_alphabetic())
-                .any(|word| WORDS.split(' ').any(|known| known == word))
+        let known = |word: &str| WORDS.split(' ').any(|known| known == word);
+        drive_like(&name).is_some() || letter(&name) || name.split(|c: char| !c.is_alphabetic()).any(known)
     };
     let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
     names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)

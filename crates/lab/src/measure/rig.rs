@@ -71,16 +71,16 @@ impl Rig {
         let tuple = spec.study.space.whisker().map_err(|several| match several {
             Some((column, n)) => {
                 let names = ["whisker.D", "whisker.d", "whisker.L_a", "gauge.x_ss", "gauge.l"];
-                InputError::new("a rig has one whisker: one value for each of D, d, L_a, x_ss, l")
-                    .at(label, None)
-                    .key(names[column as usize])
-                    .value(format!("{n} values"))
-                    .allowed("one number")
+                let error =
+                    InputError::new("a rig has one whisker: one value for each of D, d, L_a, x_ss, l");
+                let error = error.at(label, None).key(names[column as usize]);
+                error.value(format!("{n} values")).allowed("one number")
             }
-            None => InputError::new("the whisker comes from [whisker] and [gauge], not from a tuple file")
-                .at(label, None)
-                .key("tuples.file")
-                .allowed("D, d, L_a, x_ss, l as one number each"),
+            None => {
+                let message = "the whisker comes from [whisker] and [gauge], not from a tuple file";
+                let error = InputError::new(message).at(label, None).key("tuples.file");
+                error.allowed("D, d, L_a, x_ss, l as one number each")
+            }
         })?;
         let rig = Self::new(spec.study.setup.clone(), tuple).map_err(|e| e.at(label, None))?;
         Ok(Self { warnings: spec.warnings.clone(), ..rig })

@@ -271,9 +271,7 @@ impl Polynomial {
         let of_positions =
             sums.iter().map(|(s, n)| s * s / n).sum::<f64>() / (sums.len() as f64 - used).max(1.0);
         let variance = of_taps.max(of_positions);
-        (0..inverse.nrows())
-            .map(|i| (0..inverse.ncols()).map(|k| variance * inverse[(i, k)]).collect())
-            .collect()
+        inverse.row_iter().map(|row| row.iter().map(|x| variance * x).collect()).collect()
     }
 
     fn at(&self, x: f64, drive: f64) -> At {
