@@ -87,10 +87,6 @@ impl Problem {
         }
     }
 
-    pub fn dim(&self) -> usize {
-        self.model.hypers.len()
-    }
-
     fn place(&self, hyper: Hyper) -> Option<usize> {
         self.model.hypers.iter().position(|h| *h == hyper)
     }

@@ -140,7 +140,7 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let zero_of =
         |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
     let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();
-    let d = problem.dim() as f64;
+    let d = problem.model.hypers.len() as f64;
     let log_det = peak.hessian.clone().cholesky().map_or(0.0, |c| ln_det(&c));
     let prior: f64 = problem.priors.iter().map(|p| p.width().ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
     let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()

@@ -112,8 +112,9 @@ impl Inverse {
         if let Some(k) = self.nodes.iter().position(|n| *n == x) {
             return (0..self.nodes.len()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
         }
-        let terms: Vec<f64> =
-            self.nodes.iter().zip(node_weights(self.nodes.len())).map(|(node, w)| w / (x - node)).collect();
+        let (n, angle) = (self.nodes.len() as f64, |k: usize| std::f64::consts::PI * (k as f64 + 0.5));
+        let weight = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 } * (angle(k) / n).sin();
+        let terms: Vec<f64> = self.nodes.iter().enumerate().map(|(k, node)| weight(k) / (x - node)).collect();
         let sum: f64 = terms.iter().sum();
         terms.iter().map(|t| t / sum).collect()
     }
@@ -198,11 +199,6 @@ pub(crate) fn slopes<const N: usize>(t: f64) -> [f64; N] {
         };
         (0..N).filter(|m| *m != i).map(term).sum()
     })
-}
-
-fn node_weights(n: usize) -> impl Iterator<Item = f64> {
-    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-    (0..n).map(move |k| sign(k) * (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin())
 }
 
 /// Signals over ln a at one drive.

@@ -148,7 +148,7 @@ pub fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
         };
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
     };
-    if let Some(warm) = warm.filter(|w| w.len() == problem.dim())
+    if let Some(warm) = warm.filter(|w| w.len() == problem.model.hypers.len())
         && let Some(found) = climb(problem, &approach(problem, warm).map_or(warm.to_vec(), |a| a.0))
     {
         return vec![found];

@@ -82,10 +82,10 @@ pub fn side(
     let value = |k: &usize| taps[*k].map_or(f64::NEG_INFINITY, |t| sign * sorted.taps[t].value);
     let stopped = end_stop(&task, &places, value);
     places.retain(|k| !stopped.contains(k));
-    let (mut fit, mut suspects) = sound(&task, &places, true).map_err(no_curve)?;
+    let (mut fit, mut suspects) = sound(&task, &places).map_err(no_curve)?;
     if !zero_read && task.rows.len() <= FEW && (task.known.is_some() || repeated(&task.rows)) {
         let moving = Task { drift: true, ..task.clone() };
-        if let Ok((other, of)) = sound(&moving, &places, true)
+        if let Ok((other, of)) = sound(&moving, &places)
             && of.len() <= suspects.len()
             && other.evidence > fit.evidence + DRIFTS
         {
@@ -156,7 +156,7 @@ fn end_stop(task: &Task, places: &[usize], value: impl Fn(&usize) -> f64) -> Vec
     if ends.windows(2).all(|w| label(&w[0]) == label(&w[1])) {
         return Vec::new();
     }
-    let Ok((fitted, _)) = sound(task, &below, true) else { return Vec::new() };
+    let Ok((fitted, _)) = sound(task, &below) else { return Vec::new() };
     let short = |k: &&usize| {
         let row = &task.rows[**k];
         let e = fitted.curve.expected(&fitted.base, row.a, row.u, false);

@@ -103,11 +103,9 @@ pub fn prepare(
             |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place);
         let (lost, all) = (rows.taps.iter().filter(|t| of_other(t)).count(), rows.taps.len());
         if lost as f64 > LOST * all as f64 {
-            let error = InputError::new(
-                "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other",
-            );
+            let message = "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other";
             let lost = format!("{lost} of {all} taps are on the other side of the zero that the data say");
-            let error = error.at(&data.file, None).key(data.unit.column()).value(lost);
+            let error = InputError::new(message).at(&data.file, None).key(data.unit.column()).value(lost);
             return Err(error.allowed(format!("rows with {} = 0", rig.setup.drive.column())).into());
         }
         for tap in rows.taps.iter_mut().filter(|t| of_other(t)) {

@@ -35,14 +35,11 @@ pub fn check(data: &Data) -> Result<(), InputError> {
         return Err(error.allowed("a number without unit; empty or NaN where it is missing"));
     }
     let tilts = data.rows.iter().zip(&beside.values).map(|(row, values)| (row.line, values[1]));
-    match tilts.into_iter().find(|(_, tilt)| tilt.abs() >= 90.0) {
-        Some((line, tilt)) => {
-            let error = InputError::new("no pole is tilted so far").at(&data.file, Some(line));
-            let error = error.key(beside.tilt.as_deref().unwrap_or_default()).value(tilt);
-            Err(error.allowed("-90 < tilt < 90 degrees"))
-        }
-        None => Ok(()),
-    }
+    let far = tilts.into_iter().find(|(_, tilt)| tilt.abs() >= 90.0);
+    let Some((line, tilt)) = far else { return Ok(()) };
+    let error = InputError::new("no pole is tilted so far").at(&data.file, Some(line));
+    let error = error.key(beside.tilt.as_deref().unwrap_or_default()).value(tilt);
+    Err(error.allowed("-90 < tilt < 90 degrees"))
 }
 
 /// Strains of the centreline, of the first gauge and 90° further, and the second signal.

@@ -211,11 +211,6 @@ impl SideRecord {
         if self.gauge_side == "far" { Side::Far } else { Side::Contact }
     }
 
-    /// Other side of the gauge.
-    pub fn other_gauge(&self) -> Side {
-        if self.gauge() == Side::Far { Side::Contact } else { Side::Far }
-    }
-
     /// Smallest and largest calibrated drive.
     pub fn ends(&self) -> [f64; 2] {
         let [first, last] = [self.drives[0], self.drives[self.drives.len() - 1]];

@@ -66,10 +66,8 @@ impl<'a> Objects<'a> {
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
         let two = who.is_twofold() && !matches!(by, By::Strokes(_));
-        if by == By::Unsaid
-            || two
-            || who.is_alone() && locator.sides.iter().any(|side| side.learned().is_some())
-        {
+        let learned = who.is_alone() && locator.sides.iter().any(|side| side.learned().is_some());
+        if by == By::Unsaid || two || learned {
             return Ok(());
         }
         let key = match by {
@@ -82,10 +80,9 @@ impl<'a> Objects<'a> {
             false if who.is_twofold() => "two gauges",
             false => locator.estimator.name(),
         };
-        let error = InputError::new(
-            "readings are taken together by `learned`, of one signal, and taps by two gauges",
-        );
-        Err(error.key(key).value(estimator).allowed("a calibration of one signal by learned"))
+        let message = "readings are taken together by `learned`, of one signal, and taps by two gauges";
+        let error = InputError::new(message).key(key).value(estimator);
+        Err(error.allowed("a calibration of one signal by learned"))
     }
 
     /// Of readings of columns with these `names`; `None` where nothing tells them apart.
@@ -264,10 +261,8 @@ pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
     };
     match names.iter().find(like).filter(|_| found.is_none()) {
         Some(name) => {
-            let error = InputError::new(
-                "this is nearly the column of the shift of the base, and would not be looked at",
-            );
-            Err(error.key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
+            let message = "this is nearly the column of the shift of the base, and would not be looked at";
+            Err(InputError::new(message).key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
         }
         None => Ok(found),
     }

@@ -72,7 +72,8 @@ impl<'a> Answerer<'a> {
         match self.several {
             Some(several) => &several.names[k],
             None if k == 0 => self.first().unit.common(),
-            None => self.first().unit.second_common(),
+            None if self.first().unit.is_absolute() => Unit::Strain.second(),
+            None => Unit::Reading.second(),
         }
     }
 

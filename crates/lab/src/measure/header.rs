@@ -1,7 +1,7 @@
 //! A header in a comment: `# reading,theta_deg` before rows without a header, as numpy's savetxt writes it.
 
 use super::columns::drive_like;
-use super::names::Names;
+use super::names::{Names, Role};
 use crate::error::InputError;
 use crate::fields::{fields, lines, number, separator};
 use crate::sink::lab::{LabRow, LabTable};
@@ -181,5 +181,6 @@ fn are_names(names: &[String], said: &Names) -> bool {
 fn names_columns(comment: &str) -> bool {
     let known = Names::default();
     let words = || comment.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-    words().any(|word| known.is_drive(word)) && words().any(|word| known.is_signal(word))
+    let is_signal = |word: &str| matches!(known.role(word), Some(Role::Signal(_)));
+    words().any(|word| known.is_drive(word)) && words().any(is_signal)
 }

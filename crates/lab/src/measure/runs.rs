@@ -29,13 +29,10 @@ impl Runs {
             return Err(error.value(format!("{rows} values")).allowed(allowed));
         }
         let several = self.0.values().any(|run| run.0 > 1);
-        match self.0.iter().find(|(_, run)| run.0 == 1 && several) {
-            Some((name, (_, line))) => {
-                let error = InputError::new("this run has one row: nothing is known of its zero and gain");
-                Err(InputError { line: Some(*line), ..error.value(name).allowed(allowed) })
-            }
-            None => Ok(()),
-        }
+        let alone = self.0.iter().find(|(_, run)| run.0 == 1 && several);
+        let Some((name, (_, line))) = alone else { return Ok(()) };
+        let error = InputError::new("this run has one row: nothing is known of its zero and gain");
+        Err(InputError { line: Some(*line), ..error.value(name).allowed(allowed) })
     }
 }
 

@@ -63,13 +63,10 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
         of_taps("--drive-offset", settings.drive_offset != defaults.drive_offset),
         of_taps("--a-offset", settings.a_offset != defaults.a_offset),
     ];
-    match checks.into_iter().find(|check| check.0) {
-        None => Ok(()),
-        Some((_, key, message, allowed)) => {
-            let error = InputError::new(format!("a stroke slides along an object: {message}"));
-            Err(error.key(key).allowed(allowed))
-        }
-    }
+    let fault = checks.into_iter().find(|check| check.0);
+    let Some((_, key, message, allowed)) = fault else { return Ok(()) };
+    let error = InputError::new(format!("a stroke slides along an object: {message}"));
+    Err(error.key(key).allowed(allowed))
 }
 
 /// Simulates a stroke from each start at these drives (degrees after first touch); `miss` gets the number of a start that makes none, and why.

@@ -47,13 +47,6 @@ impl Object {
         self.taps.push(tap);
     }
 
-    /// Integrates the error of the last zero out, so that the next zero can use its number.
-    fn let_zero_go(&mut self) {
-        for (a, b, c) in &mut self.points {
-            *c += integrate(a, b, b.len() - 1);
-        }
-    }
-
     /// Least and largest distance from the base over the taps, for the reported distance `a`, mm.
     pub fn seen(&self, a: f64) -> [f64; 2] {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
@@ -61,7 +54,8 @@ impl Object {
 
     pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
-            self.let_zero_go();
+            // Integrates the error of the last zero out, so that this one can use its number.
+            self.points.iter_mut().for_each(|(a, b, c)| *c += integrate(a, b, b.len() - 1));
         }
         let slice = joint.shifted(tap.u, tap.shift, same_run, 0..POINTS);
         let width = joint.width();
@@ -87,11 +81,6 @@ impl Object {
             joint.prior(joint.x(k), self.shifts) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det(&factor))
         };
         self.points.iter().enumerate().map(height).collect()
-    }
-
-    /// Likely distances from the base of the first tap, farthest first.
-    pub fn modes(&self, joint: &Joint) -> Vec<Mode> {
-        modes(joint, &self.heights(joint))
     }
 
     /// Distance from all taps; `None` if no distance is likely, or the most likely one is at an end of the range.

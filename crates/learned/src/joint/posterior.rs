@@ -58,15 +58,11 @@ impl Task<'_> {
             }
             (0..2).for_each(|k| reach[k] *= change[k]);
         }
-        Some(self.bell(mode, least))
-    }
-
-    fn bell(&self, mode: &Mode, least: f64) -> (f64, [f64; 5], Place) {
-        let [sd, slope, alone] = mode.shape;
+        // As of a normal distribution.
         let [lo, hi] = self.ends[0];
         let a = SHARES.map(|share| (mode.at[0] + sd * quantile_of_bell(share)).clamp(lo, hi).exp());
         let mass = (-0.5 * (mode.value - least)).exp() * TAU * sd * alone;
-        (mass, a, [mode.at[1], alone.hypot(slope * sd)])
+        Some((mass, a, [mode.at[1], alone.hypot(slope * sd)]))
     }
 
     /// Drive of the largest misfit of adjacent readings, its size in standard deviations, and the factor for the variances.

@@ -176,10 +176,8 @@ pub fn plan(
         rig: spread,
     };
     let Some(mut planner) = Planner::new(&ask) else {
-        let error = InputError::new(
-            "no tap of this spec tells a distance: two distances or more are needed beyond the gauge, within strain_limit, at which the signal falls",
-        );
-        return Err(error.key("tap").allowed("other a and theta (delta) in [tap]").into());
+        let message = "no tap of this spec tells a distance: two distances or more are needed beyond the gauge, within strain_limit, at which the signal falls";
+        return Err(InputError::new(message).key("tap").allowed("other a and theta (delta) in [tap]").into());
     };
     let even = order::even(&planner, &distances, &drives, asked.runs);
     planner.pin();

@@ -117,7 +117,10 @@ impl Surface {
         let at = drive.clamp(first, last);
         let (u, strip) = (1.0 / a, self.strip(at));
         let Some(piece) = strip.piece(u) else { return [f64::NAN; 2] };
-        let (y, dy) = place_and_slope(self.yields, strip.drives, at);
+        // Scaled drive, and its derivative by the drive.
+        let [lo, hi] = if self.yields { strip.drives.map(root) } else { strip.drives };
+        let by_root = if self.yields { 0.25 * root(at) / at } else { 1.0 };
+        let (y, dy) = (place_of(self.yields, strip.drives, at), 2.0 * by_root / (hi - lo));
         let (x, dx) = (scaled(piece.u, u), 2.0 / (piece.u[1] - piece.u[0]));
         let (ratio, ratio_x) = series(&piece.at(y), x);
         let ((f, f_u), size) = (self.curve.at_inverse(u), amount(self.kind, at));
@@ -145,13 +148,6 @@ impl Surface {
 /// Drive scaled to −1 … 1 between `ends`.
 fn place_of(yields: bool, ends: [f64; 2], drive: f64) -> f64 {
     if yields { scaled(ends.map(root), root(drive)) } else { scaled(ends, drive) }
-}
-
-/// Scaled drive, and its derivative by the drive.
-fn place_and_slope(yields: bool, ends: [f64; 2], drive: f64) -> (f64, f64) {
-    let [lo, hi] = if yields { ends.map(root) } else { ends };
-    let by_root = if yields { 0.25 * root(drive) / drive } else { 1.0 };
-    (place_of(yields, ends, drive), 2.0 * by_root / (hi - lo))
 }
 
 fn drive_at(yields: bool, ends: [f64; 2], place: f64) -> f64 {
