@@ -10,6 +10,7 @@ const PATIENCE: usize = 60;
 const BISECTIONS: usize = 60;
 
 /// A least-squares problem of a model M, whose evaluation may fail with E.
+#[allow(clippy::type_complexity)]
 pub struct Problem<'a, M, E> {
     /// The model at these unknowns; the other argument is that at a nearby point.
     pub model: &'a dyn Fn(&DVector<f64>, &M) -> Result<M, E>,
