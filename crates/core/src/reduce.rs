@@ -129,6 +129,20 @@ pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
 }
 
+/// `values`, ascending.
+pub fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut all: Vec<f64> = values.into_iter().collect();
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+/// Distinct `values`, ascending.
+pub fn distinct(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut all = sorted(values);
+    all.dedup();
+    all
+}
+
 /// Index of a percentile among `n` ≥ 1 sorted values (nearest rank): the smallest value that is not below `percent` % of them.
 pub fn percentile(n: usize, percent: usize) -> usize {
     (n * percent).div_ceil(100).max(1) - 1

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use vibrissa_core::reduce::range;
+use vibrissa_core::reduce::{range, sorted};
 
 /// |signal| of a whisker as a function of a (mm) and the drive.
 pub type Whisker = Arc<dyn Fn(f64, f64) -> f64 + Send + Sync>;
@@ -37,14 +37,9 @@ impl Base {
 
     /// Value and derivatives at a (mm) and u, divided by `unit`.
     pub fn about(&self, unit: f64, a: f64, u: f64) -> About {
-        let [value, nearer, farther, less, more] = [
-            (a, u),
-            (a * (1.0 - STEP), u),
-            (a * (1.0 + STEP), u),
-            (a, u * (1.0 - STEP)),
-            (a, u * (1.0 + STEP)),
-        ]
-        .map(|(a, u)| self.value(a, u) / unit);
+        let (less, more, at) = (1.0 - STEP, 1.0 + STEP, |p: f64, q: f64| self.value(a * p, u * q) / unit);
+        let [value, nearer, farther] = [1.0, less, more].map(|p| at(p, 1.0));
+        let [less, more] = [less, more].map(|q| at(1.0, q));
         About {
             value,
             by_distance: (farther - nearer) / (2.0 * STEP),
@@ -132,8 +127,7 @@ const NEAREST: f64 = 0.99;
 /// (`ends`) end of the cone. With both of these free, the end would lie just beyond the farthest tap of a rod.
 pub fn power(taps: &[[f64; 3]], zero: Option<f64>, ends: bool) -> Option<Fitted> {
     let different = |k: usize, apart: f64| {
-        let mut values: Vec<f64> = taps.iter().map(|t| t[k].ln()).collect();
-        values.sort_by(f64::total_cmp);
+        let values = sorted(taps.iter().map(|t| t[k].ln()));
         let least = apart * (values.last()? - values.first()?);
         Some(1 + values.windows(2).filter(|w| w[1] - w[0] > least).count())
     };
@@ -177,8 +171,7 @@ fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 6]) -> Option<Fitted>
 fn straight(taps: &[[f64; 3]], [zero, offset, end]: [f64; 3], exponents: [bool; 2]) -> Option<Parameters> {
     let (mut n, mut b) = (Matrix3::zeros(), Vector3::zeros());
     let above = || taps.iter().filter(|t| t[2] > zero);
-    let mut sizes: Vec<f64> = above().map(|t| t[2] - zero).collect();
-    sizes.sort_by(f64::total_cmp);
+    let sizes = sorted(above().map(|t| t[2] - zero));
     // Limit the weight, so that a tap in a wrong unit counts no more than the median one.
     let middle = *sizes.get(sizes.len() / 2)?;
     for t in above() {
@@ -204,8 +197,7 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitt
         |x: &Parameters, t: &[f64; 3]| (x[0] + x[1] * (t[1] + x[4]).ln() + x[2] * ln_near(t[0], x[5])).exp();
     let residuals = |x: &Parameters| taps.iter().map(|t| t[2] - x[3] - value(x, t)).collect::<Vec<f64>>();
     let huber = |r: &[f64]| {
-        let mut sizes: Vec<f64> = r.iter().map(|r| r.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
+        let sizes = sorted(r.iter().map(|r| r.abs()));
         let limit = 2.5 * 1.4826 * sizes[sizes.len() / 2];
         r.iter().map(|r| if r.abs() > limit { limit / r.abs() } else { 1.0 }).collect::<Vec<f64>>()
     };
@@ -249,12 +241,7 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitt
         }
     }
     let squares = sum(&r, &huber(&r));
-    let power = Power { offset: x[4], p: x[1], q: x[2], end: x[5] };
-    (squares.is_finite() && x[0].is_finite()).then_some(Fitted {
-        power,
-        factor: x[0].exp(),
-        zero: x[3],
-        squares,
-        free,
-    })
+    let [ln_factor, p, q, zero, offset, end] = x;
+    let (power, factor) = (Power { offset, p, q, end }, ln_factor.exp());
+    (squares.is_finite() && ln_factor.is_finite()).then_some(Fitted { power, factor, zero, squares, free })
 }

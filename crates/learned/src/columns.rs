@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use crate::base::{About, Base};
 use crate::hyper::Hyper;
 use crate::labels::TOGETHER;
-use crate::rows::Cell;
-use vibrissa_core::reduce::range;
+use crate::rows::{Cell, Row};
+use vibrissa_core::reduce::{range, sorted};
 
 const DEGREE: usize = 2;
 const LESS: f64 = 0.3;
@@ -184,19 +184,13 @@ impl Columns {
         hypers.extend(effects.zero.is_none().then_some(Hyper::Zero));
         hypers.extend(effects.drift.then_some(Hyper::Drift));
         let at = |h: Hyper| hypers.iter().position(|x| *x == h).expect("it was put there");
-        let m: Vec<f64> = cells
-            .iter()
-            .map(|c| if c.row.touches() { base.value(c.row.a, c.row.u) / unit } else { 0.0 })
-            .collect();
-
+        let m = |c: &Cell| if c.row.touches() { base.value(c.row.a, c.row.u) / unit } else { 0.0 };
+        let m: Vec<f64> = cells.iter().map(m).collect();
         let terms = terms(effects.known, several);
         let mut columns: Vec<Column> = Vec::new();
         let mut data: Vec<Vec<f64>> = Vec::new();
-        let rows: BTreeMap<usize, Vec<f64>> = taps
-            .iter()
-            .map(|k| (*k, cells[*k].row))
-            .map(|(k, row)| (k, values(&base.about(unit, row.a, row.u), scales, &terms, row.a, row.u)))
-            .collect();
+        let of_tap = |Row { a, u, .. }: Row| values(&base.about(unit, a, u), scales, &terms, a, u);
+        let rows: BTreeMap<usize, Vec<f64>> = taps.iter().map(|k| (*k, of_tap(cells[*k].row))).collect();
         // The curve comes last, so that its covariance needs only the last rows of a factor.
         let mut add = |hyper: Hyper, values: Vec<f64>| {
             columns.push(Column { term: Term::Local, fixed: 0.0, learned: vec![at(hyper)] });
@@ -244,9 +238,7 @@ impl Columns {
 
 /// Ramps over the time of the rows: a random walk with independent steps.
 fn ramps(cells: &[Cell]) -> Vec<Vec<f64>> {
-    let mut times: Vec<f64> = cells.iter().map(|c| c.row.t).collect();
-    times.sort_by(f64::total_cmp);
-    let (first, last) = (times[0], times[times.len() - 1]);
+    let [first, last] = range(cells.iter().map(|c| c.row.t));
     let step = (last - first) / KNOTS as f64;
     let ramp = |k: usize| {
         let from = first + step * k as f64;
@@ -264,19 +256,13 @@ const SAME: f64 = 1e-6;
 const CLOSE: f64 = 2.355;
 
 /// Columns of positions and of visits over `taps` of `cells`; none if each tap has a separate position.
-pub(crate) fn of_positions(
-    cells: &[Cell],
-    taps: &[usize],
-    scales: &Scales,
-    runs: usize,
-) -> [Vec<Vec<f64>>; 2] {
+fn of_positions(cells: &[Cell], taps: &[usize], scales: &Scales, runs: usize) -> [Vec<Vec<f64>>; 2] {
     let n = taps.len();
     let row = |i: usize| cells[taps[i]].row;
     let positions: Vec<f64> = (0..n).map(|i| scales.place(row(i).a, row(i).u)[0]).collect();
-    let mut sorted = positions.clone();
-    sorted.sort_by(f64::total_cmp);
+    let ascending = sorted(positions.iter().copied());
     let repeated =
-        taps.iter().any(|k| cells[*k].n > 1.0) || sorted.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER);
+        taps.iter().any(|k| cells[*k].n > 1.0) || ascending.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER);
     if !repeated {
         return [Vec::new(), Vec::new()];
     }
@@ -287,8 +273,7 @@ pub(crate) fn of_positions(
         true => 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 },
         false => 0.0,
     };
-    let mut labels: Vec<f64> = (0..n).map(|i| row(i).a).collect();
-    labels.sort_by(f64::total_cmp);
+    let mut labels = sorted((0..n).map(|i| row(i).a));
     labels.dedup_by(|a, b| *a - *b <= SAME * *b);
     let place = |a: f64| scales.place(a, row(0).u)[0];
     let close = labels.windows(2).any(|w| place(w[1]) - place(w[0]) < CLOSE * TOGETHER);

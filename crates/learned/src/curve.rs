@@ -121,13 +121,8 @@ impl Curve {
         let [signal, of_noise] = self.moved(base, (a, u), tared, &mut shared);
         let sum = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>();
         let (of_curve, rest) = shared.split_at(self.deviations.len());
-        Expected {
-            signal,
-            of_curve: sum(of_curve),
-            of_noise,
-            of_position: sum(&rest[..1]),
-            of_run: sum(&rest[1..1 + OF_RUN - 1]),
-        }
+        let [of_curve, of_position, of_run] = [of_curve, &rest[..1], &rest[1..OF_RUN]].map(sum);
+        Expected { signal, of_curve, of_noise, of_position, of_run }
     }
 
     /// Count of numbers that [`Self::moved`] writes.
@@ -163,14 +158,8 @@ impl Curve {
         let of_run = if same_run { 0.0 } else { 1.0 };
         let zero = if tared { 0.0 } else { weights.sum * weights.sum * unit };
         let placed = weights.of_slope * weights.of_slope;
-        let parts: [f64; PARTS] = [
-            weights.of_noise * unit,
-            weights.of_relative,
-            placed,
-            of_run * placed,
-            of_run * zero,
-            of_run * weights.of_signal * weights.of_signal,
-        ];
+        let [visit, zero, gain] = [placed, zero, weights.of_signal * weights.of_signal].map(|x| of_run * x);
+        let parts: [f64; PARTS] = [weights.of_noise * unit, weights.of_relative, placed, visit, zero, gain];
         self.tails.longer(parts, variance)
     }
 

@@ -87,10 +87,6 @@ impl Problem {
         }
     }
 
-    pub fn dim(&self) -> usize {
-        self.model.hypers.len()
-    }
-
     fn place(&self, hyper: Hyper) -> Option<usize> {
         self.model.hypers.iter().position(|h| *h == hyper)
     }
@@ -126,10 +122,9 @@ impl Problem {
     pub fn roots(&self, at: &[f64]) -> DVector<f64> {
         let spectra = self.spectra(at);
         let of_prior = |c: &Column| {
-            let wave = if let Term::Wave(j, k) = c.term {
-                spectra[0].0[usize::from(j)] + spectra[1].0[usize::from(k)]
-            } else {
-                0.0
+            let wave = match c.term {
+                Term::Wave(j, k) => spectra[0].0[usize::from(j)] + spectra[1].0[usize::from(k)],
+                _ => 0.0,
             };
             (0.5 * (c.fixed + wave) + c.learned.iter().map(|k| at[*k]).sum::<f64>()).exp()
         };
@@ -165,15 +160,8 @@ impl Problem {
             weight.len(),
             weighted.iter().zip(&weight).map(|(e, w)| if *w > 0.0 { e / w } else { 0.0 }),
         );
-        twice.is_finite().then_some(Solved {
-            value: 0.5 * twice,
-            mean,
-            root,
-            factor,
-            residual,
-            variance,
-            scaled,
-        })
+        let value = 0.5 * twice;
+        value.is_finite().then_some(Solved { value, mean, root, factor, residual, variance, scaled })
     }
 
     /// Gradient of [`Solved::value`] by the logarithms of the learned numbers.

@@ -8,9 +8,9 @@ use crate::curve::Curve;
 use crate::evidence::{Problem, ln_det};
 use crate::hyper::{Hyper, Prior};
 use crate::labels;
-use crate::peaks::{Widths, held, mean, peaks, points};
+use crate::peaks::{Mixed, Peak, Widths, held, mean, peaks, points};
 use crate::rows::{Cell, Row, cells};
-use crate::start::{slopes, start};
+use crate::start::{Start, slopes, start};
 
 /// With more cells than this, a part is fitted first to find a start.
 pub const MANY: usize = 500;
@@ -129,12 +129,8 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let mixed = mean(&problem, &found, &kept, points, widths);
     let peak = found.swap_remove(0);
     let leverage = peak.solved.leverage(|i| merged[i].n);
-    let deleted = (0..merged.len())
-        .map(|i| {
-            let left = (peak.solved.variance[i] - leverage[i]).max(1e-6 * peak.solved.variance[i]);
-            left.sqrt() * unit
-        })
-        .collect();
+    let left = |(v, leverage): (&f64, &f64)| (v - leverage).max(1e-6 * v).sqrt() * unit;
+    let deleted = peak.solved.variance.iter().zip(&leverage).map(left).collect();
     let used: f64 = (0..merged.len()).map(|i| leverage[i] / peak.solved.variance[i] * merged[i].n).sum();
     let expected = (0..merged.len()).map(|i| merged[i].row.y - peak.solved.residual[i] * unit).collect();
     let of_zero = |k: &usize| matches!(problem.model.hypers[*k], Hyper::RunZero | Hyper::Drift);
@@ -144,7 +140,7 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let zero_of =
         |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
     let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();
-    let d = problem.dim() as f64;
+    let d = problem.model.hypers.len() as f64;
     let log_det = peak.hessian.clone().cholesky().map_or(0.0, |c| ln_det(&c));
     let prior: f64 = problem.priors.iter().map(|p| p.width().ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
     let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()
@@ -158,28 +154,20 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
         let mean = taps().sum::<f64>() / n;
         spread.zero += taps().map(|z| (z - mean).powi(2)).sum::<f64>() / n;
     }
-    let curve = Curve {
-        unit,
-        base_unit,
-        zero,
-        scales,
-        terms,
-        mean: mixed.mean,
-        deviations: Curve::deviations(mixed.covariance),
-        spread,
-        tails: mixed.tails,
-    };
-    let freedom = places.len() as f64 - used;
-    let hypers = problem.model.hypers.clone();
+    let Mixed { mean, covariance, tails, widths, .. } = mixed;
+    let deviations = Curve::deviations(covariance);
+    let curve = Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread, tails };
+    let (Peak { at, hessian, .. }, Start { base, power, .. }) = (peak, start);
+    let (hypers, cells, freedom) = (problem.model.hypers, merged, places.len() as f64 - used);
     Ok(Fit {
         curve,
-        power: start.power,
-        base: start.base,
-        at: peak.at,
-        hessian: peak.hessian,
-        widths: mixed.widths,
+        power,
+        base,
+        at,
+        hessian,
+        widths,
         hypers,
-        cells: merged,
+        cells,
         deleted,
         expected,
         zeros,

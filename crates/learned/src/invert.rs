@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use vibrissa_core::physics::inverse::bracketed;
+use vibrissa_core::reduce::distinct;
 use vibrissa_core::status::Status;
 
 use crate::base::Base;
@@ -70,30 +71,17 @@ pub struct Inverse {
 }
 
 impl Inverse {
-    /// Table of `curve` over its base within `reach` (mm); `tared` readings have their zero subtracted.
-    pub fn new(curve: &Curve, base: &Base, tared: bool, reach: [f64; 2]) -> Self {
+    /// Table of `curve` over its base within `reach` (mm); `tared` readings have their zero subtracted. Few `drives` are the only nodes.
+    pub fn new(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), drives: Option<&[f64]>) -> Self {
         let [u, width] = curve.scales.u;
+        let usual =
+            |k: usize| u + 1.02 * width * (std::f64::consts::PI * (k as f64 + 0.5) / DRIVES as f64).cos();
+        let few = drives.map(|drives| distinct(drives.iter().map(|u| (u + curve.scales.offset).ln())));
+        let few = few.filter(|few| few.len() < DRIVES && few.iter().all(|x| x.is_finite()));
         let nodes = match width > 0.0 {
-            true => (0..DRIVES)
-                .map(|k| u + 1.02 * width * (std::f64::consts::PI * (k as f64 + 0.5) / DRIVES as f64).cos())
-                .collect(),
+            true => few.unwrap_or_else(|| (0..DRIVES).map(usual).collect()),
             false => vec![u],
         };
-        Self::of_nodes(curve, base, (tared, reach), nodes)
-    }
-
-    /// Table with nodes at these drives only; if they are as many as the nodes of [`Self::new`], with those.
-    pub fn of_drives(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), drives: &[f64]) -> Self {
-        let mut nodes: Vec<f64> = drives.iter().map(|u| (u + curve.scales.offset).ln()).collect();
-        nodes.sort_by(f64::total_cmp);
-        nodes.dedup();
-        match curve.scales.u[1] > 0.0 && nodes.len() < DRIVES && nodes.iter().all(|x| x.is_finite()) {
-            true => Self::of_nodes(curve, base, (tared, reach), nodes),
-            false => Self::new(curve, base, tared, reach),
-        }
-    }
-
-    fn of_nodes(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), nodes: Vec<f64>) -> Self {
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
         let known = matches!(base, Base::Known(..));
@@ -105,14 +93,12 @@ impl Inverse {
         let step = (to - from) / (POINTS - 1) as f64;
         let offset = curve.scales.offset;
         let zero = if tared { 0.0 } else { curve.spread.zero * curve.unit.powi(2) };
-        let one = |u: f64, k: usize| {
-            let e = curve.expected(base, (from + step * k as f64).exp(), u - offset, tared);
+        let one = |a: f64, u: f64| {
+            let e = curve.expected(base, a, u - offset, tared);
             let u2 = u * u;
-            [e.signal / u, e.of_noise / u2, (e.of_curve + e.of_position) / u2, (e.of_run + zero) / u2]
+            vec![e.signal / u, e.of_noise / u2, (e.of_curve + e.of_position) / u2, (e.of_run + zero) / u2]
         };
-        let mut table: Vec<Vec<f64>> =
-            nodes.iter().map(|u| (0..POINTS).flat_map(|k| one(u.exp(), k)).collect()).collect();
-        continued(&nodes, &mut table, 4);
+        let table = tabled(&nodes, [from, step], one);
         Self { grid: [from, step], ends, offset, nodes, table }
     }
 
@@ -126,8 +112,9 @@ impl Inverse {
         if let Some(k) = self.nodes.iter().position(|n| *n == x) {
             return (0..self.nodes.len()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
         }
-        let terms: Vec<f64> =
-            self.nodes.iter().zip(node_weights(self.nodes.len())).map(|(node, w)| w / (x - node)).collect();
+        let (n, angle) = (self.nodes.len() as f64, |k: usize| std::f64::consts::PI * (k as f64 + 0.5));
+        let weight = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 } * (angle(k) / n).sin();
+        let terms: Vec<f64> = self.nodes.iter().enumerate().map(|(k, node)| weight(k) / (x - node)).collect();
         let sum: f64 = terms.iter().sum();
         terms.iter().map(|t| t / sum).collect()
     }
@@ -154,9 +141,13 @@ impl Inverse {
     }
 }
 
-/// Extrapolates a `table` of `width` numbers at each point to nodes without a value (the whisker slips off): signal/u as a parabola through the three
-/// nearest nodes, the other numbers of the nearest one.
-pub(crate) fn continued(nodes: &[f64], table: &mut [Vec<f64>], width: usize) {
+/// At each of these nodes the numbers `of` each point: of its distance, mm, and the drive above its offset. Nodes without a value (the whisker slips off) get
+/// signal/u of a parabola through the three nearest nodes, and the other numbers of the nearest one.
+pub(crate) fn tabled(nodes: &[f64], grid: [f64; 2], of: impl Fn(f64, f64) -> Vec<f64>) -> Vec<Vec<f64>> {
+    let [from, step] = grid;
+    let row = |u: &f64| (0..POINTS).flat_map(|k| of((from + step * k as f64).exp(), u.exp())).collect();
+    let mut table: Vec<Vec<f64>> = nodes.iter().map(row).collect();
+    let width = table.first().map_or(0, |row| row.len() / POINTS);
     for at in (0..POINTS).map(|k| k * width..(k + 1) * width) {
         let (known, holes): (Vec<usize>, Vec<usize>) =
             (0..nodes.len()).partition(|j| table[*j][at.clone()].iter().all(|x| x.is_finite()));
@@ -181,11 +172,33 @@ pub(crate) fn continued(nodes: &[f64], table: &mut [Vec<f64>], width: usize) {
             }
         }
     }
+    table
 }
 
-fn node_weights(n: usize) -> impl Iterator<Item = f64> {
-    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-    (0..n).map(move |k| sign(k) * (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin())
+/// First of the N points of a grid around x, and the steps from there to x.
+pub(crate) fn place<const N: usize>([from, step]: [f64; 2], x: f64) -> (usize, f64) {
+    let s = ((x - from) / step).clamp(0.0, (POINTS - 1) as f64);
+    let k = (s as usize + 1).saturating_sub(N / 2).min(POINTS - N);
+    (k, s - k as f64)
+}
+
+/// Weights of N even points in the polynomial through them, t steps from the first.
+pub(crate) fn lagrange<const N: usize>(t: f64) -> [f64; N] {
+    std::array::from_fn(|i| {
+        let others = (0..N).filter(|j| *j != i);
+        others.map(|j| (t - j as f64) / (i as f64 - j as f64)).product()
+    })
+}
+
+/// Derivatives of [`lagrange`].
+pub(crate) fn slopes<const N: usize>(t: f64) -> [f64; N] {
+    std::array::from_fn(|i| {
+        let term = |m: usize| {
+            let others = (0..N).filter(|j| *j != i && *j != m);
+            others.map(|j| (t - j as f64) / (i as f64 - j as f64)).product::<f64>() / (i as f64 - m as f64)
+        };
+        (0..N).filter(|m| *m != i).map(term).sum()
+    })
 }
 
 /// Signals over ln a at one drive.
@@ -198,29 +211,17 @@ pub struct Slice {
 }
 
 impl Slice {
-    fn place(&self, x: f64) -> (usize, f64) {
-        let s = ((x - self.grid[0]) / self.grid[1]).clamp(0.0, (POINTS - 1) as f64);
-        let k = (s as usize).clamp(1, POINTS - 3) - 1;
-        (k, s - k as f64)
-    }
-
     /// Signal and variances at ln a = x, by cubic interpolation.
     pub fn at(&self, x: f64) -> [f64; 3] {
-        let (k, t) = self.place(x);
-        let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
-        let w = [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0];
-        std::array::from_fn(|i| (0..4).map(|j| w[j] * self.points[k + j][i]).sum())
+        let (k, t) = place::<4>(self.grid, x);
+        let w = lagrange::<4>(t);
+        std::array::from_fn(|i| w.iter().zip(&self.points[k..]).map(|(w, point)| w * point[i]).sum())
     }
 
     fn slope(&self, x: f64) -> f64 {
-        let (k, t) = self.place(x);
-        let w = [
-            -(3.0 * t * t - 12.0 * t + 11.0) / 6.0,
-            (3.0 * t * t - 10.0 * t + 6.0) / 2.0,
-            -(3.0 * t * t - 8.0 * t + 3.0) / 2.0,
-            (3.0 * t * t - 6.0 * t + 2.0) / 6.0,
-        ];
-        (0..4).map(|j| w[j] * self.points[k + j][0]).sum::<f64>() / self.grid[1]
+        let (k, t) = place::<4>(self.grid, x);
+        let w = slopes::<4>(t);
+        w.iter().zip(&self.points[k..]).map(|(w, point)| w * point[0]).sum::<f64>() / self.grid[1]
     }
 
     fn x(&self, k: usize) -> f64 {
@@ -263,11 +264,8 @@ impl Slice {
         let p = self.at(x);
         let a = x.exp();
         let found = Found { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near, wide };
-        if found.a.is_finite() && found.sigma.is_finite() {
-            Ok(found)
-        } else {
-            Err(Status::OUTSIDE_CALIBRATION)
-        }
+        let sound = found.a.is_finite() && found.sigma.is_finite();
+        sound.then_some(found).ok_or(Status::OUTSIDE_CALIBRATION)
     }
 
     /// [ln a, σ in mm] and 95 % interval in mm of the posterior on `window`; `local` is the root and its standard deviation in ln a.
@@ -324,11 +322,8 @@ pub(crate) fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -
         let cell = 0.5 * (p + q);
         if below + cell >= wanted {
             let (rise, left) = (q - p, wanted - below);
-            let t = if rise.abs() < 1e-12 * (p + q) {
-                left / p
-            } else {
-                ((p * p + 2.0 * rise * left).max(0.0).sqrt() - p) / rise
-            };
+            let (flat, end) = (rise.abs() < 1e-12 * (p + q), (p * p + 2.0 * rise * left).max(0.0).sqrt());
+            let t = if flat { left / p } else { (end - p) / rise };
             return from + step * (k as f64 + t);
         }
         below += cell;

@@ -2,7 +2,7 @@
 
 use crate::hyper::{Hyper, Prior};
 use crate::rows::Cell;
-use vibrissa_core::reduce::range;
+use vibrissa_core::reduce::{range, sorted};
 
 /// Positions within this share of the range of ln a count as one.
 pub const TOGETHER: f64 = 0.01;
@@ -26,8 +26,7 @@ pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
     if let Some(apart) = wrong {
         return Prior::new([apart.ln(), WRONG]);
     }
-    let mut all: Vec<f64> = cells.iter().filter(|c| c.row.touches()).map(|c| c.row.a.ln()).collect();
-    all.sort_by(f64::total_cmp);
+    let all = sorted(cells.iter().filter(|c| c.row.touches()).map(|c| c.row.a.ln()));
     let range = all.last().zip(all.first()).map_or(0.0, |(last, first)| last - first);
     let apart = all.windows(2).filter(|w| w[1] - w[0] > TOGETHER * range).count();
     let set = (SET * range / apart.max(1) as f64).max(BY_HAND);
@@ -35,16 +34,12 @@ pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
 }
 
 /// Positions of one drive, in order and beyond the strongest signal, after which the signal rises, and by how many standard deviations.
-pub fn rises<P>(
-    all: &[P],
-    signal: impl Fn(&P) -> f64,
-    deviation: impl Fn(&P, &P) -> f64,
-) -> Vec<(usize, f64)> {
+pub fn rises<P>(all: &[P], signal: impl Fn(&P) -> f64, sd: impl Fn(&P, &P) -> f64) -> Vec<(usize, f64)> {
     let strongest = (0..all.len()).max_by(|i, k| signal(&all[*i]).total_cmp(&signal(&all[*k])));
     let rise = |k: usize| {
         let (p, q) = (&all[k], &all[k + 1]);
-        let (rise, deviation) = (signal(q) - signal(p), deviation(p, q));
-        (rise > LEAST * signal(p).abs() && rise > CERTAIN * deviation).then_some((k, rise / deviation))
+        let (rise, sd) = (signal(q) - signal(p), sd(p, q));
+        (rise > LEAST * signal(p).abs() && rise > CERTAIN * sd).then_some((k, rise / sd))
     };
     (strongest.unwrap_or(0)..all.len().saturating_sub(1)).filter_map(rise).collect()
 }

@@ -9,35 +9,29 @@ const WIDEST: f64 = 10.0;
 const PATIENCE: usize = 60;
 const BISECTIONS: usize = 60;
 
-/// A least-squares problem.
-pub trait Problem {
-    /// Result of a model evaluation.
-    type Model;
-    /// Error of a model evaluation.
-    type Error;
-
-    /// Evaluates the model at `x`; `near` is the model at a nearby point.
-    fn model(&self, x: &DVector<f64>, near: &Self::Model) -> Result<Self::Model, Self::Error>;
-
+/// A least-squares problem of a model M, whose evaluation may fail with E.
+#[allow(clippy::type_complexity)]
+pub struct Problem<'a, M, E> {
+    /// The model at these unknowns; the other argument is that at a nearby point.
+    pub model: &'a dyn Fn(&DVector<f64>, &M) -> Result<M, E>,
     /// Residuals; `None` if the model has no value for some of the data.
-    fn residuals(&self, model: &Self::Model) -> Option<DVector<f64>>;
-
+    pub residuals: &'a dyn Fn(&M) -> Option<DVector<f64>>,
     /// Derivatives of the residuals, a column for each unknown.
-    fn slopes(&self, model: &mut Self::Model) -> Result<Option<DMatrix<f64>>, Self::Error>;
+    pub slopes: &'a dyn Fn(&mut M) -> Result<Option<DMatrix<f64>>, E>,
 }
 
 /// Minimises from `x` and its `model` within `bounds`. Stops when a step changes unknowns, or squares, by less than the share `settled`.
-pub fn minimise<P: Problem>(
-    problem: &P,
+pub fn minimise<M, E>(
+    problem: &Problem<'_, M, E>,
     mut x: DVector<f64>,
-    mut model: P::Model,
+    mut model: M,
     bounds: &[[f64; 2]],
     settled: f64,
-) -> Result<P::Model, P::Error> {
+) -> Result<M, E> {
     let mut radius = RADIUS;
     let mut trials = PATIENCE * (x.len() + 1);
     while trials > 0 {
-        let (r, j) = (problem.residuals(&model), problem.slopes(&mut model)?);
+        let (r, j) = ((problem.residuals)(&model), (problem.slopes)(&mut model)?);
         let (Some(r), Some(j)) = (r, j) else { break };
         let before = r.norm_squared();
         loop {
@@ -50,9 +44,9 @@ pub fn minimise<P: Problem>(
             if still || trials == 0 || foreseen.is_nan() || foreseen <= settled * settled.sqrt() {
                 return Ok(model);
             }
-            let next = problem.model(&trial, &model)?;
+            let next = (problem.model)(&trial, &model)?;
             let gain =
-                problem.residuals(&next).map_or(f64::NEG_INFINITY, |r| 1.0 - r.norm_squared() / before);
+                (problem.residuals)(&next).map_or(f64::NEG_INFINITY, |r| 1.0 - r.norm_squared() / before);
             if gain < 0.25 * foreseen {
                 radius = 0.25 * step.norm();
             } else if gain > 0.75 * foreseen {
@@ -184,37 +178,19 @@ pub fn by_values(
     let scale: Vec<f64> = h.iter().map(|h| h / SMALL).collect();
     let scaled = DVector::from_fn(start.len(), |i, _| start[i] / scale[i]);
     let scaled_bounds: Vec<[f64; 2]> = bounds.iter().zip(&scale).map(|(b, s)| b.map(|end| end / s)).collect();
-    let problem = ByValues { residuals, h, scale: &scale, bounds };
+    let place = |((x, s), [lo, hi]): ((&f64, &f64), &[f64; 2])| (x * s).clamp(*lo, *hi);
+    let problem = Problem::<Vec<f64>, std::convert::Infallible> {
+        model: &|x, _| Ok(x.iter().zip(&scale).zip(bounds).map(place).collect()),
+        residuals: &|x| residuals(x).filter(|r| r.iter().all(|r| r.is_finite())).map(DVector::from_vec),
+        slopes: &|x| {
+            let slopes = differences(residuals, x, h, bounds);
+            Ok(slopes.map(|j| DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] * scale[k])))
+        },
+    };
     let Ok(at) = minimise(&problem, scaled, start.to_vec(), &scaled_bounds, settled);
     let j = differences(residuals, &at, h, bounds)?;
     let (_, covariance) = solve(&j.tr_mul(&j), &DVector::zeros(at.len()))?;
     Some(Minimum { residuals: residuals(&at)?, covariance, at })
-}
-
-struct ByValues<'a> {
-    residuals: Residuals<'a>,
-    h: &'a [f64],
-    scale: &'a [f64],
-    bounds: &'a [[f64; 2]],
-}
-
-impl Problem for ByValues<'_> {
-    type Model = Vec<f64>;
-    type Error = std::convert::Infallible;
-
-    fn model(&self, x: &DVector<f64>, _: &Vec<f64>) -> Result<Vec<f64>, Self::Error> {
-        let place = |((x, s), [lo, hi]): ((&f64, &f64), &[f64; 2])| (x * s).clamp(*lo, *hi);
-        Ok(x.iter().zip(self.scale).zip(self.bounds).map(place).collect())
-    }
-
-    fn residuals(&self, x: &Vec<f64>) -> Option<DVector<f64>> {
-        (self.residuals)(x).filter(|r| r.iter().all(|r| r.is_finite())).map(DVector::from_vec)
-    }
-
-    fn slopes(&self, x: &mut Vec<f64>) -> Result<Option<DMatrix<f64>>, Self::Error> {
-        let slopes = differences(self.residuals, x, self.h, self.bounds);
-        Ok(slopes.map(|j| DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] * self.scale[k])))
-    }
 }
 
 /// Solution of `n` x = `b`, and the inverse of `n`; `None` if `n` is singular or not finite.

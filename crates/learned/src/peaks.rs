@@ -97,8 +97,6 @@ fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
         if along > 1e-10 {
             let left = DMatrix::identity(n, n) - &moved * turned.transpose() / along;
             inverse = &left * &inverse * left.transpose() + &moved * moved.transpose() / along;
-        } else if gain.is_none() {
-            inverse = DMatrix::from_diagonal(&of_prior);
         }
         gradient = next;
         if gain.is_none_or(|g| g < 1e-5) {
@@ -150,7 +148,7 @@ pub fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
         };
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
     };
-    if let Some(warm) = warm.filter(|w| w.len() == problem.dim())
+    if let Some(warm) = warm.filter(|w| w.len() == problem.model.hypers.len())
         && let Some(found) = climb(problem, &approach(problem, warm).map_or(warm.to_vec(), |a| a.0))
     {
         return vec![found];

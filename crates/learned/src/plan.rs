@@ -1,7 +1,10 @@
 //! Plan of a calibration: the taps, chosen before any reading, that minimise the mean variance of distances (A-optimal; exchange: Fedorov 1972).
 //! Readings at candidates and places of later use have the covariance S = H Λ Hᵀ; a tap at i subtracts S_·i S_i·/(v_i + S_ii), its removal adds it.
 
+use std::collections::BTreeSet;
+
 use nalgebra::DMatrix;
+use vibrissa_core::reduce::sorted;
 
 use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
@@ -83,8 +86,7 @@ impl Planner {
         let taps: Vec<Tap> =
             (0..ask.runs).flat_map(|run| pairs.iter().map(move |(i, j)| [*i, *j, run])).collect();
         let signal = |i: usize, j: usize| (ask.curve)(ask.distances[i], ask.drives[j]);
-        let mut sizes: Vec<f64> = pairs.iter().map(|(i, j)| signal(*i, *j)).collect();
-        sizes.sort_by(f64::total_cmp);
+        let sizes = sorted(pairs.iter().map(|(i, j)| signal(*i, *j)));
         let unit = *sizes.get(sizes.len() / 2)?;
         let row = |a: f64, u: f64, y: f64, run: usize| Row { a, u, y, run, t: 0.0 };
         let cell = |row: Row| Cell { row, n: 1.0, squares: 0.0, rows: Vec::new() };
@@ -207,9 +209,7 @@ impl Planner {
 
     /// Best candidate; only at distances in use once their maximum is reached.
     fn best(&self) -> Option<usize> {
-        let mut used: Vec<usize> = self.chosen.iter().map(|k| self.taps[*k][0]).collect();
-        used.sort_unstable();
-        used.dedup();
+        let used: BTreeSet<usize> = self.chosen.iter().map(|k| self.taps[*k][0]).collect();
         let full = used.len() >= self.positions;
         let free = (0..self.taps.len()).filter(|k| !full || used.contains(&self.taps[*k][0]));
         free.map(|k| (k, self.gain(k))).max_by(|p, q| p.1.total_cmp(&q.1)).map(|p| p.0)

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use vibrissa_core::reduce::distinct;
+
 /// One reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
@@ -69,9 +71,7 @@ pub fn cells(rows: &[Row], places: &[usize], timed: bool) -> Vec<Cell> {
 
 /// Step of a converter: largest number that divides all differences of readings, to a millionth of their range; 0 if none, or for two values.
 pub fn quantum(values: &[f64]) -> f64 {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.dedup();
+    let sorted = distinct(values.iter().copied().filter(|x| x.is_finite()));
     let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return 0.0 };
     let (range, size) = (last - first, first.abs().max(last.abs()));
     let least = (1e-6 * range).max(1e-12 * size);

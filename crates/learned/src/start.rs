@@ -1,14 +1,13 @@
 //! Start of a fit: base of the curve, zero, units. All are approximate; the model corrects them.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_core::reduce::median;
+use vibrissa_core::reduce::{median, range, sorted};
 
 use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Fit, From, Task};
 use crate::labels::contradicted;
 use crate::rows::Cell;
-use vibrissa_core::reduce::range;
 
 /// Least exponent of 1/a of a whisker's signal.
 const FLAT: f64 = 0.3;
@@ -52,13 +51,9 @@ pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault
         None => law(&taps, read, labels.is_none())?,
     };
     let unit = median(&mut taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect::<Vec<_>>());
+    let (base, numbers) = (Base::Power(fitted.power), [unit, fitted.zero, unit / fitted.factor]);
     match unit > 0.0 {
-        true => Ok(Start {
-            base: Base::Power(fitted.power),
-            power: Some(fitted),
-            numbers: [unit, fitted.zero, unit / fitted.factor],
-            labels,
-        }),
+        true => Ok(Start { base, power: Some(fitted), numbers, labels }),
         false => Err(Fault::NoCurve),
     }
 }
@@ -92,8 +87,7 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
     let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
     let tared = median(&mut y.iter().zip(&m).map(|(y, m)| y / m).collect::<Vec<_>>());
     let squares = |gain: f64, zero: f64| {
-        let mut all: Vec<f64> = y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)).collect();
-        all.sort_by(f64::total_cmp);
+        let all = sorted(y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)));
         all[..all.len() - all.len() / 10].iter().sum::<f64>().max(f64::MIN_POSITIVE)
     };
     let (mut gain, mut zero) = (tared, 0.0);
@@ -111,12 +105,8 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
     let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
     let sound =
         gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
-    sound.then(|| {
-        (
-            Start { base: Base::Known(curve.clone(), offset), power: None, numbers, labels: None },
-            squares(gain, zero),
-        )
-    })
+    let base = Base::Known(curve.clone(), offset);
+    sound.then(|| (Start { base, power: None, numbers, labels: None }, squares(gain, zero)))
 }
 
 fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
@@ -125,21 +115,20 @@ fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
         return 0.0;
     }
     let of = |offset: f64| of_known(curve, taps, read, offset).map_or(f64::INFINITY, |f| f.1);
-    let ends = [-0.9 * least.min(0.5 * largest), 0.9 * least.max(0.1 * largest)];
-    let at = |k: usize| ends[0] + (ends[1] - ends[0]) * k as f64 / 16.0;
-    let best = (0..=16).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0);
-    lowest(of, [at(best.saturating_sub(1)), at((best + 1).min(16))])
+    lowest(of, [-0.9 * least.min(0.5 * largest), 0.9 * least.max(0.1 * largest)], 16)
 }
 
-/// Argument of the minimum between two ends (golden section), to 1e-5 of the interval.
-pub fn lowest(of: impl Fn(f64) -> f64, [mut lo, mut hi]: [f64; 2]) -> f64 {
+/// Argument of the minimum between two ends: beside the lowest of so many `looks` by golden section, to 1e-5 of a look.
+pub fn lowest(of: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], looks: usize) -> f64 {
+    let at = |k: usize| lo + (hi - lo) * k as f64 / looks as f64;
+    let best = match looks {
+        1 => 0,
+        _ => (0..=looks).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0),
+    };
+    let [mut lo, mut hi] = [at(best.saturating_sub(1)), at((best + 1).min(looks))];
     for _ in 0..24 {
         let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
-        if of(p) < of(q) {
-            hi = q;
-        } else {
-            lo = p;
-        }
+        (lo, hi) = if of(p) < of(q) { (lo, q) } else { (p, hi) };
     }
     0.5 * (lo + hi)
 }

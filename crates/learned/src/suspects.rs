@@ -42,11 +42,11 @@ pub struct Suspect {
 }
 
 /// Fits the rows at `places` and excludes, one by one, those that contradict the rest.
-pub fn sound(task: &Task, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
+pub fn sound(task: &Task, places: &[usize]) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut found = gross(task, places)?;
     found.extend(slipped(task, &without(places, &found)));
     let mut kept = without(places, &found);
-    let mut last = fit(task, &kept, From::Nowhere, average)?;
+    let mut last = fit(task, &kept, From::Nowhere, true)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
         let one = worst(task, &last, kept.len()).map(|suspect| vec![suspect]);
         let wrong = one.unwrap_or_else(|| hidden(task, &last, &kept));
@@ -63,7 +63,7 @@ pub fn sound(task: &Task, places: &[usize], average: bool) -> Result<(Fit, Vec<S
         found.extend(rows);
     }
     if !found.is_empty() {
-        last = fit(task, &kept, From::Nowhere, average)?;
+        last = fit(task, &kept, From::Nowhere, true)?;
     }
     Ok((last, found))
 }

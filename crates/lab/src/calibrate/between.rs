@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use vibrissa_learned::base::power;
 use vibrissa_learned::start::lowest;
 
-use crate::reduce::median;
+use crate::reduce::{median, sorted};
 
 const FEWEST: usize = 4;
 const MOST: f64 = 0.6;
@@ -77,8 +77,7 @@ pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Opti
 pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let taps: Vec<[f64; 3]> = taps.iter().copied().step_by(taps.len().div_ceil(LOOKED_AT).max(1)).collect();
     let n = taps.len() as f64;
-    let mut signals: Vec<f64> = taps.iter().map(|t| t[2]).collect();
-    signals.sort_by(f64::total_cmp);
+    let signals = sorted(taps.iter().map(|t| t[2]));
     let different =
         |taps: &[[f64; 3]], k: usize| taps.iter().map(|t| t[k].to_bits()).collect::<BTreeSet<_>>().len();
     // At one drive, two positions in the wrong order look like another side.
@@ -110,7 +109,7 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let near = coarse.saturating_sub(every).max(ends[0])..=(coarse + every).min(ends[1]);
     let at = near.min_by(|j, k| left(between(*j)).total_cmp(&left(between(*k))))?;
     let around = [signals[at - 1], signals[at]];
-    let (zero, step) = (lowest(left, around), (around[1] - around[0]) / 64.0);
+    let (zero, step) = (lowest(left, around, 1), (around[1] - around[0]) / 64.0);
     let least = left(zero);
     let one_side = |side: f64| {
         let turned: Vec<[f64; 3]> = taps.iter().map(|t| [t[0], t[1], side * t[2]]).collect();

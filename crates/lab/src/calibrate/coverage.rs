@@ -1,5 +1,7 @@
 //! Coverage of σ: errors at positions and in runs left out, relative to the σ of the answer.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -27,7 +29,7 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    fn new(side: &'static str, a_mm: f64, errors: &[[f64; 2]]) -> Self {
+    pub(super) fn new(side: &'static str, a_mm: f64, errors: &[[f64; 2]]) -> Self {
         let n = errors.len() as f64;
         let share =
             |f: &dyn Fn(f64) -> bool| errors.iter().filter(|[e, s]| f((e / s).abs())).count() as f64 / n;
@@ -73,9 +75,7 @@ pub fn coverage(found: &Calibrated) -> Covered {
 }
 
 fn runs(found: &Calibrated, learnt: &Learnt) -> Vec<[f64; 2]> {
-    let mut numbers: Vec<usize> = learnt.task.rows.iter().map(|r| r.run).collect();
-    numbers.sort_unstable();
-    numbers.dedup();
+    let numbers: BTreeSet<usize> = learnt.task.rows.iter().map(|r| r.run).collect();
     if numbers.len() < 2 {
         return Vec::new();
     }

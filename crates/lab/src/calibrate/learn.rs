@@ -1,8 +1,9 @@
 //! Statistical model of one side: its rows, the end stop of the sensor, suspect rows; and what it says of the rig.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::reduce::range;
+use crate::reduce::{distinct, range, sorted};
 use serde::Serialize;
 use serde_json::{Value, json};
 use vibrissa_learned::columns::Term;
@@ -59,9 +60,7 @@ pub fn side(
     }
     let (rows, taps, lines) = of;
     let zero_read = taps.iter().any(Option::is_none);
-    let mut runs: Vec<usize> = rows.iter().map(|r| r.run).collect();
-    runs.sort_unstable();
-    runs.dedup();
+    let runs: BTreeSet<usize> = rows.iter().map(|r| r.run).collect();
     let apart = 1 + sorted.zeros.windows(2).filter(|w| w[1].place > w[0].place + 1).count();
     let usual = usual(&recorded);
     let step = quantum(&usual.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&usual);
@@ -83,10 +82,10 @@ pub fn side(
     let value = |k: &usize| taps[*k].map_or(f64::NEG_INFINITY, |t| sign * sorted.taps[t].value);
     let stopped = end_stop(&task, &places, value);
     places.retain(|k| !stopped.contains(k));
-    let (mut fit, mut suspects) = sound(&task, &places, true).map_err(no_curve)?;
+    let (mut fit, mut suspects) = sound(&task, &places).map_err(no_curve)?;
     if !zero_read && task.rows.len() <= FEW && (task.known.is_some() || repeated(&task.rows)) {
         let moving = Task { drift: true, ..task.clone() };
-        if let Ok((other, of)) = sound(&moving, &places, true)
+        if let Ok((other, of)) = sound(&moving, &places)
             && of.len() <= suspects.len()
             && other.evidence > fit.evidence + DRIFTS
         {
@@ -106,26 +105,14 @@ pub fn side(
             }
         }
     }
-    Ok(Learnt {
-        task,
-        reach,
-        taps,
-        lines,
-        sign,
-        places,
-        fit: Arc::new(fit),
-        runs: runs.len(),
-        zero_read,
-        zero_known: zero_read || zero_error.is_finite(),
-        subtracted: 0.0,
-    })
+    let (fit, runs, zero_known) = (Arc::new(fit), runs.len(), zero_read || zero_error.is_finite());
+    Ok(Learnt { task, reach, taps, lines, sign, places, fit, runs, zero_read, zero_known, subtracted: 0.0 })
 }
 
 /// Recorded values without those in another unit, which would hide the steps of the converter.
 fn usual(recorded: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let middle = crate::reduce::median(&mut recorded.iter().map(|r| r[0]).collect::<Vec<_>>());
-    let mut off: Vec<f64> = recorded.iter().map(|r| (r[0] - middle).abs()).collect();
-    off.sort_by(f64::total_cmp);
+    let off = sorted(recorded.iter().map(|r| (r[0] - middle).abs()));
     let most = WILD * off.get(3 * off.len() / 4).copied().unwrap_or(f64::INFINITY);
     recorded.iter().copied().filter(|r| most == 0.0 || (r[0] - middle).abs() <= most).collect()
 }
@@ -169,14 +156,14 @@ fn end_stop(task: &Task, places: &[usize], value: impl Fn(&usize) -> f64) -> Vec
     if ends.windows(2).all(|w| label(&w[0]) == label(&w[1])) {
         return Vec::new();
     }
-    let Ok((fitted, _)) = sound(task, &below, true) else { return Vec::new() };
+    let Ok((fitted, _)) = sound(task, &below) else { return Vec::new() };
     let short = |k: &&usize| {
         let row = &task.rows[**k];
         let e = fitted.curve.expected(&fitted.base, row.a, row.u, false);
         let sd = (e.of_noise + e.of_curve + e.of_position + e.of_run).sqrt();
         e.signal + fitted.curve.zero - row.y > SHORT * sd
     };
-    let beyond: std::collections::BTreeSet<_> = ends.iter().filter(short).map(label).collect();
+    let beyond: BTreeSet<_> = ends.iter().filter(short).map(label).collect();
     if beyond.len() >= 2 { ends } else { Vec::new() }
 }
 
@@ -187,13 +174,8 @@ fn explain(task: &Task, places: &[usize], fitted: &Fit, suspect: &Suspect) -> Re
     if (decade.abs() - 6.0).abs() < 0.5 || (decade.abs() - 3.0).abs() < 0.3 {
         return Reason::Unit(decade.round() as i32);
     }
-    let distinct = |f: fn(&Row) -> f64| {
-        let mut all: Vec<f64> =
-            places.iter().map(|k| &task.rows[*k]).filter(|r| r.touches()).map(f).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        all
-    };
+    let distinct =
+        |f: fn(&Row) -> f64| distinct(places.iter().map(|k| &task.rows[*k]).filter(|r| r.touches()).map(f));
     let miss = |a: f64, u: f64| (fitted.curve.expected(&fitted.base, a, u, true).signal / signal - 1.0).abs();
     let of_a = distinct(|r| r.a).into_iter().map(|a| (miss(a, row.u), Reason::LooksLikeDistance(a)));
     let of_u = distinct(|r| r.u).into_iter().map(|u| (miss(row.a, u), Reason::LooksLikeDrive(u)));
@@ -252,12 +234,9 @@ fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
     let (a, u) = (scales.a[0].exp(), scales.u[0].exp() - scales.offset);
     let e = learnt.expected(a, u);
     let share = |variance: f64| (variance / (e.signal * e.signal)).sqrt();
-    [
-        ("noise", share(e.of_noise)),
-        ("calibration", share(e.of_curve)),
-        ("position", share(e.of_position)),
-        ("run", share(e.of_run)),
-    ]
+    let parts =
+        [("noise", e.of_noise), ("calibration", e.of_curve), ("position", e.of_position), ("run", e.of_run)];
+    parts.map(|(name, variance)| (name, share(variance)))
 }
 
 pub fn json(learnt: &Learnt, kind: Drive) -> Value {
@@ -266,13 +245,9 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
         numbers.iter().map(|n| (n.name.to_owned(), json!(n))).collect();
     let budget: serde_json::Map<String, Value> =
         budget(learnt).into_iter().map(|(name, share)| (name.to_owned(), json!(share))).collect();
-    let learned: serde_json::Map<String, Value> = learnt
-        .fit
-        .hypers
-        .iter()
-        .zip(&learnt.fit.at)
-        .map(|(h, x)| (format!("{h:?}").to_lowercase(), json!(x.exp())))
-        .collect();
+    let learned = learnt.fit.hypers.iter().zip(&learnt.fit.at);
+    let learned = learned.map(|(h, x)| (format!("{h:?}").to_lowercase(), json!(x.exp())));
+    let learned: serde_json::Map<String, Value> = learned.collect();
     let alike = |n: &Number| Some(json!({ "gain_and": n.name, "tells": n.alike? }));
     let alike: Vec<Value> = numbers.iter().filter_map(alike).collect();
     json!({
@@ -287,9 +262,8 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
 
 pub fn text(learnt: &Learnt, kind: Drive) -> Vec<String> {
     let numbers = numbers(learnt, kind);
-    let mut lines: Vec<String> = numbers
-        .iter()
-        .filter(|n| n.name != "zero" || !learnt.zero_read)
+    let told = numbers.iter().filter(|n| n.name != "zero" || !learnt.zero_read);
+    let mut lines: Vec<String> = told
         .map(|n| {
             format!("learned {:<13} {:.6e} ± {:.1e} {}", n.name, n.value, 2.0 * n.standard_error, n.unit)
         })

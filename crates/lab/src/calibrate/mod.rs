@@ -78,8 +78,6 @@ pub struct Calibrated {
     pub zero: Zero,
     /// Groups of distances and of drives that count as equal.
     pub groups: [Groups; 2],
-    /// Standard error of an unread zero, which may have drifted; 0 if the zero was read or is unknown.
-    pub unread: f64,
     /// Results of each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
@@ -170,7 +168,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     rig.setup.gauge.noise_strain = Some(noise);
     let each = |side| side::calibrate((data, &rig, &prepared), side, noise, &options.fit, &open);
     let results = sides.into_iter().map(each).collect::<Result<Vec<_>, _>>()?;
-    let Prepared { rows, recorded, unread, .. } = prepared;
+    let Prepared { rows, recorded, .. } = prepared;
     let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let knows =
         |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < order::range(s));
@@ -205,8 +203,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
     let winner = Estimator::Learned;
-    let mut found =
-        Calibrated { calibration, taps, zeros, zero, groups, unread, sides: results, winner, warnings };
+    let mut found = Calibrated { calibration, taps, zeros, zero, groups, sides: results, winner, warnings };
     found.warnings.extend(remarks::remarks(data, &found));
     if found.calibration.rig.setup.gauge.second {
         found.calibration.second = second::second(data, &mut found, &open)?;
@@ -282,10 +279,8 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     }
     if let (Some(_), Some(x)) = (data.drive, options.drive) {
         let message = format!("the data have a column {}", kind.column());
-        return Err(InputError::new(message)
-            .key(flag)
-            .value(plain(x))
-            .allowed("nothing: the column says it"));
+        let error = InputError::new(message).key(flag).value(plain(x));
+        return Err(error.allowed("nothing: the column says it"));
     }
     if let Some(x) = options.drive {
         let (good, allowed) = match kind {
@@ -301,19 +296,15 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
             "these are counts of {bits} bits that begin anew: rows without contact and taps are at the two ends of their range"
         );
         let error = InputError::new(message).at(&data.file, None).key(data.unit.column());
-        let turn = plain(2_f64.powi(bits));
-        let allowed = format!(
-            "counts that go on: {turn} added to those up to {}, or taken off those from {}",
-            plain(last),
-            plain(first)
-        );
-        return Err(error.value(format!("{} … {}", plain(last), plain(first))).allowed(allowed));
+        let [turn, last, first] = [2_f64.powi(bits), last, first].map(plain);
+        let allowed =
+            format!("counts that go on: {turn} added to those up to {last}, or taken off those from {first}");
+        return Err(error.value(format!("{last} … {first}")).allowed(allowed));
     }
     if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
         let message = "without the drive the model cannot be fitted; only table and paper are calibrated";
-        return Err(InputError::new(message)
-            .key("--fit")
-            .allowed(format!("a column {} or {flag}", kind.column())));
+        let allowed = format!("a column {} or {flag}", kind.column());
+        return Err(InputError::new(message).key("--fit").allowed(allowed));
     }
     crate::estimator::model::parameter::check(rig, &options.fit)
 }

@@ -27,10 +27,7 @@ pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: 
         for (k, deviations) in rises(&cells, |c| c.signal, deviation) {
             let a = [k, k + 1].map(|k| distances.centres[cells[k].i]);
             match found.iter_mut().find(|c| c.a == a) {
-                Some(c) => {
-                    *c =
-                        Contradiction { drives: c.drives + 1, deviations: c.deviations.max(deviations), ..*c }
-                }
+                Some(c) => (c.drives, c.deviations) = (c.drives + 1, c.deviations.max(deviations)),
                 None => found.push(Contradiction { a, drives: 1, deviations }),
             }
         }
@@ -90,9 +87,6 @@ pub fn of(sides: &[SideResult]) -> Estimator {
         sides.iter().all(on) && rms(side, *e) < BETTER * rms(side, Estimator::Learned)
     };
     let total = |e: Estimator| sides.iter().map(|s| rms(s, e) / range(s)).sum::<f64>();
-    Estimator::ALL
-        .into_iter()
-        .filter(fit)
-        .min_by(|d, e| total(*d).total_cmp(&total(*e)))
-        .unwrap_or(Estimator::Learned)
+    let best = Estimator::ALL.into_iter().filter(fit).min_by(|d, e| total(*d).total_cmp(&total(*e)));
+    best.unwrap_or(Estimator::Learned)
 }

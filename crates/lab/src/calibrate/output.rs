@@ -4,7 +4,8 @@ use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
 use crate::estimator::Estimator;
-use crate::locate::Locator;
+use crate::estimator::taps::{Tap, ZeroReading};
+use crate::locate::{Located, Locator};
 use crate::measure::Data;
 use crate::scene::{Direction, Setup, Tuple};
 use crate::sink::frame::Frame;
@@ -39,18 +40,10 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Erro
             let k = linear / c.signal;
             let mut row = vec![c.a.into(), c.drive.into(), Field::Count(c.taps.len() as u64)];
             let deviation = (linear - c.signal) / c.signal;
-            let of_k = |x: f64| if k.is_finite() { x } else { f64::NAN };
-            let numbers = [
-                side.learnt.sign * c.signal,
-                sd,
-                side.learnt.sign * linear,
-                k,
-                deviation,
-                of_k(e.distance),
-                of_k(e.distance - c.a),
-                of_k(e.sigma),
-            ];
-            row.extend(numbers.map(Field::Number));
+            let [signal, linear] = [c.signal, linear].map(|x| side.learnt.sign * x);
+            let found =
+                [e.distance, e.distance - c.a, e.sigma].map(|x| if k.is_finite() { x } else { f64::NAN });
+            row.extend([signal, sd, linear, k, deviation].into_iter().chain(found).map(Field::Number));
             let status = if k.is_finite() { e.status } else { Status::OK };
             table.row(row.into_iter().chain([side.name().into(), status.into()]))?;
         }
@@ -104,7 +97,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Frame, Err
     let held: Vec<_> = found.sides.iter().filter_map(|s| s.held_out(found.winner)).collect();
     let held_out = |k: usize| held.iter().map(|h| h.taps[k]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
     let mut zeros = found.zeros.iter().peekable();
-    let zero_row = |table: &mut Frame, z: &crate::estimator::taps::ZeroReading| {
+    let zero_row = |table: &mut Frame, z: &ZeroReading| {
         let r = &data.rows[z.place];
         let mut row = vec![Field::Count(r.line as u64)];
         let zero = found.zero.at(z.place);
@@ -124,22 +117,12 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Frame, Err
         let recorded = tap.recorded(data);
         let expected = locator.expected(tap.a, recorded, tap.signal.signum());
         let at = locator.locate_above(recorded, tap.signal, 0.0, tap.zero_share());
-        let drive =
-            if data.drive.is_some() || found.calibration.drive_recorded { recorded } else { f64::NAN };
-        let numbers = [
-            tap.a,
-            drive,
-            tap.value,
-            tap.zero,
-            tap.signal,
-            expected,
-            tap.signal - expected,
-            at.distance,
-            at.sigma,
-            at.distance - tap.a,
-            held_out(k),
-        ];
-        let numbers = numbers.map(Field::Number);
+        let known = data.drive.is_some() || found.calibration.drive_recorded;
+        let drive = if known { recorded } else { f64::NAN };
+        let (Tap { a, value, zero, signal, .. }, Located { distance, sigma, .. }) = (tap, at);
+        let numbers = [*a, drive, *value, *zero, *signal, expected, signal - expected];
+        let numbers =
+            numbers.into_iter().chain([distance, sigma, distance - a, held_out(k)]).map(Field::Number);
         let twin = tap.twin.map(|line| format!("equal to line {line}")).unwrap_or_default();
         let (word, why) = match &tap.reason {
             Some(reason) => (if reason.is_doubt() { "suspect" } else { "second" }, reason.text(kind)),

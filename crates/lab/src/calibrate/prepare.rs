@@ -30,7 +30,6 @@ pub struct Prepared {
     pub rows: Sorted,
     pub sides: Vec<(Side, Learnt)>,
     pub recorded: bool,
-    pub unread: f64,
     /// Reason why the model of the spec cannot be fitted, if whisker and drives are known.
     pub no_exact: Option<String>,
 }
@@ -70,12 +69,11 @@ pub fn prepare(
     let mut sides = Vec::new();
     for &sign in &signs {
         let gauge = gauge_side(data, rig, sign, signs[0]);
-        let exact = match recorded && rig.known && no_exact.is_none() {
-            true => {
-                spec_model(data, rig, &rows.taps, sign, gauge, open)?.map_err(|why| no_exact = Some(why)).ok()
-            }
-            false => None,
-        };
+        let mut exact = None;
+        if recorded && rig.known && no_exact.is_none() {
+            let model = spec_model(data, rig, &rows.taps, sign, gauge, open)?;
+            exact = model.map_err(|why| no_exact = Some(why)).ok();
+        }
         let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
         // A single side: residuals of the other sign are noise about the zero.
         let (of, which) = ((data, rig.setup.gauge.factor), (sign, signs.len() == 1));
@@ -83,7 +81,6 @@ pub fn prepare(
     }
     warnings
         .extend(sides.iter().filter(|s| s.1.task.drift && !read).map(|s| zero::wandering(data, rig, &s.1)));
-    let mut unread = between.map_or(0.0, |[_, error]| error);
     if !known {
         let (gauge, of) = &sides[0];
         let by_model = match no_exact.is_none() && of.task.known.is_some() {
@@ -91,7 +88,6 @@ pub fn prepare(
             false => None,
         };
         let [value, error] = by_model.unwrap_or_else(|| of.fit.curve.zero());
-        unread = error;
         rows.tared.error = error;
         let turned =
             rows.taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
@@ -100,26 +96,24 @@ pub fn prepare(
             let value = rows.tared.value;
             sides.iter_mut().for_each(|(_, of)| (of.subtracted, of.zero_known) = (of.sign * value, true));
         } else if error > DETERMINED * of.fit.curve.unit {
-            (unread, rows.tared.error) = (0.0, 0.0);
+            rows.tared.error = 0.0;
         }
         let weak = weak(&rows.taps, signs[0], &rests);
         let of_other =
             |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place);
         let (lost, all) = (rows.taps.iter().filter(|t| of_other(t)).count(), rows.taps.len());
         if lost as f64 > LOST * all as f64 {
-            let error = InputError::new(
-                "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other",
-            );
+            let message = "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other";
             let lost = format!("{lost} of {all} taps are on the other side of the zero that the data say");
-            let error = error.at(&data.file, None).key(data.unit.column()).value(lost);
+            let error = InputError::new(message).at(&data.file, None).key(data.unit.column()).value(lost);
             return Err(error.allowed(format!("rows with {} = 0", rig.setup.drive.column())).into());
         }
         for tap in rows.taps.iter_mut().filter(|t| of_other(t)) {
             tap.reason = Some(Reason::OtherSide);
         }
     }
-    warnings.extend(zero::untared(data, rig, &rows.tared, unread));
-    Ok(Prepared { rows, sides, recorded, unread, no_exact })
+    warnings.extend(zero::untared(data, rig, &rows.tared));
+    Ok(Prepared { rows, sides, recorded, no_exact })
 }
 
 fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
@@ -238,10 +232,8 @@ fn signs(
         {
             let column = data.drive.map_or("drive", |kind| kind.column());
             let error = InputError::new("all taps have drives below 0").at(&data.file, Some(tap.line));
-            return Err(error
-                .key(column)
-                .value(plain(tap.drive))
-                .allowed("the size of the drive, > 0, where all taps are to one side"));
+            let error = error.key(column).value(plain(tap.drive));
+            return Err(error.allowed("the size of the drive, > 0, where all taps are to one side"));
         }
         let message = "no row can be used";
         let why = reasons.into_iter().collect::<Vec<_>>().join(", ");
@@ -252,11 +244,8 @@ fn signs(
     if distances(most) < 2 {
         let a = taps.iter().find(of(most)).map_or(f64::NAN, |t| t.a);
         let message = "all usable taps are at one distance: a calibration needs two or more";
-        return Err(InputError::new(message)
-            .at(&data.file, None)
-            .key("a_mm")
-            .value(plain(a))
-            .allowed("two distances or more"));
+        let error = InputError::new(message).at(&data.file, None).key("a_mm").value(plain(a));
+        return Err(error.allowed("two distances or more"));
     }
     // Taps at several places never have one value: it means "missing".
     let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();
@@ -317,11 +306,7 @@ fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
     if data.unit.signal() == Some(Signal::Strain) {
         return if sign > 0.0 { Side::Contact } else { Side::Far };
     }
-    match (rig.setup.gauge.side, sign == most) {
-        (side, true) => side,
-        (Side::Contact, false) => Side::Far,
-        (Side::Far, false) => Side::Contact,
-    }
+    if (rig.setup.gauge.side == Side::Far) == (sign == most) { Side::Far } else { Side::Contact }
 }
 
 fn spec_model(

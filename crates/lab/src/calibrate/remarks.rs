@@ -89,7 +89,7 @@ pub fn remarks(data: &Data, found: &Calibrated) -> Vec<String> {
                 "K is {k:.3e} where theory expects about 1: check the unit of {signal} and the drive, and that a_mm and {drive} are not swapped"
             ));
         }
-        all.extend(other_whisker(data, s, found.unread));
+        all.extend(other_whisker(data, s, found.calibration.zero.unread()));
     }
     all
 }
@@ -154,14 +154,8 @@ pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError
             Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
             None => format!("{} answers nothing", e.name()),
         });
-        let [first, last] = s.record.distances_mm;
-        format!(
-            "{} distances, {} … {} mm: {}",
-            s.table.distances.len(),
-            plain(first),
-            plain(last),
-            each.collect::<Vec<_>>().join(", ")
-        )
+        let ([first, last], n) = (s.record.distances_mm.map(plain), s.table.distances.len());
+        format!("{n} distances, {first} … {last} mm: {}", each.collect::<Vec<_>>().join(", "))
     };
     InputError::new("no estimator tells a distance that it was not calibrated on")
         .at(&data.file, None)

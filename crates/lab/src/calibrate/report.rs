@@ -9,9 +9,11 @@ use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason, learn};
 use crate::error::InputError;
 use crate::estimator::Estimator;
+use crate::estimator::cells::Cell;
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal};
+use crate::statistics::Figures;
 
 const LISTED: usize = 100;
 
@@ -20,13 +22,9 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
     let Covered { positions, all, runs } = covered;
     let kind = rig.setup.drive;
     let c = &found.calibration;
-    let suspect: Vec<Value> = found
-        .taps
-        .iter()
-        .filter_map(|t| Some((t, t.reason.as_ref().filter(|r| r.is_doubt())?)))
-        .take(LISTED)
-        .map(|(t, r)| json!({ "line": t.line, "reason": r.word(), "why": r.text(kind) }))
-        .collect();
+    let suspect = found.taps.iter().filter_map(|t| Some((t, t.reason.as_ref().filter(|r| r.is_doubt())?)));
+    let suspect = suspect.map(|(t, r)| json!({ "line": t.line, "reason": r.word(), "why": r.text(kind) }));
+    let suspect: Vec<Value> = suspect.take(LISTED).collect();
     json!({
         "estimator": c.estimator,
         "noise": c.noise,
@@ -34,7 +32,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
         "signal": c.signal,
         "drive_recorded": c.drive_recorded,
         "zero": { "from": c.zero.from, "value": c.zero.value,
-                  "error": if found.unread > 0.0 { json!(found.unread) } else { Value::Null },
+                  "error": Some(c.zero.unread()).filter(|error| *error > 0.0),
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,
         "suspects": suspect,
@@ -89,15 +87,13 @@ fn side(s: &SideResult, found: &Calibrated, rig: &Rig) -> Value {
         })),
         "contradictions": s.contradictions,
         "learned": learn::json(&s.learnt, kind),
-        "parameters": s.fit.as_ref().map(|f| parameters(f, kind, found.unread)),
+        "parameters": s.fit.as_ref().map(|f| parameters(f, kind, found.calibration.zero.unread())),
     })
 }
 
 struct AtDrive {
     drive: f64,
-    k_sd: Option<f64>,
-    error_rms: Option<f64>,
-    noise_rms: Option<f64>,
+    row: Figures,
     bias: Option<f64>,
     total: Option<f64>,
     k_noise: f64,
@@ -109,16 +105,12 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
         let cells = || t.cells.iter().filter(|c| c.j == j);
         let m = cells().count() as f64;
         // Effect of the noise of cell means on the spread of K and on the estimates.
-        let k_noise = (cells()
-            .map(|c| noise * noise * c.share * (c.linear / (c.signal * c.signal)).powi(2))
-            .sum::<f64>()
-            / m)
-            .sqrt();
+        let of_k = |c: &Cell| c.share * (noise * c.linear / (c.signal * c.signal)).powi(2);
+        let k_noise = (cells().map(of_k).sum::<f64>() / m).sqrt();
         let left: f64 = cells().map(|c| c.share).sum::<f64>() / m;
-        let (error_rms, noise_rms) = (row.error_rms, row.noise_rms);
-        let bias = error_rms.zip(noise_rms).map(|(e, n)| (e * e - n * n * left).max(0.0).sqrt());
-        let total = bias.zip(noise_rms).map(|(b, n)| b.hypot(n));
-        AtDrive { drive: *drive, k_sd: row.sd, error_rms, noise_rms, bias, total, k_noise }
+        let bias = row.error_rms.zip(row.noise_rms).map(|(e, n)| (e * e - n * n * left).max(0.0).sqrt());
+        let total = bias.zip(row.noise_rms).map(|(b, n)| b.hypot(n));
+        AtDrive { drive: *drive, row, bias, total, k_noise }
     };
     t.drives.centres.iter().enumerate().map(at).collect()
 }
@@ -131,13 +123,13 @@ fn best(s: &SideResult, kind: Drive, noise: f64) -> Value {
     };
     let say = |d: Option<&AtDrive>| {
         d.map(|d| {
-            let mut v = json!({ "K_sd": d.k_sd, "error_rms_mm": d.error_rms, "bias_rms_mm": d.bias,
-                                "noise_rms_mm": d.noise_rms, "total_rms_mm": d.total });
+            let mut v = json!({ "K_sd": d.row.sd, "error_rms_mm": d.row.error_rms, "bias_rms_mm": d.bias,
+                                "noise_rms_mm": d.row.noise_rms, "total_rms_mm": d.total });
             v[kind.column()] = d.drive.into();
             v
         })
     };
-    let clean = |d: &AtDrive| d.k_sd.map(|k| (k * k - d.k_noise * d.k_noise).max(0.0).sqrt());
+    let clean = |d: &AtDrive| d.row.sd.map(|k| (k * k - d.k_noise * d.k_noise).max(0.0).sqrt());
     json!({ "by_K_sd": say(least(&clean)), "without_noise": say(least(&|d| d.bias)), "with_noise": say(least(&|d| d.total)) })
 }
 
@@ -147,19 +139,19 @@ fn drives(t: &KTable, of: Option<(&SideResult, f64)>, rig: &Rig) -> Vec<Value> {
     let held: Vec<(&str, Vec<Option<f64>>)> =
         Estimator::ALL.into_iter().filter_map(|e| Some((e.name(), of?.0.rms_by_drive(e)?))).collect();
     let row = |(j, d): (usize, AtDrive)| {
-        let row = t.by_drive[j].figures();
+        let row = &d.row;
         let mut v = json!({
             "n": row.n,
             "K_mean": row.mean.map(|m| (1.0 + m) * unit),
-            "K_sd": d.k_sd.map(|k| k * unit),
-            "error_rms_mm": d.error_rms,
+            "K_sd": row.sd.map(|k| k * unit),
+            "error_rms_mm": row.error_rms,
             "error_max_mm": row.error_max,
             "error_mean_mm": row.error_mean,
             "status": row.status.to_string(),
         });
         v[rig.setup.drive.column()] = d.drive.into();
         if of.is_some() {
-            v["noise_rms_mm"] = json!(d.noise_rms);
+            v["noise_rms_mm"] = json!(row.noise_rms);
             v["bias_rms_mm"] = json!(d.bias);
             v["total_rms_mm"] = json!(d.total);
             let each: serde_json::Map<String, Value> =
@@ -185,27 +177,18 @@ pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64)
     let e = &f.exact;
     let errors = f.errors(zero);
     let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();
-    let fitted: Vec<Value> = e
-        .fitted
-        .iter()
-        .enumerate()
-        .map(|(i, p)| {
-            let other = |k: usize| e.covariance[i][k] / (error(i) * error(k));
-            let correlations: serde_json::Map<String, Value> = (0..e.fitted.len())
-                .filter(|k| *k != i)
-                .map(|k| (e.fitted[k].name(kind).to_owned(), json!(Some(other(k)).filter(|c| c.is_finite()))))
-                .collect();
-            let [lo, hi] = p.domain();
-            let value = e.values[*p as usize];
-            json!({ "name": p.name(kind), "unit": p.unit(kind), "value": value, "standard_error": errors[i],
-                    "correlations": correlations, "at_bound": value == lo || value == hi })
-        })
-        .collect();
-    let held: Vec<Value> = f
-        .undetermined
-        .iter()
-        .map(|p| json!({ "name": p.name(kind), "unit": p.unit(kind), "held_at": e.values[*p as usize] }))
-        .collect();
+    let fitted = |(i, p): (usize, &Parameter)| {
+        let other = |k: usize| Some(e.covariance[i][k] / (error(i) * error(k))).filter(|c| c.is_finite());
+        let others = (0..e.fitted.len()).filter(|k| *k != i);
+        let correlations = others.map(|k| (e.fitted[k].name(kind).to_owned(), json!(other(k))));
+        let correlations: serde_json::Map<String, Value> = correlations.collect();
+        let (value, [lo, hi]) = (e.values[*p as usize], p.domain());
+        json!({ "name": p.name(kind), "unit": p.unit(kind), "value": value, "standard_error": errors[i],
+                "correlations": correlations, "at_bound": value == lo || value == hi })
+    };
+    let fitted: Vec<Value> = e.fitted.iter().enumerate().map(fitted).collect();
+    let held = |p: &Parameter| json!({ "name": p.name(kind), "unit": p.unit(kind), "held_at": e.values[*p as usize] });
+    let held: Vec<Value> = f.undetermined.iter().map(held).collect();
     json!({ "fitted": fitted, "undetermined": held, "chi2_per_freedom": Some(f.chi2).filter(|c| c.is_finite()),
             "misfit": f.misfit, "interpolation_error": e.error() })
 }
@@ -233,12 +216,10 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         None => format!("{:.4e}", found.calibration.noise),
     };
     let used: usize = found.sides.iter().map(|s| s.used).sum();
+    let (taps, zeros, from) = (found.taps.len(), found.zeros.len(), &found.calibration.noise_from);
     let _ = writeln!(
         t,
-        "{used} of {} taps used, {} zero readings; noise of one reading {unit} from {}",
-        found.taps.len(),
-        found.zeros.len(),
-        found.calibration.noise_from
+        "{used} of {taps} taps used, {zeros} zero readings; noise of one reading {unit} from {from}"
     );
     if let Some(second) = &found.calibration.second {
         let error = |sigma: f64, digits: usize| match sigma > 0.0 {
@@ -289,7 +270,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             let _ = writeln!(t, "  {line}");
         }
         if let Some(f) = &s.fit {
-            for line in fitted(f, kind, found.unread) {
+            for line in fitted(f, kind, found.calibration.zero.unread()) {
                 let _ = writeln!(t, "  {line}");
             }
         }
@@ -301,11 +282,10 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
                 let number = |x: &Value| x.as_f64().map_or("?".to_owned(), |x| format!("{x:.4}"));
                 format!("{}{degree} ({} mm rms)", drive(at), number(&at["total_rms_mm"]))
             };
+            let (without, with) = (drive(&b["without_noise"]), say("with_noise"));
             let _ = writeln!(
                 t,
-                "  best {symbol} of the paper's procedure: {} without noise, {} with it",
-                drive(&b["without_noise"]),
-                say("with_noise")
+                "  best {symbol} of the paper's procedure: {without} without noise, {with} with it"
             );
         }
     }

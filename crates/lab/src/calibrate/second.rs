@@ -35,16 +35,11 @@ pub fn check(data: &Data) -> Result<(), InputError> {
         return Err(error.allowed("a number without unit; empty or NaN where it is missing"));
     }
     let tilts = data.rows.iter().zip(&beside.values).map(|(row, values)| (row.line, values[1]));
-    match tilts.into_iter().find(|(_, tilt)| tilt.abs() >= 90.0) {
-        Some((line, tilt)) => {
-            let error = InputError::new("no pole is tilted so far").at(&data.file, Some(line));
-            Err(error
-                .key(beside.tilt.as_deref().unwrap_or_default())
-                .value(tilt)
-                .allowed("-90 < tilt < 90 degrees"))
-        }
-        None => Ok(()),
-    }
+    let far = tilts.into_iter().find(|(_, tilt)| tilt.abs() >= 90.0);
+    let Some((line, tilt)) = far else { return Ok(()) };
+    let error = InputError::new("no pole is tilted so far").at(&data.file, Some(line));
+    let error = error.key(beside.tilt.as_deref().unwrap_or_default()).value(tilt);
+    Err(error.allowed("-90 < tilt < 90 degrees"))
 }
 
 /// Strains of the centreline, of the first gauge and 90° further, and the second signal.
@@ -109,11 +104,8 @@ fn rows(
     let zeros: Vec<(usize, f64)> =
         zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
     let zero = Zero::new(&zeros);
-    let taps: Vec<&Tap> = taps
-        .iter()
-        .filter(|t| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign)
-        .filter(|t| recorded(t.place).is_finite())
-        .collect();
+    let sound = |t: &&Tap| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign;
+    let taps: Vec<&Tap> = taps.iter().filter(|t| sound(t) && recorded(t.place).is_finite()).collect();
     let tilt = |t: &Tap| if data.beside.tilt.is_some() { data.beside.values[t.place][1] } else { 0.0 };
     let places: Vec<Task> = taps.iter().map(|t| model.tap(t.a, tilt(t), t.drive)).collect();
     let mut evaluator = model.evaluator(open(&model.setup.model)?);
@@ -167,10 +159,7 @@ fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
         }
         false => noise * noise * covariance[(0, 0)] * by[0] * by[0],
     };
-    let of_angle = match tilted {
-        true => variance([cos / s2, -sin / s2]),
-        false => variance([1.0 / (s2 * cos), 0.0]),
-    };
+    let of_angle = variance(if tilted { [cos / s2, -sin / s2] } else { [1.0 / (s2 * cos), 0.0] });
     let of_factor = if tilted { variance([sin, cos]) } else { 0.0 };
     let named: &[&str] = if tilted { &["factor", "misalignment"] } else { &["misalignment"] };
     let found = Second {

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::coverage::Coverage;
 use super::{Calibrated, Options, calibrate, report};
 use crate::error::{Error, InputError};
 use crate::estimator::fit::Fit;
@@ -42,23 +43,16 @@ pub struct Tap {
 }
 
 impl Calibration {
-    /// RMS error of used taps in mm, share within one standard deviation, number of taps.
-    pub fn errors(&self) -> (f64, f64, usize) {
-        let errors: Vec<[f64; 2]> = self
-            .taps
-            .iter()
-            .filter(|t| t.used && t.located.distance.is_finite())
-            .map(|t| [t.located.distance - t.a, t.located.sigma])
-            .collect();
-        let n = errors.len() as f64;
-        let squares: f64 = errors.iter().map(|[e, _]| e * e).sum();
-        let within = errors.iter().filter(|[e, sigma]| e.abs() <= *sigma).count() as f64;
-        ((squares / n).sqrt(), within / n, errors.len())
+    /// Errors of used taps.
+    fn errors(&self) -> Coverage {
+        let used = self.taps.iter().filter(|t| t.used && t.located.distance.is_finite());
+        let errors = used.map(|t| [t.located.distance - t.a, t.located.sigma]);
+        Coverage::new("", f64::NAN, &errors.collect::<Vec<_>>())
     }
 
     /// Errors of each channel and of all together, as text.
     pub fn text(&self) -> String {
-        let (rms, within, n) = self.errors();
+        let Coverage { rms_mm: rms, within_1: within, n, .. } = self.errors();
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
             let used = self.each[k].sides[0].used;
             let held = self.held_out(k).map_or("unknown".to_owned(), |rms| format!("{rms:.3} mm"));
@@ -78,7 +72,7 @@ impl Calibration {
 
     /// Errors of each channel and of all together, as JSON.
     pub fn result(&self) -> Value {
-        let (rms, within, n) = self.errors();
+        let Coverage { rms_mm: rms, within_1: within, n, .. } = self.errors();
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
             json!({ "name": name, "signal": c.signal, "parameters": self.fits(k, report::parameters), "estimator": c.estimator, "used": self.each[k].sides[0].used, "noise": c.noise,
                     "held_out_rms_mm": self.held_out(k) })
@@ -106,7 +100,11 @@ impl Calibration {
     fn fits<T>(&self, k: usize, say: fn(&Fit, Drive, f64) -> T) -> Vec<T> {
         let found = &self.each[k];
         let kind = found.calibration.rig.setup.drive;
-        found.sides.iter().filter_map(|side| Some(say(side.fit.as_ref()?, kind, found.unread))).collect()
+        found
+            .sides
+            .iter()
+            .filter_map(|side| Some(say(side.fit.as_ref()?, kind, found.calibration.zero.unread())))
+            .collect()
     }
 
     fn held_out(&self, k: usize) -> Option<f64> {
@@ -167,12 +165,7 @@ pub fn several(
         // A channel that combines readings is calibrated without a whisker.
         let probe = rig.of_channel(k, 1.0)?.1;
         let read = Data::parse_named(label, table, &names.of_channel(probe))?;
-        let furthest = read.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
-        if furthest <= 0.0 {
-            let error = InputError::new("no row has a distance > 0").at(label, None).key("a_mm");
-            return Err(error.allowed("contact distances in mm").into());
-        }
-        let (one, _) = rig.of_channel(k, furthest)?;
+        let (one, _) = rig.of_channel(k, read.furthest()?)?;
         let fit: Vec<_> = options.fit.iter().copied().filter(|_| one.known).collect();
         let named = |e: Error| match e {
             Error::Input(e) => InputError { message: format!("channel {name}: {}", e.message), ..e }.into(),

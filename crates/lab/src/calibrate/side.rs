@@ -135,10 +135,7 @@ pub(super) fn calibrate(
         drive_ends: Some(drive_ends).filter(|r| *r != drives.ends()),
         end_stop: taps.iter().filter(stopped).map(|t| t.signal.abs()).reduce(f64::min),
         no_exact,
-        paper: None,
-        exact: None,
-        curve: None,
-        learned: None,
+        ..SideRecord::default()
     };
     let contradictions = contradictions(cells, [distances, drives], noise);
     let mut held = Vec::new();

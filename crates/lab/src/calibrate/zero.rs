@@ -42,10 +42,9 @@ pub(super) fn of_model(
         of_cell.iter().map(move |k| (cell, deviation, &taps[*k]))
     });
     // Measured − expected signal, in standard deviations.
-    let rows: Vec<(usize, f64, &Tap, f64)> = rows
-        .map(|(cell, sd, t)| (cell, sd, t, (t.signal.abs() - found.exact.expected(t.a, t.drive)) / sd))
-        .filter(|row| row.3.is_finite())
-        .collect();
+    let off = |sd: f64, t: &Tap| (t.signal.abs() - found.exact.expected(t.a, t.drive)) / sd;
+    let rows = rows.map(|(cell, sd, t)| (cell, sd, t, off(sd, t)));
+    let rows: Vec<(usize, f64, &Tap, f64)> = rows.filter(|row| row.3.is_finite()).collect();
     // The zero may also drift in the order of the rows.
     let (n, m) = (rows.len(), found.slopes.ncols());
     let middle = rows.iter().map(|r| r.2.place as f64).sum::<f64>() / n as f64;
@@ -87,14 +86,14 @@ pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
     )
 }
 
-pub(super) fn untared(data: &Data, rig: &Rig, tared: &Tared, unread: f64) -> Option<String> {
+pub(super) fn untared(data: &Data, rig: &Rig, tared: &Tared) -> Option<String> {
     let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
     match tared.from {
         TaredBy::Fitted => Some(format!(
             "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
              as it will be from readings without a zero of their own. A drift of the zero would do much of that: rows with {kind} = 0 now and \
              then would tell",
-            data.file, tared.value, unread
+            data.file, tared.value, tared.error
         )),
         TaredBy::None if tared.error == 0.0 => Some(format!(
             "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \

@@ -118,11 +118,9 @@ fn owners(
         let name = row.cells(mark).get(place).map(LabCell::to_string).unwrap_or_default();
         let owner = known.iter().position(|n| *n == name).ok_or_else(|| {
             let close = nearest(&name, &known).map(|n| format!("; is {n} meant?"));
-            InputError::new(format!("the array has no such whisker{}", close.unwrap_or_default()))
-                .at(label, Some(line))
-                .key(WHISKER)
-                .value(&name)
-                .allowed(known.join(", "))
+            let message = format!("the array has no such whisker{}", close.unwrap_or_default());
+            let error = InputError::new(message).at(label, Some(line)).key(WHISKER);
+            error.value(&name).allowed(known.join(", "))
         })?;
         all.insert(line, owner);
     }

@@ -36,10 +36,10 @@ impl Noise {
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
         let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
             true => Ok(x),
-            false => Err(InputError::new("this is not a standard deviation")
-                .key(key)
-                .value(x)
-                .allowed(format!("0 … {MOST_NOISE} ({unit})"))),
+            false => {
+                let error = InputError::new("this is not a standard deviation").key(key).value(x);
+                Err(error.allowed(format!("0 … {MOST_NOISE} ({unit})")))
+            }
         };
         Ok(Self {
             touch: touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?,
@@ -143,7 +143,8 @@ impl Point {
         let [x, y] = skin.place(a);
         let slope = skin.slope();
         let across = [-y, x];
-        let mut covariance = Covariance([noise.base * noise.base, 0.0, noise.base * noise.base])
+        let mut covariance = Covariance::default()
+            .plus(noise.base * noise.base)
             .along(pose.direction(slope), found.sigma * found.sigma)
             .along(pose.direction(across), noise.angle.to_radians().powi(2));
         if let Some(touch) = noise.touch.filter(|t| *t > 0.0) {

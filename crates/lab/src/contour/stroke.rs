@@ -210,8 +210,7 @@ pub fn swept(
         Some(Point {
             at,
             covariance: Covariance([of_fit[(0, 0)], of_fit[(0, 1)], of_fit[(1, 1)]])
-                .along([1.0, 0.0], noise.base * noise.base)
-                .along([0.0, 1.0], noise.base * noise.base)
+                .plus(noise.base * noise.base)
                 .along(heading.direction(stroke.skin.slope()), common)
                 .along(across, noise.angle.to_radians().powi(2)),
             share: if sharp { 1.0 } else { 2.0 } / n as f64,

@@ -110,10 +110,7 @@ impl Trace {
         let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !points[i].outlier).collect();
         let sample = |&i: &usize| Sample {
             at: points[i].at,
-            covariance: points[i]
-                .covariance
-                .along([1.0, 0.0], LEAST * LEAST)
-                .along([0.0, 1.0], LEAST * LEAST),
+            covariance: points[i].covariance.plus(LEAST * LEAST),
             share: points[i].share,
             group: groups[i],
         };

@@ -3,6 +3,7 @@
 use super::taps::Tap;
 use crate::design::amount;
 use crate::measure::Rig;
+use crate::reduce::sorted;
 
 const LEVELS: usize = 64;
 
@@ -16,8 +17,7 @@ pub struct Levels {
 
 impl Levels {
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let mut all: Vec<f64> = values.collect();
-        all.sort_by(f64::total_cmp);
+        let all = sorted(values);
         let mut distinct = all.clone();
         distinct.dedup();
         if distinct.len() <= LEVELS {

@@ -110,13 +110,10 @@ pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
         setup.model.material.e0(),
     );
     let ([lo, hi], [first, last]) = (record.distances_mm, record.ends());
-    InputError::new(format!(
-        "{why} at distances of {lo} … {hi} mm and drives of {first} … {last}: this whisker has no such taps"
-    ))
-    .key("spec.whisker, spec.model")
-    .value(written)
-    .allowed("values of the rig that was calibrated; or another estimator (--estimator paper)")
-    .into()
+    let ends = format!("distances of {lo} … {hi} mm and drives of {first} … {last}");
+    let error = InputError::new(format!("{why} at {ends}: this whisker has no such taps"));
+    let error = error.key("spec.whisker, spec.model").value(written);
+    error.allowed("values of the rig that was calibrated; or another estimator (--estimator paper)").into()
 }
 
 /// Change of the expected readings of the fitted cells without the distances `gone`, by one Gauss-Newton step of the parameters.

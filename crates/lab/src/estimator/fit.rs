@@ -130,18 +130,14 @@ impl Task<'_> {
             cells.iter().map(one).sum()
         };
         let at = |k: f64| MISFITS[0] * (MISFITS[1] / MISFITS[0]).powf(k);
-        let steps = 64;
-        let best = (0..=steps).map(|k| f64::from(k) / f64::from(steps));
-        let best = best.min_by(|p, q| unlikely(at(*p)).total_cmp(&unlikely(at(*q)))).unwrap_or(0.0);
-        let around = [-1.0, 1.0].map(|side| best + side / f64::from(steps));
-        let best = at(lowest(|k| unlikely(at(k)), around));
+        let best = at(lowest(|k| unlikely(at(k)), [0.0, 1.0], 64));
         if unlikely(0.0) - unlikely(best) > BEYOND_NOISE { best } else { 0.0 }
     }
 
     fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, ModelError> {
         let scale = self.widths(&values, free);
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
-        let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
+        let deviations: Vec<f64> = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
         let bounds: Vec<[f64; 2]> =
             free.iter().zip(&scale).map(|(p, s)| p.domain().map(|end| end / s)).collect();
         let setup = &self.rig.setup;
@@ -149,7 +145,26 @@ impl Task<'_> {
         let settled = if solid { SETTLED_SOLID } else { SETTLED };
         let x = free.iter().zip(&scale).map(|(p, s)| values[*p as usize] / s);
         let x = DVector::from_iterator(free.len(), x);
-        let problem = Problem { task: *self, free, scale, deviations };
+        let model = |x: &DVector<f64>, near: &Exact| {
+            let mut values = near.values;
+            for ((p, x), s) in free.iter().zip(x.iter()).zip(&scale) {
+                let [lo, hi] = p.domain();
+                values[*p as usize] = (x * s).clamp(lo, hi);
+            }
+            near.with(values, self.rig, self.at, self.open)
+        };
+        let residuals = |exact: &Exact| {
+            let residual = |(c, s): (&Cell, &f64)| (exact.expected(c.a, c.drive) - c.signal) / s;
+            let all = self.cells.iter().zip(&deviations).map(residual);
+            let r = DVector::from_iterator(self.cells.len(), all);
+            r.iter().all(|r| r.is_finite()).then_some(r)
+        };
+        let slopes = |exact: &mut Exact| {
+            exact.look_beside(self.rig, self.at, self.open)?;
+            let j = self.slopes(exact, &scale, &deviations);
+            Ok(j.iter().all(|x| x.is_finite()).then_some(j))
+        };
+        let problem = least::Problem { model: &model, residuals: &residuals, slopes: &slopes };
         let mut found = least::minimise(&problem, x, exact, &bounds, settled)?;
         found.look_beside(self.rig, self.at, self.open)?;
         Ok(found)
@@ -221,8 +236,8 @@ impl Task<'_> {
         let m = model.fitted.len();
         let slopes = self.slopes(&model, &vec![1.0; m], &vec![1.0; self.cells.len()]);
         let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
-        let rows = covariance
-            .map_or(vec![vec![0.0; m]; m], |c| (0..m).map(|i| (0..m).map(|k| c[(i, k)]).collect()).collect());
+        let covariance = covariance.unwrap_or(DMatrix::zeros(m, m));
+        let covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
         let of_cells =
             |f: &dyn Fn(&Cell) -> f64| DVector::from_iterator(self.cells.len(), self.cells.iter().map(f));
         let residuals = of_cells(&|c| c.signal - model.expected(c.a, c.drive));
@@ -231,43 +246,7 @@ impl Task<'_> {
         let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * self.noise * self.noise);
         let chi2: f64 = self.cells.iter().zip(residuals.iter()).map(of_noise).sum();
         let chi2 = if freedom > 0.0 && self.noise > 0.0 { chi2 / freedom } else { f64::NAN };
-        let exact = Exact { covariance: rows, ..model };
+        let exact = Exact { covariance, ..model };
         Fit { exact, undetermined, misfit, chi2, cells: places, slopes, residuals, deviations }
-    }
-}
-
-struct Problem<'a> {
-    task: Task<'a>,
-    free: &'a [Parameter],
-    scale: Vec<f64>,
-    deviations: Vec<f64>,
-}
-
-impl least::Problem for Problem<'_> {
-    type Model = Exact;
-    type Error = ModelError;
-
-    fn model(&self, x: &DVector<f64>, near: &Exact) -> Result<Exact, ModelError> {
-        let mut values = near.values;
-        for ((p, x), s) in self.free.iter().zip(x.iter()).zip(&self.scale) {
-            let [lo, hi] = p.domain();
-            values[*p as usize] = (x * s).clamp(lo, hi);
-        }
-        let t = &self.task;
-        near.with(values, t.rig, t.at, t.open)
-    }
-
-    fn residuals(&self, exact: &Exact) -> Option<DVector<f64>> {
-        let cells = self.task.cells;
-        let residual = |(c, s): (&Cell, &f64)| (exact.expected(c.a, c.drive) - c.signal) / s;
-        let r = DVector::from_iterator(cells.len(), cells.iter().zip(&self.deviations).map(residual));
-        r.iter().all(|r| r.is_finite()).then_some(r)
-    }
-
-    fn slopes(&self, exact: &mut Exact) -> Result<Option<DMatrix<f64>>, ModelError> {
-        let t = &self.task;
-        exact.look_beside(t.rig, t.at, t.open)?;
-        let j = t.slopes(exact, &self.scale, &self.deviations);
-        Ok(j.iter().all(|x| x.is_finite()).then_some(j))
     }
 }

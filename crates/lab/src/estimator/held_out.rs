@@ -6,13 +6,11 @@ use rayon::prelude::*;
 
 use super::cells::Cell;
 use super::fit::Fit;
+use super::learned::{self, Learnt};
 use super::model::Found;
 use super::paper::Paper;
 use super::taps::Tap;
-use super::{
-    Estimator, curve, exact,
-    learned::{self, Learnt},
-};
+use super::{Estimator, curve, exact};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
@@ -115,11 +113,9 @@ fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
     if parts.iter().all(Option::is_none) {
         return None;
     }
-    let mut out = HeldOut {
-        taps: vec![f64::NAN; side.taps.len()],
-        sigmas: vec![f64::NAN; side.taps.len()],
-        cells: vec![(f64::NAN, f64::NAN); side.cells.len()],
-    };
+    let none = vec![f64::NAN; side.taps.len()];
+    let cells = vec![(f64::NAN, f64::NAN); side.cells.len()];
+    let mut out = HeldOut { taps: none.clone(), sigmas: none, cells };
     for (k, mean, taps) in parts.into_iter().flatten().flatten() {
         out.cells[k] = mean;
         for (tap, [error, sigma]) in taps {

@@ -121,14 +121,9 @@ impl LearnedRecord {
 
     pub fn is_sound(&self) -> bool {
         let n = self.terms.len();
-        let mut numbers = self
-            .mean
-            .iter()
-            .chain(self.deviations.iter().flatten())
-            .chain(&self.spread)
-            .chain(self.scales.iter().flatten())
-            .chain(&self.power_end)
-            .chain(self.spread_covariance.iter().flatten().flatten());
+        let numbers = self.mean.iter().chain(self.deviations.iter().flatten()).chain(&self.spread);
+        let numbers = numbers.chain(self.scales.iter().flatten()).chain(&self.power_end);
+        let mut numbers = numbers.chain(self.spread_covariance.iter().flatten().flatten());
         self.mean.len() == n
             && self.deviations.iter().all(|d| d.len() == n)
             && self.units.iter().all(|u| *u > 0.0 && u.is_finite())
@@ -256,10 +251,7 @@ impl LearnedCurve {
         [zero_read, zero_known]: [bool; 2],
         drives: Option<&[f64]>,
     ) -> Self {
-        let new = |tared: bool| match drives {
-            Some(drives) => Inverse::of_drives(&curve, &base, (tared, reach), drives),
-            None => Inverse::new(&curve, &base, tared, reach),
-        };
+        let new = |tared: bool| Inverse::new(&curve, &base, (tared, reach), drives);
         let inverse = [(!zero_read).then(|| new(false)), (zero_read || zero_known).then(|| new(true))];
         Self { inverse, curve, base, zero_read, joints: Default::default() }
     }
@@ -276,19 +268,15 @@ impl LearnedCurve {
         made.unwrap_or_else(|| self.plain().0)
     }
 
-    pub fn joint(&self, tared: bool) -> &Joint {
-        let new = || Joint::new(&self.curve, &self.base, tared, self.of(tared));
-        self.joints[0][usize::from(tared)].get_or_init(new)
-    }
-
-    pub fn joint_of_strokes(&self, tared: bool) -> &Joint {
-        let new = || Joint::of_strokes(&self.curve, &self.base, tared, self.of(tared));
-        self.joints[1][usize::from(tared)].get_or_init(new)
+    /// Model of several taps, or of `strokes`.
+    pub fn joint(&self, tared: bool, strokes: bool) -> &Joint {
+        let new = || Joint::new(&self.curve, &self.base, tared, self.of(tared), strokes);
+        self.joints[usize::from(strokes)][usize::from(tared)].get_or_init(new)
     }
 
     /// 95 % interval of the distance of an object, mm.
     pub fn ends(&self, object: &Object, told: &Told, tared: bool, same_run: bool) -> [f64; 2] {
-        let joint = self.joint(tared);
+        let joint = self.joint(tared, false);
         let variance = (told.sigma / (told.a - object.frame)).powi(2);
         let longer = object.weights(joint, told.a, same_run);
         let longer = longer.map_or(1.0, |weights| self.curve.longer(weights, variance, tared, same_run));

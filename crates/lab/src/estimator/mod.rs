@@ -172,7 +172,7 @@ impl Answers {
 }
 
 /// Calibration of one side of the whisker.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SideRecord {
     /// Sign of its readings: 1 or −1.
@@ -209,11 +209,6 @@ impl SideRecord {
     /// Calibrated side of the gauge.
     pub fn gauge(&self) -> Side {
         if self.gauge_side == "far" { Side::Far } else { Side::Contact }
-    }
-
-    /// Other side of the gauge.
-    pub fn other_gauge(&self) -> Side {
-        if self.gauge() == Side::Far { Side::Contact } else { Side::Far }
     }
 
     /// Smallest and largest calibrated drive.

@@ -88,15 +88,10 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
     ];
     let count =
         |r: &Row| counts::Count { at: [groups[0].centre(r.a), groups[1].centre(r.drive)], value: r.value };
-    let turn = match data.unit.is_absolute() {
-        true => None,
-        false => counts::turn(&data.rows.iter().map(count).collect::<Vec<_>>()),
-    };
-    let signals: Vec<f64> = data
-        .rows
-        .iter()
-        .map(|r| data.unit.strain(counts::unwrapped(r.value, turn) - r.late, factor))
-        .collect();
+    let counts: Vec<counts::Count> = data.rows.iter().map(count).collect();
+    let turn = if data.unit.is_absolute() { None } else { counts::turn(&counts) };
+    let signal = |r: &Row| data.unit.strain(counts::unwrapped(r.value, turn) - r.late, factor);
+    let signals: Vec<f64> = data.rows.iter().map(signal).collect();
     let Rest { rest, from, until, origin, step } = Rest::of(data, &signals, &groups[0]);
     let mut zeros = Vec::new();
     let mut taps = Vec::new();
@@ -112,21 +107,9 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
         let first = signal.is_finite().then(|| *first_lines.entry(row.text).or_insert(row.line));
         let twin = first.filter(|line| *line != row.line);
         let drive = if data.drive.is_some() { row.drive - origin } else { drive.unwrap_or(1.0) };
-        let tap = Tap {
-            place,
-            line: row.line,
-            a: row.a,
-            drive,
-            group: [row.a, drive],
-            value: row.value,
-            raw: signal,
-            zero: 0.0,
-            zeros: [(0, 0.0, 0.0); 2],
-            signal,
-            reason: None,
-            twin,
-        };
-        taps.push(tap);
+        let Row { line, a, value, .. } = *row;
+        let (group, raw, zeros, reason) = ([a, drive], signal, [(0, 0.0, 0.0); 2], None);
+        taps.push(Tap { place, line, a, drive, group, value, raw, zero: 0.0, zeros, signal, reason, twin });
     }
     let usable = |z: &&ZeroReading| z.reason.is_none();
     let readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();

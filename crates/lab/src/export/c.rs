@@ -97,10 +97,8 @@ fn drive(locator: &Locator) -> &'static str {
 
 /// |recorded value| of a strain or reading of this sign.
 pub(super) fn size(locator: &Locator, sign: f64, strain: f64) -> f64 {
-    match strain.is_finite() {
-        true => locator.unit.value(sign * strain, locator.rig.setup.gauge.factor).abs(),
-        false => f64::INFINITY,
-    }
+    let value = locator.unit.value(sign * strain, locator.rig.setup.gauge.factor).abs();
+    if strain.is_finite() { value } else { f64::INFINITY }
 }
 
 /// |signal| of the strain limit on a side with `factor` readings per strain; infinite if unknown.
@@ -119,12 +117,9 @@ impl Export<'_> {
         let tared = &self.locator.tared;
         let zero = if tared.from == TaredBy::Fitted { tared.value } else { 0.0 };
         let zero = self.locator.unit.value(zero, self.locator.rig.setup.gauge.factor);
-        let head = HEAD
-            .replace("@COMMENT", &self.comment())
-            .replace("@ZERO", &format!("{zero:e}"))
-            .replace("@DRIVE", drive(self.locator))
-            .replace("@UNIT", unit(self.locator))
-            .replace("@VALUES", &values);
+        let (drive, unit) = (drive(self.locator), unit(self.locator));
+        let head = HEAD.replace("@COMMENT", &self.comment()).replace("@ZERO", &format!("{zero:e}"));
+        let head = head.replace("@DRIVE", drive).replace("@UNIT", unit).replace("@VALUES", &values);
         head + &REALS.map(|real| self.code(real)).concat() + "\n#endif\n"
     }
 
@@ -161,11 +156,8 @@ impl Export<'_> {
         let unit = if self.locator.rig.setup.drive == Drive::Angle { "degrees" } else { "mm" };
         let origin = self.locator.drive_origin;
         let [first, last] = [drives[0], drives[drives.len() - 1]].map(|u| origin + u);
-        let drives = if self.locator.drive_recorded {
-            format!(", drives {first} ... {last} {unit}")
-        } else {
-            String::new()
-        };
+        let drives = format!(", drives {first} ... {last} {unit}");
+        let drives = if self.locator.drive_recorded { drives.as_str() } else { "" };
         let [nearest, farthest] = side.reach;
         format!(
             "{sign} distances {lo} ... {hi} mm{drives}; none is given below {nearest:.2} mm, nor beyond {farthest:.2} mm"

@@ -188,10 +188,8 @@ impl<'a> Side<'a> {
         let some = (0..=8).map(|k| first * (last / first).powf(f64::from((5 * k + 4) % 9) / 8.0));
         let some =
             some.map(|a| (size(self.locator, self.of.sign, self.of.answers.expected(a, drive)) / drive).ln());
-        let start = some
-            .into_iter()
-            .find(|x| is(*x))
-            .ok_or_else(|| InputError::new(format!("no reading has a distance at the drive {drive}")))?;
+        let none = || InputError::new(format!("no reading has a distance at the drive {drive}"));
+        let start = some.into_iter().find(|x| is(*x)).ok_or_else(none)?;
         let end = |step: f64| {
             let inside = |k: usize| start + step * k as f64;
             let outside = (1..STEP.1).find(|k| !is(inside(*k)));

@@ -30,10 +30,8 @@ impl<'a> Export<'a> {
     /// A calibration of two signals; an estimator that is not smooth enough, or has no answer at some drive.
     pub fn new(locator: &'a Locator, calibration: &'a Calibration) -> Result<Self, Error> {
         if locator.is_twofold() {
-            let error = InputError::new(
-                "the file answers one signal, and this calibration is of two: distance and tilt take the model itself",
-            );
-            let error = error.key("--export").value("a calibration with [second]");
+            let message = "the file answers one signal, and this calibration is of two: distance and tilt take the model itself";
+            let error = InputError::new(message).key("--export").value("a calibration with [second]");
             return Err(error.allowed("a calibration of one gauge (no second = true in [gauge])").into());
         }
         let refused = |e: InputError| {

@@ -102,9 +102,8 @@ impl Calibration {
     pub fn load(path: &Path) -> Result<String, InputError> {
         if path.is_dir() {
             let error = InputError::new("this is a folder; the calibration file in it is needed");
-            return Err(error
-                .at(path.display().to_string(), None)
-                .allowed(path.join("calibration.toml").display().to_string()));
+            let error = error.at(path.display().to_string(), None);
+            return Err(error.allowed(path.join("calibration.toml").display().to_string()));
         }
         TextFile::open(path, "calibration", Limit::Whole)?.toml()
     }
@@ -151,9 +150,8 @@ impl Calibration {
         if hash(&toml::to_string(&table).unwrap_or_default()) != read.checksum && !trust {
             let message = "this calibration was edited by hand: its checksum does not fit its values";
             let error = refused(label, "checksum", message).value(&read.checksum);
-            return Err(
-                error.allowed("the file as `vibrissa calibrate` wrote it; or --force to use it as it is")
-            );
+            let allowed = "the file as `vibrissa calibrate` wrote it; or --force to use it as it is";
+            return Err(error.allowed(allowed));
         }
         read.check(label)?;
         // The spec is checked again with the places of its values.

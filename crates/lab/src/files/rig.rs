@@ -91,13 +91,8 @@ impl Rig {
         });
         let rest = [("nu", m.nu.into()), ("contact", contact), ("material", table(vec![material]))];
         let model = [("geometry", geometry)].into_iter().chain(terms).chain(rest).collect();
-        let entries = [
-            ("whisker", table(whisker)),
-            ("gauge", table(gauge)),
-            ("tap", table(vec![("drive", drive)])),
-            ("model", table(model)),
-            ("estimate", table(estimate)),
-        ];
+        let (tap, of) = (vec![("drive", drive)], ["whisker", "gauge", "tap", "model", "estimate"]);
+        let entries = of.into_iter().zip([whisker, gauge, tap, model, estimate].map(table));
         let sensor = (s.signal != Signal::Strain).then(|| {
             let noise = s.gauge.noise_strain.map(|n| ("noise", n.into()));
             let fixed = s.fixed.then(|| ("fixed", true.into()));

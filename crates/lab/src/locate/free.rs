@@ -132,11 +132,9 @@ fn signals(locator: &Locator, side: &Opened, mut setup: Setup, tilt: f64) -> Res
     setup.gauge.side = if side.sign > 0.0 { Side::Contact } else { Side::Far };
     let ends = ends(side);
     let at = |k: usize, i: usize| ends[k][0] + (ends[k][1] - ends[k][0]) * i as f64 / (GRID[k] - 1) as f64;
-    let of = |i: usize| Tuple {
-        a: at(0, i / GRID[1]).exp(),
-        drive: at(1, i % GRID[1]),
-        tilt,
-        ..locator.rig.design.tuple
+    let of = |i: usize| {
+        let (a, drive) = (at(0, i / GRID[1]).exp(), at(1, i % GRID[1]));
+        Tuple { a, drive, tilt, ..locator.rig.design.tuple }
     };
     let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
     let mut all = vec![f64::NAN; GRID[0] * GRID[1]];

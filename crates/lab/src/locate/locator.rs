@@ -14,7 +14,7 @@ use crate::measure::group::rounding;
 use crate::measure::lag::Lag;
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Signal};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
 use crate::status::Status;
 use vibrissa_learned::tails::OF_95;
 
@@ -128,8 +128,8 @@ impl Locator {
         if let [record] = c.sides.as_slice()
             && asked.is_none_or(|asked| asked == Estimator::Exact)
         {
-            let other = (record, record.other_gauge());
-            sides.extend(Opened::new(Estimator::Exact, &rig, other, open).map_err(at)?);
+            let other = if record.gauge() == Side::Far { Side::Contact } else { Side::Far };
+            sides.extend(Opened::new(Estimator::Exact, &rig, (record, other), open).map_err(at)?);
         }
         let twofold = Twofold::new(c, &rig, estimator, open).map_err(at)?;
         let tared = c.zero.clone();

@@ -99,7 +99,7 @@ pub fn next(
     let side = &locator.sides[place];
     let learned = learned(place).ok_or("taps are taken together by `learned`")?;
     let (signal, share) = own.first().map_or((1.0, 0.0), |(k, tap)| (tap.signal, taps[*k].shares[0]));
-    let joint = learned.joint(learned.read(signal, share).0);
+    let joint = learned.joint(learned.read(signal, share).0, false);
     let mut object = Object::new(joint);
     for (k, asked) in &own {
         let Reading { zeros: zero, shift, ref shares, .. } = taps[*k];
@@ -134,19 +134,8 @@ pub fn next(
     if apart.is_some_and(|(_, by)| by.abs() > limit(object.compared())) {
         status |= Status::INCONSISTENT;
     }
-    Ok(Next {
-        taps: object.count,
-        now,
-        near: told.near,
-        stands,
-        tried,
-        best,
-        more,
-        floor,
-        status,
-        apart,
-        left,
-    })
+    let (taps, near) = (object.count, told.near);
+    Ok(Next { taps, now, near, stands, tried, best, more, floor, status, apart, left })
 }
 
 struct Known<'a> {

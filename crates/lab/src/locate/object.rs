@@ -66,10 +66,8 @@ impl<'a> Objects<'a> {
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
         let two = who.is_twofold() && !matches!(by, By::Strokes(_));
-        if by == By::Unsaid
-            || two
-            || who.is_alone() && locator.sides.iter().any(|side| side.learned().is_some())
-        {
+        let learned = who.is_alone() && locator.sides.iter().any(|side| side.learned().is_some());
+        if by == By::Unsaid || two || learned {
             return Ok(());
         }
         let key = match by {
@@ -82,18 +80,13 @@ impl<'a> Objects<'a> {
             false if who.is_twofold() => "two gauges",
             false => locator.estimator.name(),
         };
-        let error = InputError::new(
-            "readings are taken together by `learned`, of one signal, and taps by two gauges",
-        );
-        Err(error.key(key).value(estimator).allowed("a calibration of one signal by learned"))
+        let message = "readings are taken together by `learned`, of one signal, and taps by two gauges";
+        let error = InputError::new(message).key(key).value(estimator);
+        Err(error.allowed("a calibration of one signal by learned"))
     }
 
     /// Of readings of columns with these `names`; `None` where nothing tells them apart.
-    pub(super) fn new(
-        who: Answerer<'a>,
-        names: &[String],
-        ask: &Ask<'_>,
-    ) -> Result<Option<Self>, InputError> {
+    pub fn new(who: Answerer<'a>, names: &[String], ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
         let of = |name: &str| names.iter().position(|n| n == name);
         let place = match (ask.by, of(NAME)) {
             (By::Unsaid, None) => return Ok(None),
@@ -174,16 +167,16 @@ impl<'a> Objects<'a> {
             let learned = locator.sides[asked.side].learned()?;
             let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
             let kind = (asked.side, tared);
-            let known = self.known(&name, ask, || Taps::One(Object::new(learned.joint(tared)), kind));
+            let known = self.known(&name, ask, || Taps::One(Object::new(learned.joint(tared, false)), kind));
             let Taps::One(object, its_kind) = &mut known.taps else { return None };
-            let (joint, side) = (learned.joint(tared), &locator.sides[its_kind.0]);
+            let (joint, side) = (learned.joint(tared, false), &locator.sides[its_kind.0]);
             if *its_kind == kind {
                 let tap = Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift };
                 object.add(joint, tap, same_run);
             }
             let (count, other) = (object.count, *its_kind != kind);
             let of = side.learned().filter(|_| count > 1 || other);
-            let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1))?)));
+            let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1, false))?)));
             if count > 1 || other {
                 located = told.as_ref().map_or(Located::nothing(Status::NO_ROOT), |(of, told)| {
                     let normal = Located::normal(told.a, told.sigma, doubts(side, object, told));
@@ -268,10 +261,8 @@ pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
     };
     match names.iter().find(like).filter(|_| found.is_none()) {
         Some(name) => {
-            let error = InputError::new(
-                "this is nearly the column of the shift of the base, and would not be looked at",
-            );
-            Err(error.key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
+            let message = "this is nearly the column of the shift of the base, and would not be looked at";
+            Err(InputError::new(message).key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
         }
         None => Ok(found),
     }

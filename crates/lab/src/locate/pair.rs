@@ -41,16 +41,8 @@ impl Spatial {
     }
 
     pub const fn of(located: Located) -> Self {
-        let (none, point) = (f64::NAN, [f64::NAN; 3]);
-        Self {
-            located,
-            tilt: none,
-            sigma_tilt: none,
-            correlation: none,
-            point,
-            sigma_point: point,
-            parts: None,
-        }
+        let (tilt, point) = (f64::NAN, [f64::NAN; 3]);
+        Self { located, tilt, sigma_tilt: tilt, correlation: tilt, point, sigma_point: point, parts: None }
     }
 
     /// Its numbers, in the order of tables.
@@ -97,10 +89,7 @@ impl Twofold {
     }
 
     /// The taps of the model that give the readings of `asked`, looked for first where these are; one thread after the other. Nothing without a model.
-    fn invert<'s>(
-        &self,
-        asked: impl Iterator<Item = &'s Solved>,
-    ) -> Result<Vec<Option<Inverted>>, SolveError> {
+    fn invert(&self, asked: &[Result<Solved, Status>]) -> Result<Vec<Option<Inverted>>, SolveError> {
         let Some((pair, method)) = &self.model else { return Ok(Vec::new()) };
         let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(method) = held.take() else { return Ok(Vec::new()) };
@@ -109,7 +98,7 @@ impl Twofold {
             start: pair.tap(s.a, s.tilt.to_degrees(), s.drive),
             readings: s.readings,
         };
-        let asked: Vec<TwoReadings> = asked.map(start).collect();
+        let asked: Vec<TwoReadings> = asked.iter().flatten().map(start).collect();
         let found = pair.invert(&mut evaluator, &self.transfer, &asked);
         *held = Some(evaluator.into_method());
         found
@@ -158,7 +147,7 @@ impl Locator {
         };
         // Linear theory gives the start of the model's inverse.
         let mut all: Vec<_> = readings.iter().map(|reading| self.by_theory(two, reading)).collect();
-        let inverted = two.invert(all.iter().flatten())?;
+        let inverted = two.invert(&all)?;
         for (one, found) in all.iter_mut().filter(|one| one.is_ok()).zip(inverted) {
             let Ok(solved) = one else { continue };
             match found.and_then(|found| Some((found, inverse(found.slopes)?))) {
@@ -217,17 +206,13 @@ impl Locator {
         let of_misalignment = solved.readings[0] * ratio * sigma_misalignment_deg.to_radians();
         // Change of distance and tilt with an error of one gauge.
         let moved = |gauge: usize, error: f64| solved.inverse.map(|by| by[gauge] * error);
+        let [zero, model] = [self.of_zero.sqrt(), of_model].map(|error| moved(0, error));
+        let [factor, misalignment] = [of_factor, of_misalignment].map(|error| moved(1, error));
         let parts = Parts {
             at: [solved.a, solved.tilt],
             own: covariance([0, 1].map(|k| moved(k, noises[k]))),
             zeros: [0, 1].map(|k| moved(k, zeros[k])),
-            shared: [
-                moved(0, self.of_zero.sqrt()),
-                moved(0, of_model),
-                moved(1, of_factor),
-                moved(1, of_misalignment),
-                [side.bias_at(solved.drive), 0.0],
-            ],
+            shared: [zero, model, factor, misalignment, [side.bias_at(solved.drive), 0.0]],
         };
         let [[aa, at], [_, tt]] = parts.covariance();
         let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());

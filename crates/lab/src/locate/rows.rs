@@ -72,7 +72,8 @@ impl<'a> Answerer<'a> {
         match self.several {
             Some(several) => &several.names[k],
             None if k == 0 => self.first().unit.common(),
-            None => self.first().unit.second_common(),
+            None if self.first().unit.is_absolute() => Unit::Strain.second(),
+            None => Unit::Reading.second(),
         }
     }
 
@@ -112,11 +113,11 @@ impl<'a> Answerer<'a> {
 
     /// Why a row cannot be answered by what it holds; nothing where it can.
     pub(super) fn lacks(self, drive: f64, signals: &[f64]) -> Option<Status> {
-        let missing = match self.finds_drives() {
-            true => !signals.iter().any(|x| x.is_finite()),
-            false => !drive.is_finite() || !signals[0].is_finite(),
+        let known = match self.finds_drives() {
+            true => signals.iter().any(|x| x.is_finite()),
+            false => drive.is_finite() && signals[0].is_finite(),
         };
-        missing.then_some(Status::BAD_INPUT)
+        (!known).then_some(Status::BAD_INPUT)
     }
 
     /// Whether a row is one of the zero, but for rounding.

@@ -91,11 +91,8 @@ impl<'a> Ask<'a> {
         let (zeros, wrong) = zeros(who, input, self)?;
         if let (Some(x), n @ 1..) = (self.zero[0], zeros[0].count) {
             let error = InputError::new("these readings have zero readings of their own").key("--zero");
-            return Err(error
-                .value(plain(x))
-                .allowed(format!("nothing: {n} rows say it"))
-                .at(self.label(), None)
-                .into());
+            let error = error.value(plain(x)).allowed(format!("nothing: {n} rows say it"));
+            return Err(error.at(self.label(), None).into());
         }
         if !wrong.is_empty() {
             let lines: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();

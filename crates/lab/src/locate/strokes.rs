@@ -33,21 +33,27 @@ pub struct Strokes<'a> {
     locator: &'a Locator,
     /// Place of the column that numbers them; none where the drive tells them apart.
     place: Option<usize>,
-    name: String,
     number: u64,
+    now: Now,
+    falls: Once,
+    before: f64,
+    /// What is free, and what that changes of the signals of each side.
+    free: (Free, Vec<Vec<Nuisance>>),
+}
+
+/// The stroke that was begun last.
+#[derive(Default)]
+struct Now {
+    name: String,
     /// The least drive since the stroke went back, and the first and the largest of the stroke.
     drives: [f64; 3],
     falling: bool,
-    falls: Once,
-    before: f64,
     /// Readings, taken with the sign of each side.
     sides: Vec<Option<Side>>,
     /// Largest signals of either sign.
     signals: [f64; 2],
     /// The last answer, and the readings of which it is.
     far: Option<(usize, Vec<f64>, Status)>,
-    /// What is free, and what that changes of the signals of each side.
-    free: (Free, Vec<Vec<Nuisance>>),
 }
 
 /// Readings as one side of the whisker gives them.
@@ -72,20 +78,9 @@ impl<'a> Strokes<'a> {
     pub fn new(locator: &'a Locator, names: &[String], free: Free) -> Result<Self, Error> {
         let changes = locator.sides.iter().map(|side| free.nuisances(locator, side));
         let changes = changes.collect::<Result<_, _>>()?;
-        Ok(Self {
-            locator,
-            place: names.iter().position(|n| n == NAME),
-            name: String::new(),
-            number: 0,
-            drives: NONE,
-            falling: false,
-            falls: Once::default(),
-            before: f64::INFINITY,
-            sides: Vec::new(),
-            signals: [0.0; 2],
-            far: None,
-            free: (free, changes),
-        })
+        let place = names.iter().position(|n| n == NAME);
+        let (now, falls, before) = (Now { drives: NONE, ..Now::default() }, Once::default(), f64::INFINITY);
+        Ok(Self { locator, place, number: 0, now, falls, before, free: (free, changes) })
     }
 
     fn name(&self, cells: &[LabCell<'_>]) -> String {
@@ -98,30 +93,27 @@ impl<'a> Strokes<'a> {
     }
 
     pub fn rest(&mut self) {
-        self.drives = NONE;
-        self.falling = false;
+        (self.now.drives, self.now.falling) = (NONE, false);
     }
 
     /// Begins another stroke where the tap of this line and drive is the first of one; whether it is of one at all.
     fn begins(&mut self, (line, drive): (usize, f64), name: &str, ask: &Ask<'_>) -> bool {
         let slack = FALLS * self.locator.largest_drive();
-        let [least, first, largest] = self.drives;
+        let [least, first, largest] = self.now.drives;
         let named = self.place.is_some();
         let behind = drive < largest - slack;
-        let ended = self.falling && largest - least > ENDS * (largest - first);
+        let ended = self.now.falling && largest - least > ENDS * (largest - first);
         let again = behind && drive <= first + slack || ended && drive > least + slack;
-        if !first.is_finite() || if named { name != self.name } else { again } {
-            self.sides = self.locator.sides.iter().map(|_| None).collect();
+        if !first.is_finite() || if named { name != self.now.name } else { again } {
+            let sides = self.locator.sides.iter().map(|_| None).collect();
+            let (name, drives) = (name.to_owned(), [f64::INFINITY, drive, drive]);
+            self.now = Now { name, drives, sides, ..Now::default() };
             self.number += 1;
-            self.name = name.to_owned();
-            (self.drives, self.falling) = ([f64::INFINITY, drive, drive], false);
-            self.signals = [0.0; 2];
-            self.far = None;
             return true;
         }
-        self.falling = behind;
+        self.now.falling = behind;
         if behind {
-            self.drives[0] = least.min(drive);
+            self.now.drives[0] = least.min(drive);
             self.falls.warn(ask, || {
                 format!(
                     "line {line}: the drive falls: readings of a stroke count while its drive grows, so that those of the way back tell nothing"
@@ -129,7 +121,7 @@ impl<'a> Strokes<'a> {
             });
             return false;
         }
-        (self.drives[0], self.drives[2]) = (f64::INFINITY, largest.max(drive));
+        self.now.drives = [f64::INFINITY, first, largest.max(drive)];
         true
     }
 
@@ -146,7 +138,7 @@ impl<'a> Strokes<'a> {
         }
         // Where both sides were calibrated, a drive that goes down from 0 counts by its size.
         let learned = self.locator.sides.iter().filter(|side| side.learned().is_some());
-        let down = tap.drive < std::mem::replace(&mut self.before, tap.drive) || name != self.name;
+        let down = tap.drive < std::mem::replace(&mut self.before, tap.drive) || name != self.now.name;
         let folded = down && tap.drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
         let drive = if folded { -tap.drive } else { tap.drive };
         if !self.begins((tap.line, drive), &name, ask) {
@@ -154,11 +146,11 @@ impl<'a> Strokes<'a> {
         }
         let locator = self.locator;
         let (drive, signal) = locator.as_calibrated(drive, signal);
-        let begun = self.sides.iter().flatten().next();
+        let begun = self.now.sides.iter().flatten().next();
         let first = if self.free.0.zero { begun.map_or(signal, |s| s.first) } else { 0.0 };
         let signal = signal - first;
         let mut status = locator.limit_of(signal);
-        for (side, readings) in locator.sides.iter().zip(&mut self.sides) {
+        for (side, readings) in locator.sides.iter().zip(&mut self.now.sides) {
             let Some(learned) = side.learned() else { continue };
             let (tared, y, _) = learned.read(side.sign * signal, share);
             let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY, first };
@@ -170,24 +162,24 @@ impl<'a> Strokes<'a> {
             own.largest = own.largest.max(side.sign * signal);
             own.stroke.add(drive, y);
         }
-        let [up, down] = &mut self.signals;
+        let [up, down] = &mut self.now.signals;
         (*up, *down) = (up.max(signal), down.max(-signal));
         let has = |sign: f64| locator.side_of(sign).is_some_and(|side| side.learned().is_some());
-        let known = self.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
+        let known = self.now.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
         let side = &locator.sides[k];
         let count = own.stroke.count();
         // Without a learned curve a side cannot be read along a stroke.
-        let others = self.signals[usize::from(side.sign > 0.0)];
+        let others = self.now.signals[usize::from(side.sign > 0.0)];
         if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise() {
             return Some((numbers(count, None, locator.drive_origin), status | Status::OUTSIDE_CALIBRATION));
         }
         let recent = |(rows, ..): &&(usize, _, _)| count >= PATIENT && count - rows < count / PATIENT;
-        if let Some((_, numbers, before)) = self.far.as_ref().filter(recent) {
+        if let Some((_, numbers, before)) = self.now.far.as_ref().filter(recent) {
             return Some((numbers.clone(), *before | status));
         }
         let learned = side.learned()?;
-        let joint = learned.joint_of_strokes(own.tared);
+        let joint = learned.joint(own.tared, true);
         let largest = side.ends()[1];
         let course = Course {
             same_run: locator.same_run,
@@ -196,7 +188,7 @@ impl<'a> Strokes<'a> {
             } else {
                 learned.read(1.0, share).2
             },
-            least: (-EARLY * largest).min(self.drives[1] - locator.drive_origin),
+            least: (-EARLY * largest).min(self.now.drives[1] - locator.drive_origin),
             nuisances: &self.free.1[k],
         };
         let told = own.stroke.told(joint, course);
@@ -209,7 +201,7 @@ impl<'a> Strokes<'a> {
             status |= Status::INCONSISTENT;
         }
         let numbers = numbers(count, told, locator.drive_origin);
-        self.far = Some((count, numbers.clone(), status));
+        self.now.far = Some((count, numbers.clone(), status));
         Some((numbers, status))
     }
 }

@@ -41,18 +41,13 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Reads and answers `input` for the table of `heading`, whose columns from the zero on follow what is kept of each row.
-    pub fn of(
-        locator: &Locator,
-        input: LabTable<'_>,
-        ask: &Ask<'_>,
-        heading: &Heading,
-    ) -> Result<Self, Error> {
+    /// Reads and answers `input` for the table `of` this heading, whose columns from the zero on follow what is kept of each row.
+    pub fn of(locator: &Locator, input: LabTable<'_>, ask: &Ask<'_>, of: &Heading) -> Result<Self, Error> {
         let who = Answerer::from(locator);
         let (label, read) = (ask.label(), ask.zeros(who, input.into())?);
         let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
         let mut tared = TaredRows::new(who, input.into(), ask, Some(read))?;
-        let kept = Kept::new(&tared.rows, of_frame, heading, &heading.names_from("zero"));
+        let kept = Kept::new(&tared.rows, of_frame, of, &of.names_from("zero"));
         let names = tared.rows.header.names.clone();
         let (mut rows, mut taps) = (Vec::new(), Vec::new());
         while let Some(row) = tared.next()? {

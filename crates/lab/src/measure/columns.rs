@@ -5,6 +5,7 @@ use super::file::Row;
 use super::group::Groups;
 use super::names::{DISTANCE, Names, Role};
 use crate::error::InputError;
+use crate::reduce::distinct;
 use crate::scene::Drive;
 use crate::sink::lab::LabCell;
 
@@ -72,19 +73,15 @@ impl Columns {
         }
         if drives.len() > 1 {
             let error = InputError::new("a whisker is driven by an angle or by a displacement, not by both");
-            return Err(error
-                .key("theta_deg")
-                .value("theta_deg and delta_mm")
-                .allowed("one of the two columns"));
+            let error = error.key("theta_deg").value("theta_deg and delta_mm");
+            return Err(error.allowed("one of the two columns"));
         }
         let mut signals = Vec::new();
         for unit in Unit::ALL {
             signals.extend(once(Role::Signal(unit))?.map(|place| (unit, place)));
         }
-        if let ([], Some(i)) = (
-            drives.as_slice(),
-            (0..names.len()).find(|&i| roles[i].is_none() && drive_like(&names[i]).is_some()),
-        ) {
+        let like = |&i: &usize| roles[i].is_none() && drive_like(&names[i]).is_some();
+        if let Some(i) = (0..names.len()).find(like).filter(|_| drives.is_empty()) {
             return Err(unknown_drive(&names[i]));
         }
         let signal = match signals.as_slice() {
@@ -97,10 +94,8 @@ impl Columns {
                 let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
                 let error =
                     InputError::new("there are several signal columns, and they may contradict each other");
-                return Err(error
-                    .key(found[0])
-                    .value(found.join(", "))
-                    .allowed(format!("exactly one of {}; or --columns ignore=NAME", signal_names())));
+                let allowed = format!("exactly one of {}; or --columns ignore=NAME", signal_names());
+                return Err(error.key(found[0]).value(found.join(", ")).allowed(allowed));
             }
         };
         let mut seconds = Vec::new();
@@ -178,11 +173,9 @@ fn said_as(role: &str, name: &str) -> String {
 /// The error for a column whose values behave like a drive.
 pub fn followed(name: &str) -> InputError {
     let message = "the signal follows the few values of this column as it follows a drive, but no column is one by name";
-    InputError::new(message).key(name).allowed(format!(
-        "theta_deg or delta_mm; or {} (degrees) or delta (mm); or {}",
-        said_as("theta", name),
-        said_as("ignore", name)
-    ))
+    let (drive, other) = (said_as("theta", name), said_as("ignore", name));
+    let allowed = format!("theta_deg or delta_mm; or {drive} (degrees) or delta (mm); or {other}");
+    InputError::new(message).key(name).allowed(allowed)
 }
 
 /// None if the name does not look like a drive; else the likely drive, or `Some(None)` if it may be either.
@@ -211,17 +204,16 @@ fn unknown_drive(name: &str) -> InputError {
         Some(Drive::Displacement) => ("delta_mm", "delta"),
         None => ("theta_deg or delta_mm", "theta"),
     };
-    let message = match radians {
-        true => "this column looks like a drive in radians; theta_deg is meant, in degrees".to_owned(),
-        false => format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
-    };
-    let allowed = match radians {
-        true => format!("theta_deg, in degrees; or {}", said_as("ignore", name)),
-        false => format!(
-            "{likely}; or {} where it is in {}; or {}",
-            said_as(role, name),
-            if role == "theta" { "degrees" } else { "mm" },
-            said_as("ignore", name)
+    let (drive, other) = (said_as(role, name), said_as("ignore", name));
+    let unit = if role == "theta" { "degrees" } else { "mm" };
+    let (message, allowed) = match radians {
+        true => (
+            "this column looks like a drive in radians; theta_deg is meant, in degrees".to_owned(),
+            format!("theta_deg, in degrees; or {other}"),
+        ),
+        false => (
+            format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
+            format!("{likely}; or {drive} where it is in {unit}; or {other}"),
         ),
     };
     InputError::new(message).key(name).allowed(allowed)
@@ -273,17 +265,12 @@ fn leads(levels: &[f64], rows: &[Row]) -> bool {
         *cell = (cell.0 + row.value, cell.1 + 1.0);
         (low, high) = (low.min(row.value), high.max(row.value));
     }
-    let mut distinct = levels.to_vec();
-    distinct.sort_by(f64::total_cmp);
-    distinct.dedup();
+    let distinct = distinct(levels.iter().copied());
     let means: Vec<(i64, f64)> = cells.iter().map(|([a, _], (sum, n))| (*a, sum / n)).collect();
     let steps = means.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1 - w[0].1);
     let (up, all) = steps.fold((0, 0), |(up, n), step| (up + usize::from(step > 0.0), n + 1));
-    let ranges: Vec<f64> = means
-        .chunk_by(|p, q| p.0 == q.0)
-        .filter(|c| c.len() > 1)
-        .map(|c| (c[c.len() - 1].1 - c[0].1).abs())
-        .collect();
+    let several = means.chunk_by(|p, q| p.0 == q.0).filter(|c| c.len() > 1);
+    let ranges: Vec<f64> = several.map(|c| (c[c.len() - 1].1 - c[0].1).abs()).collect();
     2 * distinct.len() <= rows.len()
         && all >= CASES
         && up.max(all - up) as f64 >= SAME_WAY * all as f64

@@ -1,6 +1,7 @@
 //! Raw 16-bit counts that wrap around.
 
 use super::Data;
+use crate::reduce::sorted;
 
 const TURN: f64 = 65536.0;
 
@@ -38,8 +39,7 @@ pub struct Count {
 /// apart, which joining brings as close as the others. Else zero readings that far from the first drive, if the drive moves the signal towards them;
 /// with one drive, if a quarter of the range is empty between them.
 pub fn turn(all: &[Count]) -> Option<f64> {
-    let mut values: Vec<f64> = all.iter().map(|c| c.value).filter(|x| x.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
+    let values = sorted(all.iter().map(|c| c.value).filter(|x| x.is_finite()));
     let (first, last) = (*values.first()?, *values.last()?);
     let counts = (0.0..TURN).contains(&first) && last < TURN || first >= -0.5 * TURN && last < 0.5 * TURN;
     if !counts {

@@ -3,17 +3,13 @@
 use std::path::Path;
 
 use super::Unit;
-use super::columns::Others;
+use super::columns::{Columns, Others, all_names, followed, missing};
 use super::group::rounded;
 use super::header::Sheet;
 use super::missing::{self, Missing};
-pub use super::names::DISTANCE;
+pub use super::names::{DISTANCE, Names};
 use super::runs::{Runs, forward, seconds};
 use super::thousands::Thousands;
-use super::{
-    columns::{Columns, all_names, followed, missing},
-    names::Names,
-};
 use crate::error::InputError;
 use crate::fields::Decimals;
 use crate::scene::Drive;
@@ -96,6 +92,16 @@ impl Data {
             data.rows.iter_mut().zip(column(|r| r.drive)).for_each(|(r, drive)| r.drive = drive);
         }
         data
+    }
+
+    /// The largest distance, mm.
+    ///
+    /// # Errors
+    /// No distance > 0.
+    pub fn furthest(&self) -> Result<f64, InputError> {
+        let furthest = self.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
+        let error = || InputError::new("no row has a distance > 0").at(&self.file, None).key("a_mm");
+        (furthest > 0.0).then_some(furthest).ok_or_else(|| error().allowed("contact distances in mm"))
     }
 
     /// Reads the file at `path`.
@@ -214,15 +220,8 @@ impl Data {
         let named = [columns.a, columns.drive.map(|d| d.1), Some(columns.signal.1)]
             .map(|place| place.map_or("", |place| names[place].as_str()));
         let missing = missing::take(&mut rows, named);
-        Ok(Self {
-            missing,
-            file: label.to_owned(),
-            drive: columns.drive.map(|d| d.0),
-            unit: columns.signal.0,
-            timed: timed.is_some(),
-            rows,
-            beside,
-            ignored: columns.ignored,
-        })
+        let Columns { drive, signal: (unit, _), ignored, .. } = columns;
+        let (file, drive, timed) = (label.to_owned(), drive.map(|d| d.0), timed.is_some());
+        Ok(Self { missing, file, drive, unit, timed, rows, beside, ignored })
     }
 }

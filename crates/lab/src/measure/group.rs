@@ -1,5 +1,7 @@
 //! Groups values meant to be equal: 2.15, 2.17 and 2.19 mm are one drive that a motor reached with jitter.
 
+use crate::reduce::{distinct, sorted};
+
 /// Largest gap within a group, as a share of the gaps between groups.
 const APART: f64 = 1.0 / 8.0;
 /// Largest width of a group, relative to its mean.
@@ -16,15 +18,13 @@ pub fn rounding(size: f64) -> f64 {
 
 /// Replaces values that differ only by rounding by the one with the fewest digits, or 0. Rounding is relative to the value or the 90 % quantile.
 pub fn rounded(values: &[f64]) -> Vec<f64> {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
-    let mut sizes: Vec<f64> = sorted.iter().map(|x| x.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
+    let finite = || values.iter().copied().filter(|x| x.is_finite());
+    let sizes = sorted(finite().map(f64::abs));
     let usual = sizes.get(9 * sizes.len() / 10).copied().unwrap_or_default();
-    sorted.sort_by(f64::total_cmp);
-    sorted.dedup();
+    let all = distinct(finite());
     let slack = |x: f64| rounding(usual.max(x.abs()));
     let plain = |x: f64| if x.abs() <= slack(0.0) { 0.0 } else { x };
-    let (mut firsts, mut shortest, mut rest) = (Vec::new(), Vec::new(), &sorted[..]);
+    let (mut firsts, mut shortest, mut rest) = (Vec::new(), Vec::new(), &all[..]);
     while let Some(&first) = rest.first() {
         let (here, after) = rest.split_at(rest.partition_point(|x| x - first <= slack(first)));
         firsts.push(first);
@@ -50,8 +50,7 @@ pub struct Groups {
 impl Groups {
     /// Joins values within `width` of their neighbours; by default as the gaps suggest. With `alone`, all values may form one group.
     pub fn of(values: impl Iterator<Item = f64>, width: Option<f64>, alone: bool) -> Self {
-        let mut all: Vec<f64> = values.filter(|x| x.is_finite()).collect();
-        all.sort_by(f64::total_cmp);
+        let all = sorted(values.filter(|x| x.is_finite()));
         let mut distinct = all.clone();
         distinct.dedup();
         let within = width.unwrap_or_else(|| jitter(&distinct, alone));

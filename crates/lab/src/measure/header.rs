@@ -1,7 +1,7 @@
 //! A header in a comment: `# reading,theta_deg` before rows without a header, as numpy's savetxt writes it.
 
 use super::columns::drive_like;
-use super::names::Names;
+use super::names::{Names, Role};
 use crate::error::InputError;
 use crate::fields::{fields, lines, number, separator};
 use crate::sink::lab::{LabRow, LabTable};
@@ -159,11 +159,8 @@ fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
     let only_names =
         words.iter().all(|word| said.means(word)) && words.iter().any(|word| said.is_drive(word));
     let words = only_names.then_some(words);
-    let fit: Vec<_> = ways
-        .filter(|names| are_names(names, said))
-        .chain(words)
-        .filter(|names| names.len() == count)
-        .collect();
+    let fit = ways.filter(|names| are_names(names, said)).chain(words);
+    let fit: Vec<_> = fit.filter(|names| names.len() == count).collect();
     // Prefer the split with the most known names; `max_by_key` returns the last of equals, hence `rev`.
     fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
 }
@@ -173,11 +170,8 @@ fn are_names(names: &[String], said: &Names) -> bool {
     let letter = |name: &str| matches!(name, "a" | "s" | "t" | "u" | "v" | "x");
     let like = |name: &String| {
         let name = name.to_lowercase();
-        drive_like(&name).is_some()
-            || letter(&name)
-            || name
-                .split(|c: char| !c.is_alphabetic())
-                .any(|word| WORDS.split(' ').any(|known| known == word))
+        let known = |word: &str| WORDS.split(' ').any(|known| known == word);
+        drive_like(&name).is_some() || letter(&name) || name.split(|c: char| !c.is_alphabetic()).any(known)
     };
     let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
     names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)
@@ -187,5 +181,6 @@ fn are_names(names: &[String], said: &Names) -> bool {
 fn names_columns(comment: &str) -> bool {
     let known = Names::default();
     let words = || comment.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-    words().any(|word| known.is_drive(word)) && words().any(|word| known.is_signal(word))
+    let is_signal = |word: &str| matches!(known.role(word), Some(Role::Signal(_)));
+    words().any(|word| known.is_drive(word)) && words().any(is_signal)
 }

@@ -1,8 +1,9 @@
 //! Placeholders for missing values: -9999 of a logger, 9.9e37 of an instrument that could not measure.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::file::Row;
+use crate::reduce::sorted;
 
 /// Usual placeholders, of either sign; also -1 and numbers from [`NEVER`] on.
 const USUAL: [f64; 11] =
@@ -54,11 +55,8 @@ pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
     let mut found = Vec::new();
     for (place, row) in rows.iter_mut().enumerate() {
         let line = row.line;
-        for ((value, none), name) in [&mut row.a, &mut row.drive, &mut row.value]
-            .into_iter()
-            .zip([&distances, &drives, &signals])
-            .zip(names)
-        {
+        let values = [&mut row.a, &mut row.drive, &mut row.value].into_iter();
+        for ((value, none), name) in values.zip([&distances, &drives, &signals]).zip(names) {
             if none.contains(value) {
                 found.push(Missing { place, line, column: name.to_owned(), value: *value });
                 *value = f64::NAN;
@@ -76,8 +74,7 @@ fn signals(column: &[Placed]) -> Vec<f64> {
         column.iter().filter(|(x, _)| x.is_finite()).partition(|(_, cell)| *cell == [0; 2]);
     let (none, others): (Vec<Placed>, Vec<Placed>) = taps.into_iter().partition(|(x, _)| *x == 0.0);
     let cells: BTreeSet<[u64; 2]> = none.iter().map(|tap| tap.1).collect();
-    let mut sizes: Vec<f64> = others.iter().map(|tap| tap.0.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
+    let sizes = sorted(others.iter().map(|tap| tap.0.abs()));
     let isolated = sizes.len() >= OTHERS && sizes[0] > ISOLATED * sizes[sizes.len() / 2];
     if cells.len() > 1 && isolated && !rests.is_empty() && rests.iter().all(|rest| rest.0 != 0.0) {
         found.push(0.0);
@@ -91,12 +88,11 @@ fn labels(column: &[f64]) -> Vec<f64> {
 }
 
 fn find(column: &[Placed], of_signals: bool) -> Vec<f64> {
-    let ordered = |x: f64| x.to_bits() as i64 ^ ((x.to_bits() as i64 >> 63) as u64 >> 1) as i64;
-    let mut values = BTreeMap::<i64, (f64, BTreeSet<[u64; 2]>)>::new();
-    for (x, cell) in column.iter().filter(|(x, _)| x.is_finite()) {
-        values.entry(ordered(*x)).or_insert((*x, BTreeSet::new())).1.insert(*cell);
-    }
-    let mut values: Vec<(f64, usize)> = values.into_values().map(|(x, cells)| (x, cells.len())).collect();
+    let mut all: Vec<&Placed> = column.iter().filter(|(x, _)| x.is_finite()).collect();
+    all.sort_by(|p, q| p.0.total_cmp(&q.0));
+    let cells = |same: &[&Placed]| same.iter().map(|p| p.1).collect::<BTreeSet<_>>().len();
+    let values = all.chunk_by(|p, q| p.0 == q.0).map(|same| (same[0].0, cells(same)));
+    let mut values: Vec<(f64, usize)> = values.collect();
     let mut found = Vec::new();
     while let Some(k) = (0..values.len()).find(|k| is_none(&values, *k, of_signals)) {
         found.push(values.remove(k).0);

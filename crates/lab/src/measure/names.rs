@@ -184,7 +184,9 @@ impl Names {
                 Some(Role::Signal(Unit::Reading))
             }
             (_, Some(Role::Channel(_))) => Some(Role::Ignored),
-            (Channel::Named(column), _) if name == *column && !self.names_channel(column) => {
+            (Channel::Named(column), _)
+                if name == *column && !self.said.iter().any(|(role, _)| *role == Role::Channel(column)) =>
+            {
                 Some(Role::Signal(Unit::Reading))
             }
             (Channel::Named(_), None) if name.starts_with("channel_") => Some(Role::Ignored),
@@ -196,10 +198,6 @@ impl Names {
         }
     }
 
-    fn names_channel(&self, channel: &str) -> bool {
-        self.said.iter().any(|(role, _)| matches!(role, Role::Channel(said) if *said == channel))
-    }
-
     /// True if `name` is that of a column, by itself or by the user. Run names do not count: they are common words.
     pub(super) fn means(&self, name: &str) -> bool {
         self.said.iter().any(|(_, said)| said == name)
@@ -208,10 +206,6 @@ impl Names {
 
     pub(super) fn is_drive(&self, name: &str) -> bool {
         matches!(self.role(name), Some(Role::Drive(_)))
-    }
-
-    pub(super) fn is_signal(&self, name: &str) -> bool {
-        matches!(self.role(name), Some(Role::Signal(_)))
     }
 
     /// True if `name` is a column name, or nearly one: its line is a header.

@@ -45,16 +45,8 @@ impl Rig {
     /// A distance that is not positive.
     pub fn unknown(setup: Setup, furthest: f64) -> Result<Self, InputError> {
         let L_a = 2.0 * furthest;
-        let tuple = Tuple {
-            D: 0.1 * L_a,
-            d: 0.1 * L_a,
-            L_a,
-            x_ss: 0.0,
-            l: 1e-6 * L_a,
-            a: furthest,
-            drive: 1.0,
-            ..Tuple::default()
-        };
+        let (D, l) = (0.1 * L_a, 1e-6 * L_a);
+        let tuple = Tuple { D, d: D, L_a, x_ss: 0.0, l, a: furthest, drive: 1.0, ..Tuple::default() };
         Ok(Self { known: false, ..Self::new(setup, tuple)? })
     }
 
@@ -63,13 +55,8 @@ impl Rig {
     /// # Errors
     /// Data without a distance.
     pub fn of_data(data: &Data, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
-        let furthest = data.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
-        if furthest <= 0.0 {
-            let error = InputError::new("no row has a distance > 0").at(&data.file, None).key("a_mm");
-            return Err(error.allowed("contact distances in mm"));
-        }
         let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
-        let rig = Self::unknown(setup.clone(), furthest)?;
+        let rig = Self::unknown(setup.clone(), data.furthest()?)?;
         let study = Study {
             setup,
             space: Space::List([rig.design.tuple].into_iter().collect()),
@@ -84,16 +71,16 @@ impl Rig {
         let tuple = spec.study.space.whisker().map_err(|several| match several {
             Some((column, n)) => {
                 let names = ["whisker.D", "whisker.d", "whisker.L_a", "gauge.x_ss", "gauge.l"];
-                InputError::new("a rig has one whisker: one value for each of D, d, L_a, x_ss, l")
-                    .at(label, None)
-                    .key(names[column as usize])
-                    .value(format!("{n} values"))
-                    .allowed("one number")
+                let error =
+                    InputError::new("a rig has one whisker: one value for each of D, d, L_a, x_ss, l");
+                let error = error.at(label, None).key(names[column as usize]);
+                error.value(format!("{n} values")).allowed("one number")
             }
-            None => InputError::new("the whisker comes from [whisker] and [gauge], not from a tuple file")
-                .at(label, None)
-                .key("tuples.file")
-                .allowed("D, d, L_a, x_ss, l as one number each"),
+            None => {
+                let message = "the whisker comes from [whisker] and [gauge], not from a tuple file";
+                let error = InputError::new(message).at(label, None).key("tuples.file");
+                error.allowed("D, d, L_a, x_ss, l as one number each")
+            }
         })?;
         let rig = Self::new(spec.study.setup.clone(), tuple).map_err(|e| e.at(label, None))?;
         Ok(Self { warnings: spec.warnings.clone(), ..rig })

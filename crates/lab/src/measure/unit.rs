@@ -74,11 +74,6 @@ impl Unit {
         self.signal().map_or(Self::Reading, Self::of_signal).column()
     }
 
-    /// The same for a second gauge.
-    pub fn second_common(self) -> &'static str {
-        if self.is_absolute() { "strain_2" } else { "reading_2" }
-    }
-
     /// Strain of a recorded value, tension positive; other signals unchanged. NaN for an impossible output of the bridge.
     pub fn strain(self, value: f64, gauge_factor: f64) -> f64 {
         match self {

@@ -38,6 +38,11 @@ impl Tared {
     pub fn rests(&self, drive: f64) -> bool {
         drive == 0.0 || self.until.is_some_and(|until| drive <= until)
     }
+
+    /// Standard error of an unread zero, which may have drifted; 0 if the zero was read or is unknown.
+    pub fn unread(&self) -> f64 {
+        if matches!(self.from, TaredBy::Rows | TaredBy::Plateau) { 0.0 } else { self.error }
+    }
 }
 
 /// One of three or four readings is an outlier if the others agree within this share of its deviation.

@@ -45,10 +45,8 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
     }
     let fault = |what: String, value: f64| {
         let message = format!("it is not certain where this signal rests: {what}");
-        let error = InputError::new(message)
-            .at(record.file.clone(), None)
-            .key("signal")
-            .value(format!("{value:.4e}"));
+        let error = InputError::new(message).at(record.file.clone(), None).key("signal");
+        let error = error.value(format!("{value:.4e}"));
         Err(error.allowed(
             "a record that rests at one level before and after each contact; or a column theta_deg or delta_mm with the drive of each \
              sample, which says what is no contact",
@@ -76,10 +74,8 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
         let n = humps(&off.collect::<Vec<_>>());
         if n > 1 {
             let [from, to] = [time(first), time(last)];
-            return fault(
-                format!("from {from} to {to} s it goes up and down {n} times without a rest between"),
-                rest.signal[first],
-            );
+            let what = format!("from {from} to {to} s it goes up and down {n} times without a rest between");
+            return fault(what, rest.signal[first]);
         }
     }
     let heights = |k: usize| {
@@ -103,9 +99,9 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
     if let Some(first) =
         jagged.first().filter(|_| jagged.len() > 1 && jagged.len() as f64 > SHORT * several.len() as f64)
     {
+        let at = time(blocks[*first][0]);
         let what = format!(
-            "what is still at {} s, and elsewhere, is at another level than what is before and after",
-            time(blocks[*first][0])
+            "what is still at {at} s, and elsewhere, is at another level than what is before and after"
         );
         return fault(what, levels[*first]);
     }

@@ -1,6 +1,6 @@
 //! Which quiet parts of a record are rests.
 
-use super::rest::WINDOWS;
+use super::rest::{Span, WINDOWS};
 use crate::reduce::median;
 
 /// A level may move between two rests by this share of the contact between them, and without contact by this one of the whole signal.
@@ -20,8 +20,8 @@ const BRIEF: f64 = 1.0 / 8.0;
 ///
 /// Each way from a rest to a later one counts 1 where there is contact between, less by how far the level has moved, in halves of the contact;
 /// a way without contact costs what the level moved by. Rests that last much less than most count less: the signal turns there. The best chain, by dynamic programming.
-pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); WINDOWS.len()]) -> Vec<[usize; 2]> {
-    let mut best: (f64, Vec<[usize; 2]>) = (0.0, Vec::new());
+pub fn returns(y: &[f64], span: f64, found: [(Vec<Span>, f64); WINDOWS.len()]) -> Vec<Span> {
+    let mut best: (f64, Vec<Span>) = (0.0, Vec::new());
     let (mut lasts, mut still) = (None, 0.0_f64);
     for (blocks, own) in found {
         still = still.max(own);
@@ -42,14 +42,8 @@ pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); WINDOWS.len
 }
 
 /// The best chain of rests among `blocks`, what it counts, and whether the record begins or ends in contact; of equals the first.
-fn chain(
-    y: &[f64],
-    span: f64,
-    blocks: &[[usize; 2]],
-    away: f64,
-    lasts: Option<f64>,
-) -> (f64, Vec<[usize; 2]>, bool) {
-    let level = |[first, last]: [usize; 2]| median(&mut y[first..=last].to_vec());
+fn chain(y: &[f64], span: f64, blocks: &[Span], away: f64, lasts: Option<f64>) -> (f64, Vec<Span>, bool) {
+    let level = |[first, last]: Span| median(&mut y[first..=last].to_vec());
     let levels: Vec<f64> = blocks.iter().map(|block| level(*block)).collect();
     let weight = |k: usize| {
         let length = (blocks[k][1] - blocks[k][0] + 1) as f64;

@@ -2,8 +2,8 @@
 
 use super::Record;
 use super::find::{Kind, Reading, Take};
-use super::rest::{AWAY, Rest, STILL, apart, blocks_of, spreads};
-use crate::reduce::median;
+use super::rest::{AWAY, Rest, STILL, Span, apart, blocks_of, spreads};
+use crate::reduce::{median, sorted};
 
 /// What is higher for no more than this share of a contact, and this many samples, is no part of it.
 const RARE: (f64, usize) = (0.03, 5);
@@ -34,7 +34,7 @@ fn sample(record: &Record, rest: &Rest, k: usize) -> f64 {
 }
 
 /// The mean of the samples `of` in a contact.
-pub fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [usize; 2]) -> Reading {
+pub fn mean(record: &Record, rest: &Rest, kind: Kind, contact: Span, of: Span) -> Reading {
     let n = (of[1] - of[0] + 1) as f64;
     let sum = |values: &[f64]| values[of[0]..=of[1]].iter().sum::<f64>() / n;
     let peaks = kind == Kind::Peak;
@@ -57,7 +57,7 @@ pub fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [
     }
 }
 
-pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> Vec<Reading> {
+pub fn of_contact(record: &Record, rest: &Rest, contact: Span, take: Take) -> Vec<Reading> {
     let [first, last] = contact;
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
     let top = (first..=last).max_by(|j, k| off(*j).total_cmp(&off(*k))).unwrap_or(first);
@@ -100,18 +100,11 @@ pub fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take)
 }
 
 /// The plateau in the `stretch` of a contact, at least so `high`: the level near which the signal is longest, and the longest time that it is near it without break.
-fn plateau(
-    record: &Record,
-    rest: &Rest,
-    contact: [usize; 2],
-    stretch: [usize; 2],
-    high: f64,
-) -> Option<Reading> {
+fn plateau(record: &Record, rest: &Rest, contact: Span, stretch: Span, high: f64) -> Option<Reading> {
     let [first, last] = stretch;
     let off = |k: usize| rest.signal[k] - rest.level[k];
     let band = |level: f64| (NEAR * rest.scatter).max(BAND * level.abs());
-    let mut sorted: Vec<f64> = (first..=last).map(off).collect();
-    sorted.sort_by(f64::total_cmp);
+    let sorted = sorted((first..=last).map(off));
     // The densest band of levels.
     let mut dense = (0, 0.0);
     let mut low = 0;
@@ -137,7 +130,7 @@ fn plateau(
 }
 
 /// The largest signal of a contact: the top of the parabola through the samples next to it that are as high but for noise, three or more.
-fn peak(record: &Record, rest: &Rest, contact: [usize; 2], top: usize) -> Reading {
+fn peak(record: &Record, rest: &Rest, contact: Span, top: usize) -> Reading {
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
     let near = |k: usize| off(k) >= off(top) - (NEAR * rest.scatter).max(NEXT * off(top));
     let [mut first, mut last] = [top.saturating_sub(1).max(contact[0]), (top + 1).min(contact[1])];

@@ -57,13 +57,11 @@ impl Record {
             empty: 0,
         };
         let object = names.iter().position(|name| name == OBJECT);
-        let labelled: Vec<usize> =
-            [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
         // Named as in data files.
-        let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
-        let own = |k: usize| known.into_iter().find(|(place, _)| *place == Some(k)).map(|(_, name)| name);
-        let label = |k: &usize| (own(*k).unwrap_or(&names[*k]).to_owned(), Vec::new());
-        record.labels = labelled.iter().map(label).collect();
+        let labels = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run"), (object, OBJECT)];
+        let there = |(place, name): (Option<usize>, &str)| Some((place?, (name.to_owned(), Vec::new())));
+        let (labelled, labels): (Vec<usize>, _) = labels.into_iter().filter_map(there).unzip();
+        record.labels = labels;
         let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
         while let Some((line, row)) = sheet.next(said).map_err(here)? {
             let all = row.cells(mark);

@@ -31,6 +31,9 @@ const AT: f64 = 2.0;
 const NONE: f64 = 0.02;
 const OFF: f64 = 0.1;
 
+/// First and last of samples that belong together.
+pub type Span = [usize; 2];
+
 pub struct Rest {
     /// Standard deviation of a sample.
     pub noise: f64,
@@ -40,8 +43,8 @@ pub struct Rest {
     pub level: Vec<f64>,
     /// How far from it a sample may be without contact.
     pub away: f64,
-    /// First and last sample of each rest.
-    pub blocks: Vec<[usize; 2]>,
+    /// Each rest.
+    pub blocks: Vec<Span>,
 }
 
 /// Median and lowest quarter of a normal deviate's absolute value, in standard deviations.
@@ -157,7 +160,7 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
 }
 
 /// First and last of each run of samples that are `still`, `least` or more together.
-pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
+pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<Span> {
     let mut all = Vec::new();
     let mut begun = None;
     for k in 0..=n {
@@ -176,7 +179,7 @@ pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<[
 }
 
 /// A rest without the samples at its ends that are off the line through its middle: of a slow ramp not all is seen.
-fn trimmed(y: &[f64], [first, last]: [usize; 2], scatter: f64) -> [usize; 2] {
+fn trimmed(y: &[f64], [first, last]: Span, scatter: f64) -> Span {
     let quarter = (last - first + 1) / 4;
     let middle = |from: usize| median(&mut y[from..from + quarter].to_vec());
     if quarter < STILL {
@@ -191,7 +194,7 @@ fn trimmed(y: &[f64], [first, last]: [usize; 2], scatter: f64) -> [usize; 2] {
 }
 
 /// The level at each sample: the medians of the rests, joined by straight lines.
-fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
+fn between(y: &[f64], blocks: &[Span]) -> Vec<f64> {
     // A long rest has a median at each of its quarters, so that a level that creeps is followed.
     let (places, levels): (Vec<f64>, Vec<f64>) = blocks
         .iter()

@@ -96,7 +96,7 @@ impl<'a> Stroker<'a> {
         let step = length / looks as f64;
         let first = (0..=looks).map(|k| k as f64 * step).min_by(|s, t| travel(*s).total_cmp(&travel(*t)));
         let t = first.filter(|t| travel(*t).is_finite()).ok_or(Missed::OutOfReach)?;
-        let t = if corners { t } else { lowest(travel, [t - step, t + step]) };
+        let t = if corners { t } else { lowest(travel, [t - step, t + step], 1) };
         let place = self.object.at(t);
         let (_, touch) = self.reach(base, place.at).ok_or(Missed::OutOfReach)?;
         let side = touch + self.taper();

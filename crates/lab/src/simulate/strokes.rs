@@ -10,6 +10,7 @@ use super::{Counts, PIECE, Recorder, SOURCE, Settings};
 use crate::contour::point::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
+use crate::reduce::sorted;
 use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Signal};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
@@ -42,6 +43,8 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     let of_taps = |key: &'static str, other: bool| {
         (other, key, "this belongs to taps at labelled distances", "nothing, with --object")
     };
+    let (moved, linear) = (setup.drive != Drive::Angle, model.geometry != Geometry::Exact);
+    let rough = model.contact != Grip::Frictionless;
     let checks = [
         (
             setup.built.is_some() || setup.signal != Signal::Strain,
@@ -50,24 +53,9 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
             "D, d, L_a and hub only, read by a gauge",
         ),
         (setup.gauge.second, "gauge.second", "one gauge reads it, at upright edges", "false"),
-        (
-            setup.drive != Drive::Angle,
-            "tap.drive",
-            "the whisker must be turned",
-            "theta (degrees after first touch)",
-        ),
-        (
-            model.geometry != Geometry::Exact,
-            "model.geometry",
-            "linear theory has no contact that does",
-            "exact",
-        ),
-        (
-            model.contact != Grip::Frictionless,
-            "model.contact",
-            "with friction it would depend on its path",
-            "frictionless",
-        ),
+        (moved, "tap.drive", "the whisker must be turned", "theta (degrees after first touch)"),
+        (linear, "model.geometry", "linear theory has no contact that does", "exact"),
+        (rough, "model.contact", "with friction it would depend on its path", "frictionless"),
         of_taps("--repeats", settings.repeats != defaults.repeats),
         of_taps("--drift", settings.drift != defaults.drift),
         of_taps("--outliers", settings.outliers != defaults.outliers),
@@ -75,13 +63,10 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
         of_taps("--drive-offset", settings.drive_offset != defaults.drive_offset),
         of_taps("--a-offset", settings.a_offset != defaults.a_offset),
     ];
-    match checks.into_iter().find(|check| check.0) {
-        None => Ok(()),
-        Some((_, key, message, allowed)) => {
-            let error = InputError::new(format!("a stroke slides along an object: {message}"));
-            Err(error.key(key).allowed(allowed))
-        }
-    }
+    let fault = checks.into_iter().find(|check| check.0);
+    let Some((_, key, message, allowed)) = fault else { return Ok(()) };
+    let error = InputError::new(format!("a stroke slides along an object: {message}"));
+    Err(error.key(key).allowed(allowed))
 }
 
 /// Simulates a stroke from each start at these drives (degrees after first touch); `miss` gets the number of a start that makes none, and why.
@@ -93,8 +78,7 @@ pub fn simulate(
     miss: &mut dyn FnMut(usize, Missed),
     write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
-    let mut degrees: Vec<f64> = drives.iter().filter(|d| *d > 0.0).collect();
-    degrees.sort_by(f64::total_cmp);
+    let degrees = sorted(drives.iter().filter(|d| *d > 0.0));
     let angles: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
     let solve = |start: &Pose| Stroker::new(rig, &strokes.object, start.sense).stroke(*start, &angles);
     let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();

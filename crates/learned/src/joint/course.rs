@@ -159,12 +159,8 @@ impl<'a> Task<'a> {
         let n = self.shared();
         let (mut a, mut b) = (DMatrix::<f64>::identity(n, n), DVector::<f64>::zeros(n));
         for (shared, left) in off.shared.column_iter().zip(&off.left) {
-            let shared = shared.as_slice();
-            for (j, s) in shared.iter().enumerate() {
-                b[j] += s * left;
-                let below = &mut a.as_mut_slice()[j * n + j..(j + 1) * n];
-                below.iter_mut().zip(&shared[j..]).for_each(|(sum, x)| *sum += s * x);
-            }
+            a.syger(1.0, &shared, &shared, 1.0);
+            b.axpy(*left, &shared, 1.0);
         }
         Some((a.cholesky()?, b))
     }

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::course::{Place, Task};
-use super::{NEAR, Nuisance, Offset, lagrange};
+use super::{NEAR, Nuisance, Offset};
+use crate::invert::lagrange;
 
 /// Uncertainty, as a share of the signal, of the straight line between touch and smallest calibrated drive.
 pub(super) const TOE: f64 = 0.05;
@@ -26,7 +27,7 @@ impl Task<'_> {
     /// Table at ln a = x: a row for each node of the drive.
     pub fn across(&self, x: f64) -> Vec<Vec<f64>> {
         let (k, t) = self.joint.place(x);
-        let (weights, width) = (lagrange(t), self.joint.width());
+        let (weights, width) = (lagrange::<NEAR>(t), self.joint.width());
         let of = |row: &Vec<f64>| {
             let near = row[k * width..(k + NEAR) * width].chunks(width);
             near.zip(weights).fold(vec![0.0; width], |mut sum, (point, w)| {
@@ -59,7 +60,7 @@ impl Task<'_> {
         let Offset { mean, moved: ref by, own } = joint.offset;
         let mean = mean.max((LEAST - 1.0) * lo);
         let [from, to] = [lo + mean, hi + mean];
-        let floor = joint.rest[1];
+        let [floor, of_zero] = [joint.rest[1], self.course.of_zero].map(f64::sqrt);
         let mut rest = joint.rest.clone();
         rest[1] = 0.0;
         // Linear from the touch to the first calibrated drive, and from the last one on.
@@ -95,15 +96,7 @@ impl Task<'_> {
             // The offset of the calibrated drives is learned with the curve; contact begins where the stroke shows it.
             let moved = own * slope;
             // Proportional noise of a tap is a gain of the whole stroke.
-            let own = [
-                values[1],
-                floor.sqrt(),
-                self.course.of_zero.sqrt(),
-                toe * signal,
-                bend * signal,
-                beyond * signal,
-                moved,
-            ];
+            let own = [values[1], floor, of_zero, toe * signal, bend * signal, beyond * signal, moved];
             let sd = (self.noise[0] / bin.n + self.noise[1]).sqrt();
             let of_object = |own: &Nuisance| {
                 if since > 0.0 { own.at(x, since - mean).map(|c| c * signal) } else { [0.0; 2] }

@@ -16,13 +16,14 @@ mod tests;
 pub use course::{Course, Told as ToldCourse};
 pub use object::{Object, integrate};
 pub use outlook::Outlook;
+pub use posterior::simplex;
 pub use stroke::Stroke;
 
 use std::ops::Range;
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
-use crate::invert::{Inverse, POINTS, continued, prior};
+use crate::invert::{Inverse, POINTS, lagrange, place, prior, slopes, tabled};
 
 const SMALL: f64 = 1e-4;
 const WINDOW: f64 = 6.0;
@@ -85,42 +86,28 @@ pub struct Told {
 }
 
 impl Joint {
-    /// Table for taps of `curve` over its base on the grid of `inverse`, which belongs to the same curve.
-    pub fn new(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
-        let mut joint = Self::whole(curve, base, tared, inverse);
-        joint.prune(|point, _| point[1] + point[2..].iter().map(|x| x * x).sum::<f64>());
-        joint
-    }
-
-    /// Table for strokes: all numbers above the independent noise stay shared, since proportional noise is common to the readings of a stroke.
-    pub fn of_strokes(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
-        let mut joint = Self::whole(curve, base, tared, inverse);
-        let floor = joint.rest[1];
-        joint.prune(|_, u| floor / (u * u));
-        joint
-    }
-
-    fn whole(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
-        let [from, step] = inverse.grid;
-        let width = 2 + curve.shared();
-        let mut table: Vec<Vec<f64>> = Vec::new();
-        for u in inverse.nodes.iter().map(|u| u.exp()) {
-            let mut all = Vec::with_capacity(POINTS * width);
-            for k in 0..POINTS {
-                let mut shared = Vec::with_capacity(width);
-                let a = (from + step * k as f64).exp();
-                let [signal, noise] = curve.moved(base, (a, u - inverse.offset), tared, &mut shared);
-                all.extend([signal / u, noise / (u * u)]);
-                all.extend(shared.iter().map(|x| x / u));
-            }
-            table.push(all);
-        }
+    /// Table for taps of `curve` over its base on the grid of `inverse`, which belongs to the same curve. For `strokes` all numbers above the
+    /// independent noise stay shared, since proportional noise is common to the readings of a stroke.
+    pub fn new(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse, strokes: bool) -> Self {
         let n = curve.shared();
-        let rest = curve.rest(tared);
-        let of_run = (0..n).map(|k| k + OF_RUN >= n).collect();
-        let offset = curve.offset(base);
-        continued(&inverse.nodes, &mut table, width);
-        Self { inverse: inverse.clone(), table, of_run, rest, offset }
+        let of = |a: f64, u: f64| {
+            let mut shared = Vec::with_capacity(n);
+            let [signal, noise] = curve.moved(base, (a, u - inverse.offset), tared, &mut shared);
+            [signal / u, noise / (u * u)].into_iter().chain(shared.iter().map(|x| x / u)).collect()
+        };
+        let mut joint = Self {
+            inverse: inverse.clone(),
+            table: tabled(&inverse.nodes, inverse.grid, of),
+            of_run: (0..n).map(|k| k + OF_RUN >= n).collect(),
+            rest: curve.rest(tared),
+            offset: curve.offset(base),
+        };
+        let floor = joint.rest[1];
+        joint.prune(|point, u| match strokes {
+            true => floor / (u * u),
+            false => point[1] + point[2..].iter().map(|x| x * x).sum::<f64>(),
+        });
+        joint
     }
 
     fn width(&self) -> usize {
@@ -166,7 +153,7 @@ impl Joint {
         let (width, all) = (self.width(), self.slice(u, same_run, first..last + NEAR));
         let mut moved = vec![0.0; places.len() * width];
         for (point, (k, t)) in moved.chunks_mut(width).zip(places) {
-            for (w, near) in lagrange(t).iter().zip(all[(k - first) * width..].chunks(width)) {
+            for (w, near) in lagrange::<NEAR>(t).iter().zip(all[(k - first) * width..].chunks(width)) {
                 point.iter_mut().zip(near).for_each(|(sum, x)| *sum += w * x);
             }
             point[1] = point[1].max(f64::MIN_POSITIVE);
@@ -212,9 +199,7 @@ impl Joint {
     }
 
     fn place(&self, x: f64) -> (usize, f64) {
-        let s = ((x - self.inverse.grid[0]) / self.inverse.grid[1]).clamp(0.0, (POINTS - 1) as f64);
-        let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POINTS - NEAR);
-        (k, s - k as f64)
+        place::<NEAR>(self.inverse.grid, x)
     }
 
     /// Residual, variance of its noise and shared numbers of `tap` at ln a = x; the last shared number is the distance.
@@ -236,25 +221,8 @@ impl Joint {
     pub fn signal(&self, u: f64, x: f64) -> f64 {
         let (k, t) = self.place(x);
         let slice = self.slice(u, true, k..k + NEAR);
-        lagrange(t).iter().zip(slice.chunks(self.width())).map(|(w, point)| w * point[0]).sum()
+        lagrange::<NEAR>(t).iter().zip(slice.chunks(self.width())).map(|(w, point)| w * point[0]).sum()
     }
-}
-
-fn lagrange(t: f64) -> [f64; NEAR] {
-    std::array::from_fn(|i| {
-        let others = (0..NEAR).filter(|j| *j != i);
-        others.map(|j| (t - j as f64) / (i as f64 - j as f64)).product()
-    })
-}
-
-fn slopes(t: f64) -> [f64; NEAR] {
-    std::array::from_fn(|i| {
-        let term = |m: usize| {
-            let others = (0..NEAR).filter(|j| *j != i && *j != m);
-            others.map(|j| (t - j as f64) / (i as f64 - j as f64)).product::<f64>() / (i as f64 - m as f64)
-        };
-        (0..NEAR).filter(|m| *m != i).map(term).sum()
-    })
 }
 
 /// Relative change of the signal by an uncertain number of the object, on an even grid of ln a and drive.
@@ -273,11 +241,8 @@ impl Nuisance {
     pub fn at(&self, x: f64, u: f64) -> [f64; 2] {
         let columns = self.changes.len() / self.rows;
         let place = |v: f64, [first, last]: [f64; 2], n: usize| {
-            let s = if last > first {
-                ((v - first) / (last - first)).clamp(0.0, 1.0) * (n - 1) as f64
-            } else {
-                0.0
-            };
+            let share = if last > first { (v - first) / (last - first) } else { 0.0 };
+            let s = share.clamp(0.0, 1.0) * (n - 1) as f64;
             let k = (s as usize).min(n.saturating_sub(2));
             (k, s - k as f64)
         };

@@ -1,11 +1,13 @@
 //! Taps of one object, as sums over ln a.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::{FREE, JUDGED, Joint, Mode, NONE, SECOND, Tap, Told, WINDOW, lagrange};
+use super::{FREE, JUDGED, Joint, Mode, NEAR, NONE, SECOND, Tap, Told, WINDOW};
 use crate::curve::Weights;
 use crate::evidence::ln_det;
-use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, quantile};
+use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, lagrange, quantile};
 
 /// Taps of one object so far.
 #[derive(Debug, Clone)]
@@ -26,16 +28,8 @@ impl Object {
     /// Object before its first tap.
     pub fn new(joint: &Joint) -> Self {
         let n = joint.of_run.len() + 1;
-        let point = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
-        Self {
-            taps: Vec::new(),
-            count: 0,
-            zero: None,
-            of_zero: 0.0,
-            frame: 0.0,
-            shifts: [0.0; 2],
-            points: vec![point; POINTS],
-        }
+        let points = vec![(DMatrix::identity(n, n), DVector::zeros(n), 0.0); POINTS];
+        Self { taps: Vec::new(), count: 0, zero: None, of_zero: 0.0, frame: 0.0, shifts: [0.0; 2], points }
     }
 
     /// Adds `tap`; `same_run` for a run of the calibration.
@@ -53,13 +47,6 @@ impl Object {
         self.taps.push(tap);
     }
 
-    /// Integrates the error of the last zero out, so that the next zero can use its number.
-    fn let_zero_go(&mut self) {
-        for (a, b, c) in &mut self.points {
-            *c += integrate(a, b, b.len() - 1);
-        }
-    }
-
     /// Least and largest distance from the base over the taps, for the reported distance `a`, mm.
     pub fn seen(&self, a: f64) -> [f64; 2] {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
@@ -67,7 +54,8 @@ impl Object {
 
     pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
-            self.let_zero_go();
+            // Integrates the error of the last zero out, so that this one can use its number.
+            self.points.iter_mut().for_each(|(a, b, c)| *c += integrate(a, b, b.len() - 1));
         }
         let slice = joint.shifted(tap.u, tap.shift, same_run, 0..POINTS);
         let width = joint.width();
@@ -93,11 +81,6 @@ impl Object {
             joint.prior(joint.x(k), self.shifts) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det(&factor))
         };
         self.points.iter().enumerate().map(height).collect()
-    }
-
-    /// Likely distances from the base of the first tap, farthest first.
-    pub fn modes(&self, joint: &Joint) -> Vec<Mode> {
-        modes(joint, &self.heights(joint))
     }
 
     /// Distance from all taps; `None` if no distance is likely, or the most likely one is at an end of the range.
@@ -135,9 +118,7 @@ impl Object {
         let x = (a - self.frame).ln();
         // A zero of several taps is one shared number; that of a single tap is noise.
         let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
-        let mut zeros: Vec<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
-        zeros.sort_unstable();
-        zeros.dedup();
+        let zeros: BTreeSet<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
         let n = joint.of_run.len() + 1 + zeros.len();
         let of_tap = |tap: &Tap| {
             let (r, d, mut shared) = joint.local(tap, x, same_run);
@@ -254,7 +235,7 @@ const NARROW: f64 = 2.0;
 
 pub(super) fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
     let (k, t) = joint.place(x);
-    lagrange(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
+    lagrange::<NEAR>(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
 }
 
 fn top_of(joint: &Joint, heights: &[f64], k: usize) -> (f64, f64, f64) {

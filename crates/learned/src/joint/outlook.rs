@@ -9,26 +9,16 @@ use std::ops::Range;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::object::{Object, likely, spread_of};
-use super::{Joint, NEAR, lagrange};
+use super::{Joint, NEAR};
+use crate::invert::lagrange;
 
 /// Points whose ln p is this far below the maximum (7 σ) are skipped, unless near a higher point.
 const UNLIKELY: f64 = 25.0;
 
+/// The inverse of the factor of A, and A⁻¹ b, at a point.
 struct Known {
-    root: Vec<f64>,
-    solved: Vec<f64>,
-}
-
-impl Known {
-    fn of(&self, shared: &[f64]) -> [f64; 2] {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let (mut square, mut from) = (0.0, 0);
-        for n in 1..=shared.len() {
-            square += dot(&self.root[from..from + n], shared).powi(2);
-            from += n;
-        }
-        [dot(&self.solved, shared), square]
-    }
+    root: DMatrix<f64>,
+    solved: DVector<f64>,
 }
 
 /// State of an object before one more tap.
@@ -51,14 +41,11 @@ impl<'a> Outlook<'a> {
         let of = |(factor, b): (Cholesky<f64, Dyn>, DVector<f64>)| {
             let n = b.len();
             let root = factor.l_dirty().solve_lower_triangular(&DMatrix::identity(n, n))?;
-            let root = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| root[at]).collect();
-            Some(Known { root, solved: factor.solve(&b).as_slice().to_vec() })
+            Some(Known { root, solved: factor.solve(&b) })
         };
         let counts = counting(&heights);
-        let points = counts
-            .iter()
-            .position(|c| *c)
-            .map_or(0..0, |first| first..counts.iter().rposition(|c| *c).map_or(first, |last| last + 1));
+        let ends = counts.iter().position(|c| *c).zip(counts.iter().rposition(|c| *c));
+        let points = ends.map_or(0..0, |(first, last)| first..last + 1);
         let known =
             points.clone().map(|k| if counts[k] { object.factor(k).and_then(of) } else { None }).collect();
         Self { joint, same_run, likely, of_zero: object.of_zero, points, known, heights }
@@ -78,12 +65,12 @@ impl<'a> Outlook<'a> {
     pub fn after(&self, u: f64, shift: f64, times: f64) -> f64 {
         let width = self.joint.width();
         let slice = self.joint.shifted(u, shift, self.same_run, self.points.clone());
-        let mut shared: Vec<f64> = vec![self.of_zero.sqrt(); width - 1];
+        let mut shared = DVector::from_element(width - 1, self.of_zero.sqrt());
         let of = |(point, known): (&[f64], &Option<Known>)| {
-            let Some(known) = known else { return [f64::NAN; 4] };
-            shared[..width - 2].copy_from_slice(&point[2..]);
-            let (alpha, [expected, k]) = (times / point[1], known.of(&shared));
-            [point[0], expected, alpha, alpha * k]
+            let Some(Known { root, solved }) = known else { return [f64::NAN; 4] };
+            shared.rows_mut(0, width - 2).copy_from_slice(&point[2..]);
+            let alpha = times / point[1];
+            [point[0], solved.dot(&shared), alpha, alpha * (root * &shared).norm_squared()]
         };
         let points: Vec<[f64; 4]> = slice.chunks(width).zip(&self.known).map(of).collect();
         let logs: Vec<f64> =
@@ -114,7 +101,7 @@ impl<'a> Outlook<'a> {
             k.checked_sub(self.points.start).and_then(|k| points.get(k)).map_or(f64::NAN, |p| p[1])
         };
         let near: [f64; NEAR] = std::array::from_fn(|i| at(first + i));
-        let sum: f64 = lagrange(t).iter().zip(near).map(|(w, e)| w * e).sum();
+        let sum: f64 = lagrange::<NEAR>(t).iter().zip(near).map(|(w, e)| w * e).sum();
         if sum.is_finite() {
             return sum;
         }

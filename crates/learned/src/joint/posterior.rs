@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use vibrissa_core::normal::quantile as quantile_of_bell;
 
+use super::NEAR;
 use super::course::{COARSE, Mode, POSTERIOR, Place, Task};
-use super::{NEAR, lagrange};
-use crate::invert::{FINE, quantile};
+use crate::invert::{FINE, lagrange, quantile};
 
 const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
 const NONE: f64 = 60.0;
@@ -58,15 +58,11 @@ impl Task<'_> {
             }
             (0..2).for_each(|k| reach[k] *= change[k]);
         }
-        Some(self.bell(mode, least))
-    }
-
-    fn bell(&self, mode: &Mode, least: f64) -> (f64, [f64; 5], Place) {
-        let [sd, slope, alone] = mode.shape;
+        // As of a normal distribution.
         let [lo, hi] = self.ends[0];
         let a = SHARES.map(|share| (mode.at[0] + sd * quantile_of_bell(share)).clamp(lo, hi).exp());
         let mass = (-0.5 * (mode.value - least)).exp() * TAU * sd * alone;
-        (mass, a, [mode.at[1], alone.hypot(slope * sd)])
+        Some((mass, a, [mode.at[1], alone.hypot(slope * sd)]))
     }
 
     /// Drive of the largest misfit of adjacent readings, its size in standard deviations, and the factor for the variances.
@@ -100,7 +96,7 @@ fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
     std::array::from_fn(|i| {
         let s = (i * (POSTERIOR[0] - 1)) as f64 / (FINE - 1) as f64;
         let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POSTERIOR[0] - NEAR);
-        let ln: f64 = lagrange(s - k as f64).iter().zip(&logs[k..]).map(|(w, l)| w * l).sum();
+        let ln: f64 = lagrange::<NEAR>(s - k as f64).iter().zip(&logs[k..]).map(|(w, l)| w * l).sum();
         if ln <= -0.9 * NONE { 0.0 } else { ln.exp() }
     })
 }
@@ -220,7 +216,7 @@ const MOVES: usize = 80;
 
 /// Minimum of a function of two numbers, and its value, by the simplex of Nelder and Mead from `start`; it ends where the values differ by less than 1e-3.
 /// Values may be infinite.
-fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: Place) -> (Place, f64) {
+pub fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: Place) -> (Place, f64) {
     let corner = |k: usize| {
         let mut p = start;
         if k > 0 {

@@ -1,5 +1,7 @@
 //! Readings of a stroke at growing drive, in bounded memory.
 
+use vibrissa_core::reduce::sorted;
+
 use super::Joint;
 use super::course::Place;
 
@@ -102,8 +104,7 @@ impl Stroke {
     /// Variance of one reading, and the part of a mean's variance that more readings do not reduce; from neighbours, so that contact does not count.
     pub(super) fn noise(&self, joint: &Joint) -> [f64; 2] {
         let square = |of: &[f64]| {
-            let mut all = of.to_vec();
-            all.sort_by(f64::total_cmp);
+            let all = sorted(of.iter().copied());
             all.get(all.len() / 2).map_or(0.0, |median| (1.4826 * median).powi(2))
         };
         let n = MEDIAN * self.differences.len() as f64;
@@ -111,15 +112,8 @@ impl Stroke {
         let one = (BEFORE * before + n * square(&self.differences)) / (BEFORE + n);
         // A staircase in phase with the drive hides its steps from neighbours.
         let one = one + self.step().powi(2) / 12.0;
-        let means: Vec<f64> = self
-            .bins
-            .windows(3)
-            .filter(|w| w.iter().all(|bin| bin.n > 1.0))
-            .map(|w| {
-                let [p, q, r] = [0, 1, 2].map(|k| w[k]);
-                off(p, q, r) / spread(p, q, r)
-            })
-            .collect();
+        let triples = self.bins.windows(3).filter(|w| w.iter().all(|bin| bin.n > 1.0));
+        let means: Vec<f64> = triples.map(|w| off(w[0], w[1], w[2]) / spread(w[0], w[1], w[2])).collect();
         let more = if means.len() < MEANS { 0.0 } else { one * (square(&means) - 1.0).max(0.0) };
         let n = self.bins.iter().map(|bin| bin.n).sum::<f64>() / self.bins.len().max(1) as f64;
         [one, more / n]

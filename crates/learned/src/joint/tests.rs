@@ -40,6 +40,13 @@ fn curve(spread: Spread) -> Curve {
     }
 }
 
+fn made(spread: Spread, strokes: bool) -> (Curve, Inverse, Joint) {
+    let (curve, base) = (curve(spread), Base::Power(POWER));
+    let inverse = Inverse::new(&curve, &base, (false, [0.0, f64::INFINITY]), None);
+    let joint = Joint::new(&curve, &base, false, &inverse, strokes);
+    (curve, inverse, joint)
+}
+
 const POWER: Power = Power { offset: 0.0, p: 1.0, q: 1.5, end: 0.0 };
 
 #[test]
@@ -48,10 +55,7 @@ fn intervals_of_several_taps_hold_what_they_promise() {
     let size = 2.5 * 32.0_f64.powf(-1.5);
     let spread =
         Spread { floor: (0.02 * size).powi(2), gain: 4e-4, zero: (0.01 * size).powi(2), ..Spread::default() };
-    let curve = curve(spread);
-    let base = Base::Power(POWER);
-    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
-    let joint = Joint::new(&curve, &base, false, &inverse);
+    let (curve, _, joint) = made(spread, false);
     let [near, far] = [0, 1].map(|k| {
         let [middle, half] = curve.scales.a;
         if k == 0 { (middle - half).exp() } else { (middle + half).exp() }
@@ -101,10 +105,7 @@ fn intervals_of_strokes_hold_what_they_promise() {
         zero: (0.01 * size).powi(2),
         ..Spread::default()
     };
-    let curve = curve(spread);
-    let base = Base::Power(POWER);
-    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
-    let mut joint = Joint::of_strokes(&curve, &base, false, &inverse);
+    let (curve, inverse, mut joint) = made(spread, true);
     // As a calibration of several drives tells it.
     joint.offset.own = 0.05;
     let [middle, half] = curve.scales.a;
@@ -152,10 +153,7 @@ fn intervals_of_strokes_hold_what_they_promise() {
 fn an_outlook_is_what_taps_would_bring() {
     let size = 2.5 * 32.0_f64.powf(-1.5);
     let spread = Spread { floor: (0.01 * size).powi(2), gain: 1e-4, zero: 1e-8, ..Spread::default() };
-    let curve = curve(spread);
-    let base = Base::Power(POWER);
-    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
-    let joint = Joint::new(&curve, &base, false, &inverse);
+    let (_, _, joint) = made(spread, false);
     let mut object = Object::new(&joint);
     for taps in 0..3 {
         let outlook = Outlook::new(&joint, &object, false);

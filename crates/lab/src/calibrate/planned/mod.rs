@@ -9,7 +9,7 @@ pub use apart::Apart;
 pub use order::Row;
 pub use order::like;
 
-use crate::reduce::range;
+use crate::reduce::{distinct, range};
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
 
 use crate::error::{Error, InputError};
@@ -119,11 +119,11 @@ pub fn plan(
     let (distances, drives) = (distances(space)?, drives(space)?);
     let width = distances[distances.len() - 1] - distances[0];
     if width / 12.0_f64.sqrt() <= asked.error {
-        let error = InputError::new(format!(
-            "without any calibration a guess of the middle of the distances {} … {} mm is as good",
-            distances[0],
-            distances[distances.len() - 1]
-        ));
+        let [first, last] = [distances[0], distances[distances.len() - 1]];
+        let message = format!(
+            "without any calibration a guess of the middle of the distances {first} … {last} mm is as good"
+        );
+        let error = InputError::new(message);
         let allowed = format!("< {:.3} mm, or distances farther apart", width / 12.0_f64.sqrt());
         return Err(error.key("--error").value(asked.error).allowed(allowed).into());
     }
@@ -141,10 +141,8 @@ pub fn plan(
         },
         (None, None) => {
             let error = InputError::new("how good a calibration is depends on the noise of a reading");
-            let error = error.key("gauge.noise_strain");
-            return Err(error
-                .allowed("noise_strain in [gauge], noise in [sensor] for another signal; or --like CAL.toml")
-                .into());
+            let allowed = "noise_strain in [gauge], noise in [sensor] for another signal; or --like CAL.toml";
+            return Err(error.key("gauge.noise_strain").allowed(allowed).into());
         }
     };
     let ends = |all: &[f64]| [all[0], all[all.len() - 1]];
@@ -152,13 +150,10 @@ pub fn plan(
     let at = Extent::around(rig, side, ends(&distances), ends(&drives), 0.0);
     let physical = apart::parameters(rig);
     let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open);
-    let exact = exact.map_err(|why| match why.is_of_whisker() {
-        true => Error::from(
-            InputError::new(format!("the model cannot be solved over these distances and drives: {why}"))
-                .key("tap")
-                .allowed("nearer distances, smaller drives"),
-        ),
-        false => why.into(),
+    let exact = exact.map_err(|why| {
+        let message = format!("the model cannot be solved over these distances and drives: {why}");
+        let error = InputError::new(message).key("tap").allowed("nearer distances, smaller drives");
+        if why.is_of_whisker() { Error::from(error) } else { why.into() }
     })?;
     let (curve, _) = whisker(exact.clone());
     let limit = rig.strain_limit();
@@ -167,9 +162,9 @@ pub fn plan(
         let signal = curve(a, u);
         a > near
             && rig.design.admits(&rig.setup, a, u)
-            && signal.is_finite()
             && signal > 0.0
             && signal <= limit
+            && signal.is_finite()
     };
     let ask = Ask {
         curve: &curve,
@@ -181,10 +176,8 @@ pub fn plan(
         rig: spread,
     };
     let Some(mut planner) = Planner::new(&ask) else {
-        let error = InputError::new(
-            "no tap of this spec tells a distance: two distances or more are needed beyond the gauge, within strain_limit, at which the signal falls",
-        );
-        return Err(error.key("tap").allowed("other a and theta (delta) in [tap]").into());
+        let message = "no tap of this spec tells a distance: two distances or more are needed beyond the gauge, within strain_limit, at which the signal falls";
+        return Err(InputError::new(message).key("tap").allowed("other a and theta (delta) in [tap]").into());
     };
     let even = order::even(&planner, &distances, &drives, asked.runs);
     planner.pin();
@@ -221,7 +214,7 @@ pub fn plan(
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
     let reached = [range(fine.iter().map(|p| p.0)), range(fine.iter().map(|p| p.1))];
     let forbidden = [pairs.len() - fine.len(), pairs.len()];
-    let ends = [ends(&distances), ends(&drives)];
+    let (ends, rig) = ([ends(&distances), ends(&drives)], spread);
     Ok(Planned {
         distances,
         drives,
@@ -235,7 +228,7 @@ pub fn plan(
         reached,
         forbidden,
         ends,
-        rig: spread,
+        rig,
     })
 }
 
@@ -248,10 +241,8 @@ fn distances(space: &Space) -> Result<Vec<f64>, InputError> {
     let mut all: Vec<f64> = (0..DISTANCES).map(at).collect();
     all.dedup();
     if all.len() < 2 {
-        let error = InputError::new("a calibration needs two distances or more").key("tap.a");
-        return Err(error
-            .value(lo)
-            .allowed("the range that the rig can go: a = { from = 20, to = 50, steps = 7 }"));
+        let error = InputError::new("a calibration needs two distances or more").key("tap.a").value(lo);
+        return Err(error.allowed("the range that the rig can go: a = { from = 20, to = 50, steps = 7 }"));
     }
     Ok(all)
 }
@@ -259,9 +250,7 @@ fn distances(space: &Space) -> Result<Vec<f64>, InputError> {
 /// Drives of the spec, thinned to [`DRIVES`].
 fn drives(space: &Space) -> Result<Vec<f64>, InputError> {
     let axis = axis(space, Column::Drive, "tap.theta")?;
-    let mut all: Vec<f64> = axis.iter().take(1 << 20).collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup();
+    let all = distinct(axis.iter().take(1 << 20));
     let n = all.len();
     let few = n.min(DRIVES);
     Ok((0..few).map(|k| all[k * (n - 1) / (few - 1).max(1)]).collect())

@@ -72,18 +72,6 @@ impl Arc {
         q / (1.0 + (1.0 - k * q).max(0.0).sqrt())
     }
 
-    /// ∂off/∂(offset, turn, curvature): of k off² − 2 off + q = 0, the circle's equation that `off` solves.
-    fn off_slopes(&self, p: [f64; 2]) -> [f64; 3] {
-        let (origin, t, n) = self.frame();
-        let (s0, c0) = self.direction.sin_cos();
-        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        let (u, n0, k) = ([p[0] - origin[0], p[1] - origin[1]], [-s0, c0], self.curvature());
-        let off = self.off(p);
-        // 0 in the centre, where all directions are across.
-        let room = (1.0 - k * off).max(1e-6);
-        [(k * dot(u, n0) - dot(n0, n)) / room, -dot(u, t) / room, 0.5 * (off * off - dot(u, u)) / room]
-    }
-
     /// Unit vector to the left at a place beside it.
     pub fn normal(&self, p: [f64; 2]) -> [f64; 2] {
         let (origin, _, n) = self.frame();
@@ -106,19 +94,23 @@ impl Arc {
         let (origin, t, n) = self.frame();
         let k = self.curvature();
         let turn = k * s;
-        let (x, y) = match turn.abs() < 1e-6 {
-            true => (s, 0.5 * turn * s),
-            false => (turn.sin() / k, (1.0 - turn.cos()) / k),
-        };
+        let round = (turn.sin() / k, (1.0 - turn.cos()) / k);
+        let (x, y) = if turn.abs() < 1e-6 { (s, 0.5 * turn * s) } else { round };
         let at = [origin[0] + x * t[0] + y * n[0], origin[1] + x * t[1] + y * n[1]];
         (at, self.direction + self.values[1] + turn)
     }
 
+    /// Standard deviations of numbers that follow from it.
+    fn deviations_of<const N: usize>(&self, of: impl Fn(&Self) -> Option<[f64; N]>) -> Option<[f64; N]> {
+        let moved = |v: &[f64]| Some(of(&Self { values: v.to_vec(), ..self.clone() })?.to_vec());
+        let j = slopes(&moved, &self.values, &STEPS[..self.values.len()])?;
+        let covariance = &j * &self.covariance * j.transpose();
+        Some(std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt()))
+    }
+
     /// Standard deviation square to it at a place of it, mm.
     pub fn deviation(&self, p: [f64; 2]) -> f64 {
-        let (g, n) = (self.off_slopes(p), self.values.len());
-        let variance = |i: usize| (0..n).map(|k| g[i] * self.covariance[(i, k)] * g[k]).sum::<f64>();
-        (0..n).map(variance).sum::<f64>().max(0.0).sqrt()
+        self.deviations_of(|arc| Some([arc.off(p)])).map_or(f64::NAN, |[off]| off)
     }
 
     /// Standard deviations of offset (mm), turn (rad), curvature (1/mm).
@@ -136,13 +128,8 @@ impl Arc {
     /// Standard deviation of the centre's coordinates and of the radius, mm.
     pub fn circle_deviations(&self) -> Option<([f64; 2], f64)> {
         self.circle()?;
-        let of = |v: &[f64]| {
-            let (centre, radius) = Self { values: v.to_vec(), ..self.clone() }.circle()?;
-            Some(vec![centre[0], centre[1], radius])
-        };
-        let j = slopes(&of, &self.values, &STEPS)?;
-        let c = (&j * &self.covariance * j.transpose()).diagonal().map(|v| v.max(0.0).sqrt());
-        Some(([c[0], c[1]], c[2]))
+        let [x, y, radius] = self.deviations_of(|arc| arc.circle().map(|([x, y], r)| [x, y, r]))?;
+        Some(([x, y], radius))
     }
 
     /// Least squares of the distances of the `samples` with `weights` > 0, each over its standard deviation across the arc.

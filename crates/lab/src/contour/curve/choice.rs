@@ -289,11 +289,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         let (d, z) = off(&drawn.curve, s);
         (d, z, *outlier)
     });
-    Ok(Chosen {
-        kind: drawn.kind,
-        off: off.collect(),
-        curve: drawn.curve.scaled(drawn.scale * drawn.scale),
-        scale: drawn.scale,
-        judged,
-    })
+    let off = off.collect();
+    let Drawn { kind, curve, scale, .. } = drawn;
+    Ok(Chosen { kind, curve: curve.scaled(scale * scale), scale, off, judged })
 }

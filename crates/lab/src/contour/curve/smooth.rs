@@ -2,6 +2,7 @@
 //! allow (P-splines: Eilers and Marx, Stat. Sci. 11:89, 1996).
 
 use nalgebra::{DMatrix, DVector};
+use vibrissa_core::reduce::sorted;
 use vibrissa_learned::least;
 
 use super::Sample;
@@ -45,14 +46,9 @@ impl Basis {
         let k = (x.floor().max(0.0) as usize).min(self.intervals - 1);
         let (t, n) = (x - k as f64, self.len());
         let u = 1.0 - t;
-        let values = [
-            u * u * u / 6.0,
-            (3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0,
-            (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
-            t * t * t / 6.0,
-        ];
-        let slopes =
-            [-0.5 * u * u, 0.5 * (3.0 * t * t - 4.0 * t), -0.5 * (3.0 * u * u - 4.0 * u), 0.5 * t * t];
+        let (hump, fall) = (|t: f64| (3.0 * t - 6.0) * t * t + 4.0, |t: f64| (3.0 * t - 4.0) * t);
+        let values = [u * u * u, hump(t), hump(u), t * t * t].map(|x| x / 6.0);
+        let slopes = [-u * u, fall(t), -fall(u), t * t].map(|x| 0.5 * x);
         (std::array::from_fn(|i| (k + i) % n), values, slopes.map(|d| d / h))
     }
 
@@ -74,8 +70,7 @@ impl Basis {
 
 /// Ends of points along an arc, and whether they close it: the widest gap of a circle is left out, or narrow.
 pub fn ends(base: &Arc, points: impl Iterator<Item = [f64; 2]>) -> ([f64; 2], bool) {
-    let mut all: Vec<f64> = points.map(|p| base.along(p)).collect();
-    all.sort_by(f64::total_cmp);
+    let all = sorted(points.map(|p| base.along(p)));
     let (Some(first), Some(last)) = (all.first(), all.last()) else { return ([0.0, 0.0], false) };
     let Some((_, radius)) = base.circle() else { return ([*first, *last], false) };
     let turn = std::f64::consts::TAU * radius;
@@ -95,12 +90,8 @@ impl Smooth {
         let intervals = groups.clamp(6, INTERVALS);
         let basis = Basis { ends, intervals, closed };
         let n = basis.len();
-        (ends[1] - ends[0] > 0.0).then(|| Self {
-            base: base.clone(),
-            basis,
-            values: DVector::zeros(n),
-            covariance: DMatrix::zeros(n, n),
-        })
+        let (values, covariance) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        (ends[1] - ends[0] > 0.0).then(|| Self { base: base.clone(), basis, values, covariance })
     }
 
     /// Along the base, into the range of the curve.

@@ -84,6 +84,11 @@ impl Covariance {
         Self([xx + variance * x * x, xy + variance * x * y, yy + variance * y * y])
     }
 
+    /// Plus `variance` in all directions.
+    pub fn plus(self, variance: f64) -> Self {
+        self.along([1.0, 0.0], variance).along([0.0, 1.0], variance)
+    }
+
     pub fn of(self, [x, y]: [f64; 2]) -> f64 {
         let [xx, xy, yy] = self.0;
         xx * x * x + 2.0 * xy * x * y + yy * y * y

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::reduce::range;
+use crate::reduce::{range, sorted};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -207,8 +207,7 @@ impl Polynomial {
             let here = || points.iter().filter(|p| p.position == *k).map(|p| p.a);
             here().sum::<f64>() / here().count() as f64
         };
-        let mut a: Vec<f64> = sums.positions.keys().map(mean).collect();
-        a.sort_by(f64::total_cmp);
+        let a = sorted(sums.positions.keys().map(mean));
         let n = a.len();
         let room = |p: usize, q: usize| if n > 1 { beyond * (a[p] - a[q]).abs() } else { 0.0 };
         let ends = range(points.iter().map(|p| p.a));
@@ -272,9 +271,7 @@ impl Polynomial {
         let of_positions =
             sums.iter().map(|(s, n)| s * s / n).sum::<f64>() / (sums.len() as f64 - used).max(1.0);
         let variance = of_taps.max(of_positions);
-        (0..inverse.nrows())
-            .map(|i| (0..inverse.ncols()).map(|k| variance * inverse[(i, k)]).collect())
-            .collect()
+        inverse.row_iter().map(|row| row.iter().map(|x| variance * x).collect()).collect()
     }
 
     fn at(&self, x: f64, drive: f64) -> At {

@@ -79,19 +79,13 @@ impl Surface {
         // A contact on the gauge is another branch of f.
         let edge = 1.0 / curve.gauge[1];
         let whole = [1.0 / reach[1], 1.0 / reach[0]];
-        let cut = if edge > whole[0] && edge < whole[1] {
-            vec![[whole[0], edge], [edge, whole[1]]]
-        } else {
-            vec![whole]
-        };
+        let [first, last] = whole;
+        let cut = if edge > first && edge < last { vec![[first, edge], [edge, last]] } else { vec![whole] };
         let mut open = vec![(drives, 0)];
         while let Some((drives, depth)) = open.pop() {
             let may = depth < HALVINGS[1] && drives[0] < drives[1];
             let end = solver.end(whole, drives[1])?;
-            let strip = match end > 0.0 && may {
-                true => None,
-                false => Some(solver.pieces(&cut, end, drives)?),
-            };
+            let strip = if end > 0.0 && may { None } else { Some(solver.pieces(&cut, end, drives)?) };
             match strip.filter(|pieces| !may || pieces.iter().all(|p| p.is_fine(1))) {
                 Some(pieces) => strips.push(Strip { drives, pieces, end }),
                 None => {
@@ -123,7 +117,10 @@ impl Surface {
         let at = drive.clamp(first, last);
         let (u, strip) = (1.0 / a, self.strip(at));
         let Some(piece) = strip.piece(u) else { return [f64::NAN; 2] };
-        let (y, dy) = place_and_slope(self.yields, strip.drives, at);
+        // Scaled drive, and its derivative by the drive.
+        let [lo, hi] = if self.yields { strip.drives.map(root) } else { strip.drives };
+        let by_root = if self.yields { 0.25 * root(at) / at } else { 1.0 };
+        let (y, dy) = (place_of(self.yields, strip.drives, at), 2.0 * by_root / (hi - lo));
         let (x, dx) = (scaled(piece.u, u), 2.0 / (piece.u[1] - piece.u[0]));
         let (ratio, ratio_x) = series(&piece.at(y), x);
         let ((f, f_u), size) = (self.curve.at_inverse(u), amount(self.kind, at));
@@ -151,13 +148,6 @@ impl Surface {
 /// Drive scaled to −1 … 1 between `ends`.
 fn place_of(yields: bool, ends: [f64; 2], drive: f64) -> f64 {
     if yields { scaled(ends.map(root), root(drive)) } else { scaled(ends, drive) }
-}
-
-/// Scaled drive, and its derivative by the drive.
-fn place_and_slope(yields: bool, ends: [f64; 2], drive: f64) -> (f64, f64) {
-    let [lo, hi] = if yields { ends.map(root) } else { ends };
-    let by_root = if yields { 0.25 * root(drive) / drive } else { 1.0 };
-    (place_of(yields, ends, drive), 2.0 * by_root / (hi - lo))
 }
 
 fn drive_at(yields: bool, ends: [f64; 2], place: f64) -> f64 {
@@ -284,11 +274,8 @@ impl Solve<'_> {
         let outcomes = self.evaluator.run(&self.designs, &tasks)?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
         self.spare = self.spare.checked_sub(unsolved).ok_or(ModelError::Solve(SolveError::TooHard))?;
-        let ratios: Vec<f64> = outcomes
-            .iter()
-            .zip(&tasks)
-            .map(|(o, t)| o.strain.abs() / (amount(self.kind, t.drive) * self.curve.value(t.a)))
-            .collect();
+        let linear = |t: &Task| amount(self.kind, t.drive) * self.curve.value(t.a);
+        let ratios: Vec<f64> = outcomes.iter().zip(&tasks).map(|(o, t)| o.strain.abs() / linear(t)).collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
             let c = transpose(&twice(coefficients, &rows));
