@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::Common;
 use crate::backend::{Backend, Choice};
+use crate::census::needed;
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::locate::Calibration;
@@ -17,11 +18,8 @@ use crate::measure::Data;
 use crate::optimise::{Watch, report};
 use crate::progress::{Progress, go_on};
 use crate::scene::{COLUMNS, Column, RunOptions, Setup, Space, Spec};
-use crate::sink::folder::{Folder, Question};
-use crate::sink::frame::Frame;
-use crate::sink::lab::LabTable;
-use crate::sink::memory;
-use crate::{census::needed, files, spec};
+use crate::sink::{Folder, Frame, LabTable, Question, memory};
+use crate::{files, spec};
 
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 

@@ -12,14 +12,13 @@ use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
 use crate::error::Error;
-use crate::optimise::blame::{bias, why};
 use crate::optimise::report::{self, Design};
+use crate::optimise::report::{bias, why};
 use crate::optimise::{self, Ended, Report, best};
-use crate::plan::pays;
+use crate::plan;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{RunOptions, Spec};
-use crate::sink::folder::Question;
-use crate::sink::table::drive_unit;
+use crate::sink::{Question, drive_unit};
 use crate::spec;
 
 const KEPT: &str = "interrupted; the best so far is written";
@@ -43,7 +42,7 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     let (mut spec, search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "optimise");
-    let work = pays::of_search(&search, &spec.study.space, &spec.study.setup, &options);
+    let work = plan::of_search(&search, &spec.study.space, &spec.study.setup, &options);
     let choice = Choice::for_work(&options, work)?;
     let bound = context.model_error(asked.model_error, &spec, &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));

@@ -15,14 +15,11 @@ use crate::census::sample;
 use crate::curve::both::TAPS;
 use crate::digits::short;
 use crate::error::Error;
-use crate::plan::{Plan, pays};
+use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
 use crate::scene::{Geometry, MaterialFit, Per, RankBy, Spec};
-use crate::sink::format::TableFormat;
-use crate::sink::run_json;
-use crate::sink::shard::Shard;
-use crate::sink::table::{Table, drive_unit};
+use crate::sink::{Shard, Table, TableFormat, drive_unit, run_json};
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
 
@@ -74,7 +71,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     }
     let out = folder(options.out.as_ref(), &spec.name, "sweep");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::for_work(&options, pays::of_study(&spec.study, &options))?;
+    let choice = Choice::for_work(&options, plan::of_study(&spec.study, &options))?;
     let bound = context.model_error(asked.model_error, &spec, &choice)?;
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;

@@ -10,13 +10,11 @@ use serde_json::json;
 use super::{Common, Context, Reply, folder, meant, named, number, where_and_why, with_model_error};
 use crate::digits::short;
 use crate::error::Error;
-use crate::optimise::blame::bias;
+use crate::optimise::report::bias;
 use crate::report::answer::of_tap;
 use crate::scene::search::Objective;
 use crate::scene::{Spec, Theory};
-use crate::sink::folder::Question;
-use crate::sink::run_json;
-use crate::sink::table::drive_unit;
+use crate::sink::{Question, drive_unit, run_json};
 use crate::spec;
 use crate::tap::{self, Report, Sample};
 

@@ -15,11 +15,7 @@ use crate::measure::names::DISTANCE;
 use crate::record::rest::Rest;
 use crate::record::{Kind, Reading, Record, Take, find};
 use crate::scene::Drive;
-use crate::sink::fact;
-use crate::sink::folder::Question;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::values::{Field, Values};
+use crate::sink::{Field, Frame, Question, Values, fact, heading};
 
 /// Choices of `--take`: word, value, help.
 const TAKES: [(&str, Take, &str); 3] = [

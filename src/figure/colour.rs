@@ -1,7 +1,6 @@
 //! Colours that most people can distinguish, and a scale that also works in grey.
 
-use super::data::{Cells, Marker};
-use super::scale::Scale;
+use super::{Cells, Marker, Scale};
 
 /// Colours on white: Okabe and Ito (2008) without yellow, which is hardly visible. The least CIEDE2000 distance is 22.2, and 12.2, 8.2, 10.9 with
 /// protanopia, deuteranopia, tritanopia (Machado, Oliveira and Fernandes 2009, full severity). 8.2 is green and grey; grey has other markers.

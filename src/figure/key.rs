@@ -3,14 +3,13 @@
 use indexmap::IndexMap;
 use ttf_parser::Face;
 
-use super::axes::LEADING;
-use super::colour::{INK, Rgb, Shades};
-use super::data::{Axis, Figure, Mark, Marker, NO_VALUE};
-use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
+use super::axes::{self, LEADING};
+use super::colour::{self, INK, Shades};
+use super::drawing::open;
 use super::font::{length, lines};
 use super::marks::{DOT, LINE, opacity, point};
 use super::scale::value;
-use super::{axes, colour};
+use super::{Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke};
 
 /// Colour, opacity, and colour of the edge.
 type Area = (Rgb, f64, Option<Rgb>);

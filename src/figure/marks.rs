@@ -2,11 +2,10 @@
 
 use ttf_parser::Face;
 
-use super::colour::{self, INK, Rgb, Shades};
-use super::data::{Along, Cells, Mark, Marker, Panel};
-use super::drawing::{Anchor, Drawing, Rect, Stroke, circle, closed, open};
+use super::colour::{self, INK, Shades};
+use super::drawing::{circle, closed, open};
 use super::font::length;
-use super::scale::Scale;
+use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke};
 
 pub const LINE: f64 = 1.1;
 pub const DOT: f64 = 1.9;

@@ -9,7 +9,6 @@ pub mod drawing;
 pub mod font;
 mod key;
 mod marks;
-mod parallel;
 pub mod pdf;
 pub mod png;
 mod scale;
@@ -21,6 +20,7 @@ pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parall
 pub use scale::Scale;
 
 use crate::error::Error;
+use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};
 use font::Font;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

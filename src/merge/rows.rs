@@ -6,14 +6,11 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 
-use super::part::{Part, refuse};
+use super::Part;
+use super::part::refuse;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{Folder, unpack};
-use crate::sink::format::TableFormat;
-use crate::sink::frame::Frame;
-use crate::sink::parquet;
-use crate::sink::sheet::Sheet;
-use crate::sink::table::Table;
+use crate::sink::folder::unpack;
+use crate::sink::{Folder, Frame, Sheet, Table, TableFormat, parquet};
 use crate::sweep::{PLACES, Place};
 
 pub(super) struct Order {

@@ -1,12 +1,9 @@
 //! `best.toml`: the best design as a spec. Also judges the best design by the other estimator.
 
-use super::blame::why;
-use super::evaluate::Scorer;
-use super::report::{Design, Report, key};
+use super::report::why;
+use super::report::{Design, key};
 use super::run::TOLERANCE;
-use super::score::{Goal, Score};
-use super::session::Found;
-
+use super::{Found, Goal, Report, Score, Scorer};
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::plan::Layout;

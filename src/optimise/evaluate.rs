@@ -5,10 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::judge::Judge;
-use super::report;
-use super::score::{Score, deviations};
-use super::session::Found;
-use super::variables::Variables;
+use super::score::deviations;
+use super::{Found, Score, Variables, report};
 use crate::backend::{Backend, Choice};
 use crate::chart::between;
 use crate::chart::lanes::Figures;

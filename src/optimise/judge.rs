@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::score::{self, Limit, Read, Score, Seen, continued, deviation, gather, over};
+use super::score::{self, Read, Seen, continued, deviation, gather, over};
+use super::{Limit, Score};
 use crate::chart::lanes::Figures;
-use crate::curve::{
-    Curve, Reach,
-    both::{self, Both},
-};
+use crate::curve::both::{self, Both};
+use crate::curve::{Curve, Reach};
 use crate::design::Design;
 use crate::estimate::Estimator;
 use crate::evaluate::{Outcome, Task};

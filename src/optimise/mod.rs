@@ -7,20 +7,19 @@
 //! start, 9 000 from the fourth on; a polish takes some 15 steps of 2k + k(k − 1)/2 + 3 evaluations for k variables.
 
 pub mod best;
-pub mod blame;
 pub mod evaluate;
 pub mod front;
 pub mod global;
 mod judge;
 pub mod polish;
-pub mod quadratic;
 pub mod report;
 pub mod run;
 pub mod score;
 pub mod sensitivity;
 pub mod session;
-pub mod variables;
 
+pub use evaluate::Scorer;
 pub use report::Report;
 pub use run::find;
-pub use session::{Ended, Step, Watch};
+pub use score::{Goal, Limit, Score};
+pub use session::{Ended, Found, Halt, Session, Stage, Step, Variables, Watch};

@@ -2,13 +2,11 @@
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::answer;
-use super::content::Content;
 use super::designs::front;
-use super::source::Source;
+use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
 /// Slower peers are left out of the figure, ns per tap.

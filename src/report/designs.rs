@@ -2,8 +2,8 @@
 
 use indexmap::IndexMap;
 
-use super::bins::map;
 use super::content::SHOWN;
+use super::quantity::map;
 use super::quantity::{self, distinct};
 use super::source::Source;
 use crate::error::InputError;
@@ -159,7 +159,7 @@ pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figur
     }
     let rest = if axes.len() > 2 { ", the best over all other axes" } else { "" };
     let bins = if binned {
-        format!("; axes with more than {} values in as many bins", super::bins::MOST)
+        format!("; axes with more than {} values in as many bins", quantity::BINS)
     } else {
         String::new()
     };

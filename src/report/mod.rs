@@ -4,21 +4,16 @@
 //! [`crate::figure`] draws; [`page`] makes the page. Nothing is recomputed: figures show the tables.
 
 pub mod answer;
-mod bins;
 mod calibrate;
 mod census;
 pub mod content;
-mod contour;
 mod designs;
-mod locate;
-mod optimise;
-mod outliers;
-pub mod page;
+mod located;
 pub mod quantity;
+mod search;
 mod shape;
 pub mod source;
 mod sweep;
-mod tap;
 
 use std::path::Path;
 
@@ -32,11 +27,11 @@ type Draw = fn(&Source) -> Result<Content, Error>;
 
 const DRAWN: [(&str, Draw); 9] = [
     ("sweep", sweep::content),
-    ("optimise", optimise::content),
-    ("tap", tap::content),
+    ("optimise", search::of_optimise),
+    ("tap", search::of_tap),
     ("calibrate", calibrate::content),
-    ("locate", locate::content),
-    ("contour", contour::content),
+    ("locate", located::of_readings),
+    ("contour", located::of_contour),
     ("bench", census::of_bench),
     ("verify", census::of_verify),
     ("shape", shape::content),
@@ -60,4 +55,4 @@ pub fn answer_of(folder: &Path) -> String {
 }
 
 pub use census::figures as of_bench;
-pub use contour::figure as of_contour;
+pub use located::figure as of_contour;

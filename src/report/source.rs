@@ -8,9 +8,8 @@ use crate::error::{Error, InputError};
 use crate::sink::folder::{
     hash_file, is_finishing, is_result_name, look, names_in, open_of_result, read_run,
 };
-use crate::sink::frame::Frame;
-use crate::sink::read;
 use crate::sink::run_json::FORMAT;
+use crate::sink::{Frame, read};
 
 #[derive(Debug)]
 pub struct Source {

@@ -5,20 +5,15 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::best::Kept;
+use super::Kept;
 use crate::backend::Choice;
 use crate::chart::ranker::Rankers;
 use crate::error::Error;
 use crate::plan::Plan;
 use crate::scene::{Space, Spec, Study};
-use crate::sink::folder::{Folder, Listed, Output, Question, hash, pack};
-use crate::sink::format::TableFormat;
-use crate::sink::frame::Frame;
+use crate::sink::folder::{Listed, Output, pack};
 use crate::sink::parquet::More;
-use crate::sink::shard::Shard;
-use crate::sink::sheet::Sheet;
-use crate::sink::table::Table;
-use crate::sink::{memory, run_json};
+use crate::sink::{Folder, Frame, Question, Shard, Sheet, Table, TableFormat, hash, memory, run_json};
 
 #[derive(Debug)]
 pub(super) struct About {

@@ -7,10 +7,8 @@ use crate::error::Error;
 use crate::optimise::report;
 use crate::scene::search::Objective;
 use crate::scene::{Convention, Drive, Foil, Setup, Study, Theory};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::table::drive_unit;
-use crate::sink::values::{Field, named};
+use crate::sink::values::named;
+use crate::sink::{Field, Frame, drive_unit, heading};
 
 pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
     let name = if setup.drive == Drive::Angle { "tap angle" } else { "displacement" };

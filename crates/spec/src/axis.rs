@@ -3,8 +3,7 @@
 use toml::de::DeValue;
 
 use super::keys::Key;
-use super::reader::{Item, Result};
-use super::sections;
+use super::{Item, Result, sections};
 use crate::scene::Axis;
 use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;

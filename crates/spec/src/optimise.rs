@@ -1,9 +1,8 @@
 //! `[optimise]`.
 
 use super::properties::{known, names, unsure, variable, varied, vary};
-use super::reader::{Item, Result};
-use super::sections::{Section, Sections};
 use super::space::{self, ColumnKey, keys};
+use super::{Item, Result, Section, Sections};
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Quantity, Robust, Search, Variable,
 };

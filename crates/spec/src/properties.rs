@@ -4,11 +4,8 @@ use std::sync::Arc;
 
 use toml::de::DeValue;
 
-use super::axis::AxisItem;
 use super::model::{check_second_gauge, consistent};
-use super::reader::{Item, Result};
-use super::sections::Sections;
-use super::{built, solid};
+use super::{AxisItem, Item, Result, Sections, built, model};
 use crate::error::InputError;
 use crate::scene::property::Description;
 use crate::scene::search::{Quantity, Robust, Search};
@@ -90,7 +87,7 @@ pub(super) fn allowed_together(
     let check = |setup: &Setup, at: Option<&Item<'_>>| {
         check_second_gauge(sections, setup)?;
         built::allowed(sections, setup, tilts, at)?;
-        solid::allowed(sections, setup, tilts)
+        model::allowed(sections, setup, tilts)
     };
     check(setup, None)?;
     for (property, AxisItem { item, axis }) in axes {

@@ -3,9 +3,8 @@
 use std::sync::LazyLock;
 
 use super::fact::{FACTS, Fact, Only, fact, fact_in, kind};
-use super::frame::Frame;
-use super::values::Values;
 use crate::scene::{Convention, Drive, Setup, Signal};
+use crate::{Frame, Values};
 
 /// A table that a command writes.
 #[derive(Debug)]

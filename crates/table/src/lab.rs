@@ -7,10 +7,8 @@ use std::io::Read;
 
 use super::fact::Kind;
 use super::fields::{fields, number, plain, separator};
-use super::folder::hash;
-use super::frame::Frame;
-use super::values::{Field, Values};
 use crate::error::Error;
+use crate::{Field, Frame, Values, hash};
 
 /// A source of rows.
 #[derive(Debug, Clone, Copy)]

@@ -6,11 +6,10 @@ use std::io::Read;
 use std::path::Path;
 
 use super::fact::{Kind, fact};
-use super::frame::Frame;
 use super::parquet;
 use super::text_file::{Limit, TextFile, refused};
-use super::values::Values;
 use crate::error::{Error, InputError};
+use crate::{Frame, Values};
 
 /// Largest number of rows read into memory.
 pub const MOST_ROWS: usize = 5_000_000;
