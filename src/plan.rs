@@ -22,20 +22,11 @@ pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
 /// Mean bytes of a CSV row, measured on `sweeps/prototypes.toml`.
 const ROW_BYTES: [f64; 3] = [250.0, 220.0, 75.0];
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
-    Charted,
-    Solved,
-    Reference,
-}
-
-impl Way {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Charted => "ranked from a chart",
-            Self::Solved => "solved tap by tap",
-            Self::Reference => "solved by the reference",
-        }
+vibrissa_core::words! {
+    Way {
+        Charted = "ranked from a chart",
+        Solved = "solved tap by tap",
+        Reference = "solved by the reference",
     }
 }
 

@@ -116,7 +116,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
         let kept = Table::ALL
             .into_iter()
             .zip(tables)
-            .filter_map(|(table, frame)| Some((table.name().to_owned(), Content::Table(frame?))));
+            .filter_map(|(table, frame)| Some((table.word().to_owned(), Content::Table(frame?))));
         return Ok(Reply { kept: kept.collect(), document: report.document(&spec), ..Reply::default() });
     }
     context.warn_all(beyond_curve(&spec, &report));
@@ -172,7 +172,7 @@ fn planned(
         let _ = writeln!(text, "  {name:<14} {rows}");
     }
     let (bytes, curves) = (plan.bytes * format.share(), plan.curves);
-    let (size, to, time, by) = (rough(bytes), out.display(), rough(seconds), way.name());
+    let (size, to, time, by) = (rough(bytes), out.display(), rough(seconds), way.word());
     let _ = writeln!(text, "  about {size} bytes in {to}, about {time} s, {by}; nothing was run");
     text += &needed.map_or_else(String::new, Needed::sentence);
     if let Some(full) = full {
@@ -202,7 +202,7 @@ fn planned(
         text,
         out: Some(out),
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": bytes, "curves": curves }),
-        seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
+        seconds: json!({ "expected": seconds, "way": way.word(), "expected_full": full }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(Needed::summary) }),
         ..Reply::default()

@@ -116,7 +116,7 @@ fn summary(spec: &Spec, report: &Report) -> String {
     if report.unconstrained.drive != report.optimum.drive {
         text += &line("whatever the strain,", &report.unconstrained, own, "");
     }
-    let _ = writeln!(text, "limited by {}: {}", report.limited_by.name().replace('_', " "), report.why);
+    let _ = writeln!(text, "limited by {}: {}", report.limited_by.word().replace('_', " "), report.why);
     if let Some(other) = &report.other {
         let [this, that] = [own, other.theory].map(Theory::estimator);
         let end = if other.at_bound { ", where the interval ends" } else { "" };

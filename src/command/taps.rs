@@ -205,13 +205,8 @@ fn drawn(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {
     };
     let points = |name: &str, colour, kind: Kind, marker| {
         let own = readings.iter().filter(|r| r.kind == kind);
-        Mark::Points {
-            path: Path::new(name, colour, own.clone().map(|r| (middle(record, r), r.signal))),
-            marker,
-            error: own.map(|r| r.sd).collect(),
-            notes: Vec::new(),
-            rows: Vec::new(),
-        }
+        let path = Path::new(name, colour, own.clone().map(|r| (middle(record, r), r.signal)));
+        Mark::barred(path, marker, own.map(|r| r.sd).collect())
     };
     let panel = Panel::new("", Axis::new("time t", "s"), Axis::new(record.unit.column(), ""))
         .with(line("signal", 0, &record.signal, 0))

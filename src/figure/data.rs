@@ -341,7 +341,12 @@ impl Mark {
 
     /// Points without bars, rows and notes.
     pub fn points(path: Path, marker: Marker) -> Self {
-        Self::Points { path, marker, error: Vec::new(), rows: Vec::new(), notes: Vec::new() }
+        Self::barred(path, marker, Vec::new())
+    }
+
+    /// Points with bars of half length `error`, without rows and notes.
+    pub fn barred(path: Path, marker: Marker, error: Vec<f64>) -> Self {
+        Self::Points { path, marker, error, rows: Vec::new(), notes: Vec::new() }
     }
 
     /// True if nothing would be drawn.

@@ -76,7 +76,7 @@ fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Er
         let open = |part| Source::open(part, table);
         let mut sources = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         if let Some(at) = sources.iter().position(|source| source.empty.names != sources[0].empty.names) {
-            let why = format!("its {} has other columns than that of the first part", table.name());
+            let why = format!("its {} has other columns than that of the first part", table.word());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
         let mut sheet = sources[0].sheet(folder, &table.file(parts[0].format))?;

@@ -234,7 +234,7 @@ pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError
 }
 
 fn violated(score: &Score) -> Vec<Limit> {
-    let mut violated: Vec<Limit> = Limit::all().filter(|&l| score.limit(l) > 0.0).collect();
+    let mut violated: Vec<Limit> = Limit::ALL.into_iter().filter(|&l| score.limit(l) > 0.0).collect();
     violated.sort_by(|a, b| score.limit(*b).total_cmp(&score.limit(*a)));
     if violated.is_empty() {
         violated.push(Limit::Solved);

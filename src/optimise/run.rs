@@ -167,7 +167,7 @@ pub fn find(
         seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
         chart,
         model_error: needed.map(|n| (n.summary(), n.sentence())),
-        binding: Limit::all().filter(binds).collect(),
+        binding: Limit::ALL.into_iter().filter(binds).collect(),
         other,
         sensitivity,
         front,

@@ -41,12 +41,6 @@ vibrissa_core::words! {
     }
 }
 
-impl Limit {
-    pub fn all() -> impl Iterator<Item = Self> {
-        Self::WORDS.into_iter().map(|(_, limit)| limit)
-    }
-}
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
     /// K_sd (in the unit of the tables), total_rms_mm and the weighted sum; NaN if missing.

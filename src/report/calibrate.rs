@@ -153,13 +153,10 @@ fn curves(
         let here = cells.rows(|r| drives.place(at[r]) == Some(d));
         let name = drives.names[d].as_str();
         let (colour, marker) = series(i);
-        panel = panel.with(Mark::line(Path::new(name, colour, line), 0)).with(Mark::Points {
-            path: Path::new(name, colour, here.iter().map(|r| (a[*r], mean[*r]))),
-            marker,
-            error: here.iter().map(|r| sd[*r]).collect(),
-            rows: Vec::new(),
-            notes: Vec::new(),
-        });
+        let points = Path::new(name, colour, here.iter().map(|r| (a[*r], mean[*r])));
+        let bars = here.iter().map(|r| sd[*r]).collect();
+        panel =
+            panel.with(Mark::line(Path::new(name, colour, line), 0)).with(Mark::barred(points, marker, bars));
     }
     let left = if n < all { format!("; {n} of {all} taps are shown") } else { String::new() };
     let caption = format!(

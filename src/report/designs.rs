@@ -1,6 +1,7 @@
 //! Rows of designs: columns that vary, limits, and figures of many designs (front, parallel coordinates, maps).
 
 use indexmap::IndexMap;
+use serde::Deserialize;
 
 use super::content::SHOWN;
 use super::quantity::map;
@@ -227,7 +228,8 @@ pub struct Alike {
     pub rows: Vec<usize>,
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(default)]
 pub struct Limits {
     /// True if ambiguous rows break the limits.
     unambiguous: bool,
@@ -235,22 +237,10 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Those in force, TOML such as `{ strain = 0.02, unambiguous = true }`.
     pub fn of(source: &Source) -> Self {
-        source.in_force("optimise.limits").map_or(Self::default(), Self::read)
-    }
-
-    /// Reads TOML such as `{ strain = 0.02, unambiguous = true }`.
-    fn read(text: &str) -> Self {
-        let pairs = text.trim_matches(['{', '}', ' ']).split(',').filter_map(|p| p.split_once('='));
-        let mut limits = Self::default();
-        for (key, value) in pairs.map(|(k, v)| (k.trim(), v.trim())) {
-            match key {
-                "unambiguous" => limits.unambiguous = value == "true",
-                "strain" => limits.strain = value.parse().ok(),
-                _ => {}
-            }
-        }
-        limits
+        let written = source.in_force("optimise.limits").and_then(|text| text.parse::<toml::Value>().ok());
+        written.and_then(|limits| limits.try_into().ok()).unwrap_or_default()
     }
 
     /// For each row: true if it keeps the limits. A second distance breaks them only with `unambiguous`.

@@ -53,7 +53,7 @@ impl About {
             question.asked,
             (b.name, &b.adapter, b.precision, b.tolerance),
             format!("{:?} {:?} {} {bound:?}", plan.way, plan.solved, plan.chunk),
-            format.name(),
+            format.word(),
         ]);
         let whole = hash(&whole.to_string());
         let part = shard.map(|s| s.to_string());
@@ -97,7 +97,7 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
         "index": shard.index,
         "of": shard.of,
         "designs": { "from": about.designs.start, "to": about.designs.end, "of": plan.designs },
-        "format": about.format.name(),
+        "format": about.format.word(),
         "top": study.output.top,
         "candidates": plan.rankers.as_ref().map(Rankers::keep),
         "tables": tables(study, plan),
@@ -127,7 +127,7 @@ fn wanted(study: &Study, plan: &Plan) -> impl Iterator<Item = Table> {
 }
 
 pub(super) fn tables(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    wanted(study, plan).map(Table::name).collect()
+    wanted(study, plan).map(Table::word).collect()
 }
 
 pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {

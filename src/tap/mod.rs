@@ -43,33 +43,21 @@ pub struct Sample {
     pub score: Score,
 }
 
-/// The limit that stops the improvement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LimitedBy {
-    /// Inside the interval; bias is the larger part of the total.
-    Bias,
-    /// Inside the interval; noise is the larger part.
-    Noise,
-    /// The gauge's strain limit.
-    Strain,
-    /// A bound of the interval.
-    Bound,
-    /// Beyond it a tap has no strain or no root, or slips off.
-    CompleteRows,
-    /// A contact turns from sticking to sliding, which gives the objective a kink.
-    Friction,
-}
-
-impl LimitedBy {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Bias => "bias",
-            Self::Noise => "noise",
-            Self::Strain => "strain_limit",
-            Self::Bound => "bound",
-            Self::CompleteRows => "complete_rows",
-            Self::Friction => "friction",
-        }
+vibrissa_core::words! {
+    /// The limit that stops the improvement.
+    LimitedBy {
+        /// Inside the interval; bias is the larger part of the total.
+        Bias = "bias",
+        /// Inside the interval; noise is the larger part.
+        Noise = "noise",
+        /// The gauge's strain limit.
+        Strain = "strain_limit",
+        /// A bound of the interval.
+        Bound = "bound",
+        /// Beyond it a tap has no strain or no root, or slips off.
+        CompleteRows = "complete_rows",
+        /// A contact turns from sticking to sliding, which gives the objective a kink.
+        Friction = "friction",
     }
 }
 

@@ -54,7 +54,7 @@ pub fn result(study: &Study, report: &Report) -> Value {
     json!({
         "optimum": point(&study.setup, &report.optimum, unit),
         "unconstrained": point(&study.setup, &report.unconstrained, unit),
-        "limited_by": report.limited_by.name(),
+        "limited_by": report.limited_by.word(),
         "at_bound": report.at_bound,
         "why": report.why,
         "estimator": study.setup.estimate.theory.estimator(),

@@ -6,15 +6,16 @@ use std::sync::LazyLock;
 
 use crate::scene::{Property, Setup};
 
-/// Type of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// f64; NaN is missing.
-    Number,
-    /// Unsigned whole number.
-    Count,
-    /// Text; empty is missing.
-    Word,
+vibrissa_core::words! {
+    /// Type of a column.
+    Kind {
+        /// f64; NaN is missing.
+        Number = "number",
+        /// Unsigned whole number.
+        Count = "count",
+        /// Text; empty is missing.
+        Word = "word",
+    }
 }
 
 /// Facts of a column in some tables.
@@ -104,12 +105,11 @@ pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
     for line in lines.deserialize::<[String; 8]>() {
         let [name, kind, unit, axis, scale, tables, when, meaning] = line.expect("columns.csv is a table");
         let first = firsts.get(self::first(&name)).map(|place| &all[*place]);
+        let known =
+            |word| Kind::WORDS.iter().find(|(one, _)| *one == word).expect("columns.csv: a known type").1;
         let kind = match kind.as_str() {
             "" => first.map_or(Kind::Number, |first| first.kind),
-            "number" => Kind::Number,
-            "count" => Kind::Count,
-            "word" => Kind::Word,
-            other => panic!("columns.csv: {name} has no type {other}"),
+            word => known(word),
         };
         let only =
             Only::WORDS.iter().find(|(word, ..)| *word == when).expect("columns.csv: a known `when`").1;

@@ -76,25 +76,17 @@ impl Sheet {
     }
 }
 
-/// Format of written tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum TableFormat {
-    /// Comma-separated text.
-    #[default]
-    Csv,
-    /// Apache Parquet: the same columns, typed and compressed.
-    Parquet,
+vibrissa_core::words! {
+    /// Format of written tables; its word is also the file extension.
+    TableFormat {
+        /// Comma-separated text.
+        Csv = "csv",
+        /// Apache Parquet: the same columns, typed and compressed.
+        Parquet = "parquet",
+    }
 }
 
 impl TableFormat {
-    /// All formats by their words, which are also the file extensions.
-    pub const WORDS: [(&'static str, Self); 2] = [("csv", Self::Csv), ("parquet", Self::Parquet)];
-
-    /// The word of this format.
-    pub fn name(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-
     /// Approximate size of a table relative to CSV, measured on `sweeps/million.toml`.
     pub fn share(self) -> f64 {
         match self {

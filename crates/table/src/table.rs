@@ -15,34 +15,28 @@ use crate::sheet::TableFormat;
 use crate::statistics::{DistanceRow, Figures, Reduction};
 use crate::values::named;
 
-/// A table that a sweep writes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum Table {
-    /// One row per tap.
-    Tuples,
-    /// One row per design and stroke: a direction of the pole and a drive.
-    Designs,
-    /// One row per design, distance and direction of the pole.
-    Distances,
+vibrissa_core::words! {
+    /// A table that a sweep writes, in the order of their counts.
+    #[derive(Serialize)]
+    Table {
+        /// One row per tap.
+        Tuples = "tuples",
+        /// One row per design and stroke: a direction of the pole and a drive.
+        Designs = "designs",
+        /// One row per design, distance and direction of the pole.
+        Distances = "distances",
+    }
 }
 
 impl Table {
-    /// All tables, in the order of their counts.
-    pub const ALL: [Self; 3] = [Self::Tuples, Self::Designs, Self::Distances];
-
-    /// Name of the table.
-    pub fn name(self) -> &'static str {
-        ["tuples", "designs", "distances"][self as usize]
-    }
-
     /// Its file name.
     pub fn file(self, format: TableFormat) -> String {
-        format!("{}.{}", self.name(), format.name())
+        format!("{}.{}", self.word(), format.word())
     }
 
     /// Its definition, with columns.
     pub fn heading(self) -> &'static Heading {
-        heading(self.name())
+        heading(self.word())
     }
 }
 
