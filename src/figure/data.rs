@@ -119,47 +119,35 @@ pub struct Parallel {
     pub why: String,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Marker {
-    /// ●
-    Circle,
-    /// ■
-    Square,
-    /// ▲
-    Triangle,
-    /// ◆
-    Diamond,
-    /// ▼
-    Down,
-    /// +
-    Plus,
-    /// ★
-    Star,
-    /// ⧗
-    Hourglass,
-    /// ×, for points that do not count
-    Cross,
-    /// ○, for the chosen point
-    Ring,
-    /// ↑, at the edge for a point beyond the axis
-    Arrow,
+vibrissa_core::words! {
+    #[derive(Hash, Serialize)]
+    Marker {
+        /// ●
+        Circle = "circle",
+        /// ■
+        Square = "square",
+        /// ▲
+        Triangle = "triangle",
+        /// ◆
+        Diamond = "diamond",
+        /// ▼
+        Down = "down",
+        /// +
+        Plus = "plus",
+        /// ★
+        Star = "star",
+        /// ⧗
+        Hourglass = "hourglass",
+        /// ×, for points that do not count
+        Cross = "cross",
+        /// ○, for the chosen point
+        Ring = "ring",
+        /// ↑, at the edge for a point beyond the axis
+        Arrow = "arrow",
+    }
 }
 
 impl Marker {
-    /// Markers with corners or strokes, with their JSON names.
-    pub const DRAWN: [(&str, Self); 9] = [
-        ("square", Self::Square),
-        ("triangle", Self::Triangle),
-        ("diamond", Self::Diamond),
-        ("down", Self::Down),
-        ("plus", Self::Plus),
-        ("star", Self::Star),
-        ("hourglass", Self::Hourglass),
-        ("cross", Self::Cross),
-        ("arrow", Self::Arrow),
-    ];
-
     /// Markers of series, in order.
     pub const SERIES: [Self; 8] = [
         Self::Circle,
@@ -171,43 +159,6 @@ impl Marker {
         Self::Plus,
         Self::Hourglass,
     ];
-
-    /// Corners for radius 1, y downwards; empty for a circle, a ring and markers of strokes.
-    pub fn corners(self) -> &'static [[f64; 2]] {
-        match self {
-            Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
-            Self::Triangle => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
-            Self::Diamond => &[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]],
-            Self::Down => &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]],
-            // The inner corners of a five-pointed star are at 0.38 of its radius.
-            Self::Star => &[
-                [0.0, -1.5],
-                [0.34, -0.46],
-                [1.43, -0.46],
-                [0.54, 0.18],
-                [0.88, 1.21],
-                [0.0, 0.57],
-                [-0.88, 1.21],
-                [-0.54, 0.18],
-                [-1.43, -0.46],
-                [-0.34, -0.46],
-            ],
-            Self::Hourglass => &[[-1.0, -1.2], [1.0, -1.2], [-1.0, 1.2], [1.0, 1.2]],
-            Self::Arrow => {
-                &[[0.0, -1.6], [1.3, 0.1], [0.45, 0.1], [0.45, 1.6], [-0.45, 1.6], [-0.45, 0.1], [-1.3, 0.1]]
-            }
-            Self::Circle | Self::Plus | Self::Cross | Self::Ring => &[],
-        }
-    }
-
-    /// Strokes for radius 1.
-    pub fn strokes(self) -> &'static [[[f64; 2]; 2]] {
-        match self {
-            Self::Plus => &[[[-1.4, 0.0], [1.4, 0.0]], [[0.0, -1.4], [0.0, 1.4]]],
-            Self::Cross => &[[[-1.1, -1.1], [1.1, 1.1]], [[-1.1, 1.1], [1.1, -1.1]]],
-            _ => &[],
-        }
-    }
 }
 
 /// Points in the order of a table. NaN is a gap.
@@ -215,7 +166,7 @@ impl Marker {
 pub struct Path {
     /// Name in the key; equal names are one entry.
     pub name: String,
-    /// Index in [`COLOURS`](crate::figure::COLOURS).
+    /// Number of its colour in `look.toml`.
     pub colour: usize,
     pub x: Vec<f64>,
     pub y: Vec<f64>,

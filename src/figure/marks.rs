@@ -2,7 +2,7 @@
 
 use ttf_parser::Face;
 
-use super::colour::{self, INK, Shades};
+use super::colour::{self, INK, LOOK, Shades};
 use super::drawing::{circle, closed, open};
 use super::font::length;
 use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke};
@@ -159,13 +159,14 @@ pub fn point(d: &mut Drawing, at: [f64; 2], marker: Marker, c: Rgb, r: f64) {
     match marker {
         Marker::Ring => d.path(circle(at, 1.7 * r), None, Some(Stroke::solid(c, 1.2)), 1.0, None),
         Marker::Circle => d.path(circle(at, r), Some(c), rim, 1.0, None),
-        Marker::Cross | Marker::Plus => {
-            let strokes = marker.strokes().iter().flat_map(|ends| open(&[place(&ends[0]), place(&ends[1])]));
-            d.stroke(strokes.collect(), Stroke::solid(c, 1.1), None);
-        }
         _ => {
-            let corners: Vec<[f64; 2]> = marker.corners().iter().map(place).collect();
-            d.path(closed(&corners), Some(c), rim, 1.0, None);
+            let (corners, strokes) = &LOOK.markers[&marker];
+            let strokes = strokes.iter().flat_map(|ends| open(&ends.map(|end| place(&end))));
+            d.stroke(strokes.collect(), Stroke::solid(c, 1.1), None);
+            if !corners.is_empty() {
+                let corners: Vec<[f64; 2]> = corners.iter().map(place).collect();
+                d.path(closed(&corners), Some(c), rim, 1.0, None);
+            }
         }
     }
 }

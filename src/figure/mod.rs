@@ -15,7 +15,7 @@ mod scale;
 pub mod sheet;
 pub mod svg;
 
-pub use colour::{COLOURS, DARK, MAP, MAP_DARK, Rgb, SERIES, series};
+pub use colour::{LOOK, Rgb, SERIES, series};
 pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parallel, Path};
 pub use scale::Scale;
 

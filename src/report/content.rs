@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::{Source, quantity};
 use crate::combinations::told;
 use crate::error::Error;
-use crate::figure::{self, Figure, Mark, Marker, Path};
+use crate::figure::{self, Figure, LOOK, Mark, Marker, Path};
 use crate::sink::Frame;
 
 /// Most rows of a table in the page.
@@ -117,9 +117,9 @@ const SCRIPTS: [&str; 9] = [
 /// The page of `content`, as HTML.
 pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
     let data = json!({
-        "colours": { "light": figure::COLOURS, "dark": figure::DARK },
-        "map": { "light": figure::MAP, "dark": figure::MAP_DARK },
-        "markers": Marker::DRAWN.iter().map(|(name, m)| ((*name).to_owned(), json!([m.corners(), m.strokes()]))).collect::<serde_json::Map<_, _>>(),
+        "colours": LOOK.colours,
+        "map": LOOK.map,
+        "markers": LOOK.markers,
         "no_value": figure::NO_VALUE,
         "answer": content.answer,
         "made": made(source),

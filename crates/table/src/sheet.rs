@@ -9,12 +9,14 @@ use crate::error::Error;
 
 const TOGETHER: usize = 32;
 
-/// A table that is being written to its file.
+/// A table that is being written to its file, or collected in memory.
 pub enum Sheet {
     /// Comma-separated text.
     Csv(Box<Output>),
     /// Apache Parquet.
     Parquet(Box<parquet::Writer>),
+    /// No file.
+    Memory(Frame),
 }
 
 impl Sheet {
@@ -38,14 +40,13 @@ impl Sheet {
         })
     }
 
-    /// Position in the file, and the state that Parquet needs to continue.
-    pub fn mark(&mut self) -> Result<(Listed, Option<More>), Error> {
-        let file = self.output().mark()?;
-        let more = match self {
-            Self::Csv(_) => None,
-            Self::Parquet(writer) => Some(writer.more()?),
-        };
-        Ok((file, more))
+    /// Position in the file, if there is one, and the state that Parquet needs to continue.
+    pub fn mark(&mut self) -> Result<Option<(Listed, Option<More>)>, Error> {
+        Ok(match self {
+            Self::Csv(output) => Some((output.mark()?, None)),
+            Self::Parquet(writer) => Some((writer.output().mark()?, Some(writer.more()?))),
+            Self::Memory(_) => None,
+        })
     }
 
     /// Appends the rows of `pieces`; their text is made in parallel.
@@ -56,23 +57,18 @@ impl Sheet {
                 texts.iter().try_for_each(|text| output.write(text))
             }),
             Self::Parquet(writer) => pieces.iter().try_for_each(|piece| writer.write(piece, 0..piece.len())),
+            Self::Memory(all) => pieces.iter().try_for_each(|piece| all.extend(piece, 0..piece.len())),
         }
     }
 
-    /// The file being written.
-    pub fn output(&mut self) -> &mut Output {
+    /// Completes and closes the file, or returns the table in memory.
+    pub fn close(self) -> Result<Option<Frame>, Error> {
         match self {
-            Self::Csv(output) => output,
-            Self::Parquet(writer) => writer.output(),
+            Self::Csv(output) => output.close()?,
+            Self::Parquet(writer) => writer.close()?,
+            Self::Memory(all) => return Ok(Some(all)),
         }
-    }
-
-    /// Completes and closes the file.
-    pub fn close(self) -> Result<(), Error> {
-        match self {
-            Self::Csv(output) => output.close(),
-            Self::Parquet(writer) => writer.close(),
-        }
+        Ok(None)
     }
 }
 
