@@ -7,9 +7,8 @@ use crate::backend::Choice;
 use crate::chart::ranker::{Ranker, Rankers};
 use crate::chart::scope::Scope;
 use crate::error::InputError;
-use crate::scene::search::Search;
 use crate::scene::{
-    Axis, Column, Contact, Geometry, Precision, Property, RunOptions, Setup, Space, Study, Theory,
+    Axis, Column, Contact, Geometry, Precision, Property, RunOptions, Search, Setup, Space, Study, Theory,
 };
 use crate::sink::shard::Shard;
 

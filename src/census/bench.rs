@@ -19,8 +19,7 @@ use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method};
 use crate::kernel::rule::smallest_tolerance;
 use crate::reduce;
-use crate::scene::sampler::Sampler;
-use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Tuple};
+use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Sampler, Tuple};
 use crate::sink::Field;
 
 /// The configurations of model §5, all effects off to all on.

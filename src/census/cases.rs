@@ -9,8 +9,7 @@ use toml::{Table, Value};
 use super::Taps;
 use crate::design::Design;
 use crate::evaluate::Method;
-use crate::scene::sampler::Sampler;
-use crate::scene::{Contact, Drive, Geometry, Model, Setup, TERMS, Tuple};
+use crate::scene::{Contact, Drive, Geometry, Model, Sampler, Setup, TERMS, Tuple};
 use crate::spec;
 
 /// r₀ of the configurations with a hub, mm. Their random whiskers are scaled so that it is 0.03 to 3 distances.

@@ -10,7 +10,7 @@ use serde_json::json;
 use super::{Common, Context, Destination, Reply, meant, named, number};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
-use crate::report::{self, source::Source};
+use crate::report::{self, Source};
 use crate::sink::folder::{Folder, Question};
 
 /// Figures and a page of a result.

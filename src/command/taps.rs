@@ -15,7 +15,7 @@ use crate::measure::names::DISTANCE;
 use crate::record::rest::Rest;
 use crate::record::{Kind, Reading, Record, Take, find};
 use crate::scene::Drive;
-use crate::sink::{Field, Frame, Question, Values, fact, heading};
+use crate::sink::{Field, Frame, Question, Values, heading};
 
 /// Choices of `--take`: word, value, help.
 const TAKES: [(&str, Take, &str); 3] = [
@@ -150,10 +150,10 @@ fn taps_table(record: &Record, readings: &[Reading], labels: &Labels) -> Result<
     ];
     let mut table = Frame::of("taps.csv", known.into_iter().flatten());
     for k in &others {
-        table.add(record.labels[*k].0.clone(), Values::new(fact::Kind::Word));
+        table.add(record.labels[*k].0.clone(), Values::new(heading::Kind::Word));
     }
     if own_distance.is_some() {
-        table.columns[0] = Values::new(fact::Kind::Word);
+        table.columns[0] = Values::new(heading::Kind::Word);
     }
     let mut tap = 0;
     for reading in readings.iter().filter(|r| r.kind != Kind::Rest || drive.is_some()) {

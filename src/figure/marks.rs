@@ -2,9 +2,9 @@
 
 use ttf_parser::Face;
 
-use super::colour::{self, INK, LOOK, Shades};
 use super::drawing::{circle, closed, open};
 use super::font::length;
+use super::scale::{self, INK, LOOK, Shades};
 use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke};
 
 pub const LINE: f64 = 1.1;
@@ -64,13 +64,13 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
     match mark {
         Mark::Line { path, dash, marker } => {
             let points = p.all(&path.x, &path.y);
-            d.stroke(open(&points), Stroke::of(colour::of(path.colour), LINE, *dash), clip);
+            d.stroke(open(&points), Stroke::of(scale::of(path.colour), LINE, *dash), clip);
             if let Some(marker) = marker {
-                marked(&points).for_each(|at| p.point(d, at, *marker, colour::of(path.colour), DOT));
+                marked(&points).for_each(|at| p.point(d, at, *marker, scale::of(path.colour), DOT));
             }
         }
         Mark::Points { path, marker, error, .. } => {
-            let c = colour::of(path.colour);
+            let c = scale::of(path.colour);
             for ((x, y), e) in path.x.iter().zip(&path.y).zip(error) {
                 let (low, high) = (p.at(*x, y - e), p.at(*x, y + e));
                 d.stroke(open(&[low, high]), Stroke::solid(c, 0.6), clip);
@@ -85,12 +85,12 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
                 let top = middle + thick * (*which as f64 - 0.5 * *of as f64);
                 let bar = Rect { x: x0.min(x1), y: top, w: (x1 - x0).abs(), h: 0.92 * thick };
                 if bar.w.is_finite() {
-                    d.fill(bar.steps(), colour::of(path.colour), 1.0, clip);
+                    d.fill(bar.steps(), scale::of(path.colour), 1.0, clip);
                 }
             }
         }
         Mark::Area { path, outlined } => {
-            let (steps, c) = (closed(&p.all(&path.x, &path.y)), colour::of(path.colour));
+            let (steps, c) = (closed(&p.all(&path.x, &path.y)), scale::of(path.colour));
             d.fill(steps.clone(), c, opacity(*outlined), clip);
             if *outlined {
                 d.stroke(steps, Stroke::solid(c, 0.6), clip);
@@ -100,7 +100,7 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
         Mark::Note { .. } => {}
         Mark::Cells(cells) => map(d, p, cells, bands),
         Mark::Rule { along, at, colour: c, dash, .. } => {
-            d.stroke(open(&p.rule(*along, *at)), Stroke::of(colour::of(*c), 0.8, *dash), clip);
+            d.stroke(open(&p.rule(*along, *at)), Stroke::of(scale::of(*c), 0.8, *dash), clip);
         }
     }
 }

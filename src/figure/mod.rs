@@ -3,7 +3,6 @@
 //! [`Figure`] → [`sheet`] (axes, ticks, key) → [`drawing::Drawing`], paths and texts → [`svg`], [`png`], [`pdf`], which write the same drawing.
 
 mod axes;
-mod colour;
 mod data;
 pub mod drawing;
 pub mod font;
@@ -15,9 +14,9 @@ mod scale;
 pub mod sheet;
 pub mod svg;
 
-pub use colour::{LOOK, Rgb, SERIES, series};
 pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parallel, Path};
 pub use scale::Scale;
+pub use scale::{LOOK, Rgb, SERIES, series};
 
 use crate::error::Error;
 use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};

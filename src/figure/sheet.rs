@@ -3,11 +3,11 @@
 use ttf_parser::Face;
 
 use super::axes::{self, LEADING};
-use super::colour::{INK, MUTED, Shades, along};
 use super::drawing::open;
 use super::font::{length, lines};
 use super::key::{self, Entry};
 use super::marks::{self, Place};
+use super::scale::{INK, MUTED, Shades, along};
 use super::{Anchor, Drawing, Figure, MM, Panel, Parallel, Rect, Scale, Stroke, Style};
 
 const GUTTER: f64 = 5.0;

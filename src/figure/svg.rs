@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::colour::css;
+use super::scale::css;
 use super::{Anchor, Drawing, Figure, Font, Item, Step};
 
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {

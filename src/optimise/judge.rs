@@ -12,8 +12,7 @@ use crate::estimate::Estimator;
 use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
 use crate::reduce::Spread;
-use crate::scene::search::{Calibrated, Robust, Search};
-use crate::scene::{COLUMNS, Column, Direction, Property, Setup, Theory, Tuple};
+use crate::scene::{COLUMNS, Calibrated, Column, Direction, Property, Robust, Search, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
 
 pub(super) struct Judge<'a> {

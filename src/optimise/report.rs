@@ -9,8 +9,7 @@ use super::session::value;
 use super::{Ended, Limit, Score, Step};
 use crate::backend::Backend;
 use crate::error::{Error, InputError};
-use crate::scene::search::{Objective, Quantity, Search};
-use crate::scene::{Column, Property, Setup, Spec, Theory, Tuple};
+use crate::scene::{Column, Objective, Property, Quantity, Search, Setup, Spec, Theory, Tuple};
 use crate::sink::{AtDrive, Field, Frame, heading};
 use crate::statistics::DriveRow;
 

@@ -9,9 +9,7 @@
 use super::session::value;
 use super::{Score, Scorer, Variables};
 use crate::error::Error;
-use crate::scene::sampler::Sampler;
-use crate::scene::search::Quantity;
-use crate::scene::{Column, Property, Tuple};
+use crate::scene::{Column, Property, Quantity, Sampler, Tuple};
 
 const STEP: f64 = 1e-3;
 

@@ -7,8 +7,7 @@ use std::time::{Duration, Instant};
 use super::{Goal, Score, Scorer};
 use crate::error::{Error, SolveError};
 use crate::plan::Layout;
-use crate::scene::search::{Budget, Quantity, Search, Variable};
-use crate::scene::{Column, Property, Setup, Tuple};
+use crate::scene::{Budget, Column, Property, Quantity, Search, Setup, Tuple, Variable};
 
 /// Time for the last evaluations after a stop; all must be written within two seconds.
 const LAST: Duration = Duration::from_millis(500);

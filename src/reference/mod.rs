@@ -6,7 +6,7 @@ pub mod schema;
 use toml::{Table, Value};
 
 use crate::scene::Property;
-use crate::sink::fact::Fact;
+use crate::sink::heading::Fact;
 use crate::sink::heading::{HEADINGS, Heading, units};
 use crate::spec::keys::{Form, Key, Section, inline, section, sections};
 use crate::status::Status;

@@ -3,10 +3,9 @@
 use indexmap::IndexMap;
 use serde::Deserialize;
 
+use super::Source;
 use super::content::SHOWN;
-use super::quantity::map;
-use super::quantity::{self, distinct};
-use super::source::Source;
+use super::quantity::{self, distinct, map};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 use crate::optimise::front::unbeaten;

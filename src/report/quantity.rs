@@ -4,7 +4,7 @@
 use crate::digits::{DIGITS, short, short_to};
 use crate::figure::{Axis, Cells, Mark, Panel};
 use crate::reduce::range;
-use crate::sink::fact::{Fact, fact};
+use crate::sink::heading::{Fact, fact};
 
 /// Digits that distinguish any two f64.
 const MOST: i32 = 17;

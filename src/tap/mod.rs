@@ -12,16 +12,17 @@ use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
 use crate::optimise::evaluate::Scorer;
-use crate::optimise::run::{TOLERANCE, no_axes};
 use crate::optimise::score::{Goal, Score};
+use crate::optimise::{TOLERANCE, no_axes};
 use crate::plan;
 use crate::progress::Progress;
-use crate::scene::search::{Budget, Limits, Objective, Search};
-use crate::scene::{BackendChoice, Contact, Layout, Precision, RunOptions, Setup, Study, Theory};
+use crate::scene::{
+    BackendChoice, Budget, Contact, Layout, Limits, Objective, Precision, RunOptions, Search, Setup, Study,
+    Theory,
+};
 use crate::statistics::DriveRow;
+use search::{COARSE, Curve, STEPS, incomplete, overstrained, tried};
 
-use search::Curve;
-use search::{COARSE, STEPS, incomplete, overstrained, tried};
 pub use search::{find, needed};
 pub use write::{k_names, result, table, unit};
 

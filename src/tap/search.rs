@@ -13,11 +13,10 @@ use crate::chart::ranges::Wanted;
 use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
 use crate::optimise::best::narrowed;
-use crate::optimise::run::no_axes;
+use crate::optimise::no_axes;
 use crate::optimise::{Goal, Limit, Scorer};
 use crate::progress::{Progress, go_on};
-use crate::scene::search::Objective;
-use crate::scene::{Axis, Layout, RunOptions, Setup, Signal, Study, Tuple};
+use crate::scene::{Axis, Layout, Objective, RunOptions, Setup, Signal, Study, Tuple};
 
 const MINIMA: usize = 6;
 /// Relative width at which the search for a minimum ends.

@@ -5,8 +5,7 @@ use serde_json::{Value, json};
 use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::optimise::report;
-use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, Foil, Setup, Study, Theory};
+use crate::scene::{Convention, Drive, Foil, Objective, Setup, Study, Theory};
 use crate::sink::values::named;
 use crate::sink::{Field, Frame, drive_unit, heading};
 

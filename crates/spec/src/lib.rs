@@ -1,7 +1,6 @@
 //! Specs: a TOML file becomes a [`Spec`], or an [`InputError`] with place and reason. `keys` reads the descriptions in `keys.toml`, `sections`
 //! refuses unknown keys, `reader` gives values with their places, `usual` warns about unusual numbers; the other modules read and check a part each.
 
-mod axis;
 mod built;
 mod channels;
 mod curve;
@@ -32,8 +31,8 @@ use crate::error::InputError;
 use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study};
 use crate::sink::{Frame, TableFormat};
 use crate::text_file::{Limit, TextFile};
-use axis::AxisItem;
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
+use properties::AxisItem;
 use reader::{Document, Result};
 pub use reader::{Item, placed};
 use sections::{Section, Sections};

@@ -3,10 +3,10 @@
 use super::properties::{known, names, unsure, variable, varied, vary};
 use super::space::{self, ColumnKey, keys};
 use super::{Item, Result, Section, Sections};
-use crate::scene::search::{
-    Budget, Calibrated, Limits, Measure, Objective, Quantity, Robust, Search, Variable,
+use crate::scene::{
+    Budget, COLUMNS, Calibrated, Column, Drive, Limits, Measure, Objective, Quantity, Robust, Search, Spec,
+    Theory, Variable,
 };
-use crate::scene::{COLUMNS, Column, Drive, Spec, Theory};
 
 pub(super) const SEARCHED: &str = "[optimise]\n";
 

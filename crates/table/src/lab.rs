@@ -5,8 +5,8 @@ use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Read;
 
-use super::fact::Kind;
 use super::fields::{fields, number, plain, separator};
+use super::heading::Kind;
 use crate::error::Error;
 use crate::{Field, Frame, Values, hash};
 

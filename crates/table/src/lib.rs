@@ -1,6 +1,5 @@
 //! Output: tables, the result folder, `run.json`.
 
-pub mod fact;
 pub mod fields;
 pub mod folder;
 pub mod frame;

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::fact::{Kind, fact};
+use super::heading::{Kind, fact};
 use super::parquet;
 use super::text_file::{Limit, TextFile, refused};
 use crate::error::{Error, InputError};

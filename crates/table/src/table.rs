@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::fact::{Fact, Only, property};
 use super::heading::{CHANNEL, Heading, heading};
+use super::heading::{Fact, Only, property};
 use super::values::Field;
 use crate::design::Design;
 use crate::estimate::Estimated;

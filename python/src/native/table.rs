@@ -22,7 +22,7 @@ use vibrissa::command::Content;
 use vibrissa::error::Error;
 use vibrissa::measure::Data;
 use vibrissa::scene::{Column, Drive, RankBy};
-use vibrissa::sink::fact::{Kind, fact};
+use vibrissa::sink::heading::{Kind, fact};
 use vibrissa::sink::values::Words;
 use vibrissa::sink::{Frame, Values};
 

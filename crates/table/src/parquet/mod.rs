@@ -24,8 +24,8 @@ use parquet::schema::types::{ColumnDescPtr, ColumnPath, SchemaDescPtr, SchemaDes
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::fact::Kind;
 use super::folder::Output;
+use super::heading::Kind;
 use super::heading::unit;
 use crate::error::Error;
 use crate::{Frame, Values};
