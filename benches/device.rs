@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use vibrissa::backend::Choice;
 use vibrissa::census::bench::taps;
-use vibrissa::census::configuration;
+use vibrissa::census::cases;
 use vibrissa::chart::ranker::Ranker;
 use vibrissa::error::SolveError;
 use vibrissa::evaluate::{Evaluator, Method};
@@ -116,7 +116,7 @@ fn ranked(name: &str, model: &str, drives: u32, by: &str) {
 }
 
 fn solved(name: &str, precision: Precision) {
-    let c = configuration::all().into_iter().find(|c| c.name == name).expect("a configuration");
+    let c = cases::all().into_iter().find(|c| c.name == name).expect("a configuration");
     let many = taps(&c, TAPS);
     let few = taps(&c, 64);
     let tolerance = if precision == Precision::F32 { 1e-5 } else { 1e-8 };

@@ -3,7 +3,7 @@
 use divan::{Bencher, black_box, counter::ItemsCount};
 use vibrissa::census::Taps;
 use vibrissa::census::bench::{exact, taps};
-use vibrissa::census::configuration::{Configuration, all};
+use vibrissa::census::cases::{Configuration, all};
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
 use vibrissa::kernel::{Rung, Solver, cpu::Cpu};

@@ -17,7 +17,7 @@ pub use crate::error::Error;
 use crate::error::InputError;
 pub use crate::evaluate::Outcome;
 pub use crate::locate::{Located, Locator};
-use crate::plan::{Plan, pays};
+use crate::plan::{self, Plan};
 use crate::progress::{NEVER, Silent};
 pub use crate::scene::search::Objective;
 pub use crate::scene::{
@@ -47,7 +47,7 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 /// # Errors
 /// A folder that holds something else, tables that would be too large, a backend that fails.
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
-    let choice = Choice::for_work(options, pays::of_study(study, options))?;
+    let choice = Choice::for_work(options, plan::of_study(study, options))?;
     let plan = Plan::new(study, &choice)?;
     let target = Target { force: options.force == Some(true), ..Target::new(out, &NEVER) };
     sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)

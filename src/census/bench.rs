@@ -11,18 +11,16 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use super::cases::{self, Configuration};
 use super::compare::{Figures, Line, Odd, compare, of_backend};
-use super::configuration::{self, Configuration};
-use super::sample::Row;
-use super::{Place, Taps, present};
+use super::{Place, Row, Taps, present};
 use crate::backend::Backend;
 use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method};
 use crate::kernel::rule::smallest_tolerance;
 use crate::reduce;
-use crate::scene::sampler::Sampler;
-use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Tuple};
-use crate::sink::values::Field;
+use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Sampler, Tuple};
+use crate::sink::Field;
 
 /// The configurations of model §5, all effects off to all on.
 const EXACT: [&str; 8] =
@@ -33,7 +31,7 @@ const ENOUGH: f64 = 1.5;
 
 /// The configurations of the exact rod, from the simplest to everything on.
 pub fn exact() -> Vec<Configuration> {
-    configuration::all().into_iter().filter(|c| EXACT.contains(&c.name)).collect()
+    cases::all().into_iter().filter(|c| EXACT.contains(&c.name)).collect()
 }
 
 /// A benchmark: what is measured, as data, so that `--plan` tells what a run does.

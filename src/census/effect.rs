@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Serialize, Serializer};
 
-use super::configuration::HUB;
+use super::cases::HUB;
 use crate::evaluate::Task;
 use crate::scene::built::{Built, Profile, Root};
 use crate::scene::{

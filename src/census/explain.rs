@@ -7,8 +7,7 @@
 
 use serde::{Serialize, Serializer};
 
-use super::effect::{Effect, Setting};
-use super::{At, Taps, sample};
+use super::{At, Effect, Setting, Taps, sample};
 use crate::backend::Choice;
 use crate::error::Error;
 use crate::evaluate::Outcome;

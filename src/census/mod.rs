@@ -1,17 +1,16 @@
 //! A census: taps of a space, answered in several ways and compared with one of them.
 //!
-//! [`sample`] has the taps: rows of a space, or random ones; [`hard`] those that are hard to solve. A way to answer them is a setup (whisker, rig,
+//! [`sample`] has the taps: rows of a space, or random ones; [`cases`] the configurations and those that are hard to solve. A way to answer them is a setup (whisker, rig,
 //! model) and what solves it: a [`Place`] is a backend in a precision, an [`effect`] is switched in the setup. [`Taps`] are made ready for a setup,
 //! [`compare`] compares the answers and reduces them to a line of a table. The views: [`verify`] compares backends with the reference, `bench`
 //! measures the time of it too, [`explain`] switches effects of the model one by one, [`needed`] leaves off those that change less than a bound.
 
 #[cfg(feature = "commands")]
 pub mod bench;
+pub mod cases;
 pub mod compare;
-pub mod configuration;
 pub mod effect;
 pub mod explain;
-pub mod hard;
 pub mod needed;
 pub mod sample;
 pub mod verify;
@@ -25,7 +24,8 @@ use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::gpu::Adapter;
 use crate::scene::{BackendChoice, Drive, Precision, RunOptions, Setup, Tuple};
-use sample::Row;
+pub use effect::{Effect, Setting};
+pub use sample::Row;
 
 /// Taps made ready for a setup.
 #[derive(Debug)]

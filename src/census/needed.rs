@@ -12,9 +12,7 @@ use std::time::Instant;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::effect::{Effect, Setting};
-use super::sample::Row;
-use super::{At, Taps, relative};
+use super::{At, Effect, Row, Setting, Taps, relative};
 use crate::backend::Choice;
 use crate::curve::{self, Ask, Reach, both};
 use crate::error::{Error, InputError};

@@ -6,8 +6,7 @@ use std::sync::Arc;
 
 use crate::chart::ranges::Wanted;
 use crate::reduce::range;
-use crate::scene::sampler::Sampler;
-use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Space, Study, Tuple};
+use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Sampler, Space, Study, Tuple};
 
 /// Taps of a spread at most.
 const LIMIT: u64 = 2000;

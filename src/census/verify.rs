@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::cases::{self, Configuration};
 use super::compare::{Compared, Line, Odd, compare};
-use super::configuration::{self, Configuration};
-use super::{Place, Taps, hard, relative, sample};
+use super::{Place, Taps, relative, sample};
 use crate::chart::ranker::Ranker;
 use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome};
@@ -35,15 +35,15 @@ impl Case {
     pub fn built_in(samples: u32, seed: u64, quick: bool) -> Vec<Self> {
         let case = |c: &Configuration| {
             let setup = c.setup.clone();
-            let mut tuples = hard::hard(&setup);
-            tuples.extend(hard::random(setup.drive, setup.hub > 0.0, samples, seed));
+            let mut tuples = cases::hard(&setup);
+            tuples.extend(cases::random(setup.drive, setup.hub > 0.0, samples, seed));
             if setup.gauge.second {
-                hard::tilt(&mut tuples, seed);
+                cases::tilt(&mut tuples, seed);
             }
             Self { name: c.name.to_owned(), setup, study: None, tuples }
         };
-        let wanted = |c: &&Configuration| !quick || configuration::QUICK.contains(&c.name);
-        configuration::all().par_iter().filter(wanted).map(case).collect()
+        let wanted = |c: &&Configuration| !quick || cases::QUICK.contains(&c.name);
+        cases::all().par_iter().filter(wanted).map(case).collect()
     }
 
     /// About `samples` random taps of `study`.

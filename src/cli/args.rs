@@ -6,10 +6,9 @@ use vibrissa::command::array::LocateRequest;
 use vibrissa::command::{self, Context, Reply};
 use vibrissa::error::Error;
 
-use super::cite::Cite;
-use super::help::{Completions, Help, Man};
+use super::about::{self, Cite, Completions, Help, Man};
 use super::new::New;
-use super::{cite, devices, help, locate, new};
+use super::{locate, new};
 
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
     The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
@@ -55,12 +54,12 @@ impl Command {
         match self {
             Self::Library(command) => command.run(context),
             Self::Locate(locate) => locate::run(locate, context),
-            Self::Devices(common) => devices::run(common),
+            Self::Devices(common) => about::devices(common),
             Self::New(new) => new::run(new),
-            Self::Cite(cite) => cite::run(cite),
+            Self::Cite(cite) => about::cite(cite),
             Self::Schema(_) => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
-            Self::Completions(asked) => help::completions(asked),
-            Self::Man(asked) => help::man(asked),
+            Self::Completions(asked) => about::completions(asked),
+            Self::Man(asked) => about::man(asked),
             // Handled before, with clap's output.
             Self::Help(_) => Ok(Reply::default()),
         }

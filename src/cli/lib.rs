@@ -1,9 +1,7 @@
 //! The command line: arguments, commands of the program alone, and output of results and errors.
 
+mod about;
 mod args;
-mod cite;
-mod devices;
-mod help;
 mod interrupt;
 mod locate;
 mod new;
@@ -56,7 +54,7 @@ pub fn run() -> u8 {
     }
     let context = &Context::new(&reply::Terminal, quiet);
     let result = match &args.command {
-        Command::Help(asked) => return help::run(asked),
+        Command::Help(asked) => return about::run(asked),
         command => command.run(context),
     };
     let code = match result {

@@ -8,8 +8,7 @@ use serde_json::json;
 use vibrissa::command::words;
 use vibrissa::error::{Error, InputError};
 use vibrissa::reference::schema;
-use vibrissa::spec;
-use vibrissa::spec::keys;
+use vibrissa::spec::{self, keys};
 
 use super::reply::Reply;
 

@@ -12,11 +12,11 @@ use super::{
 use crate::calibrate::{self, Options, coverage, output, report, several};
 use crate::error::{Error, InputError};
 use crate::export::{Export, FILE};
-use crate::locate::{Calibration, Locator, locator::opener};
+use crate::locate::locator::opener;
+use crate::locate::{Calibration, Locator};
 use crate::measure::{Data, Names, Rig};
 use crate::scene::{Drive, RunOptions, Spec};
-use crate::sink::folder::{Question, hash};
-use crate::sink::run_json;
+use crate::sink::{Question, hash, run_json};
 
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags, Deserialize)]

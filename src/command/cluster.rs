@@ -10,9 +10,7 @@ use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::plan::Plan;
 use crate::scene::{BackendChoice, Precision, RunOptions};
-use crate::sink::folder::Question;
-use crate::sink::run_json;
-use crate::sink::shard::Shard;
+use crate::sink::{Question, Shard, run_json};
 use crate::spec;
 
 const SCRIPTS: [(&str, &str); 3] = [

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::Common;
 use crate::backend::{Backend, Choice};
+use crate::census::needed;
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::locate::Calibration;
@@ -17,11 +18,8 @@ use crate::measure::Data;
 use crate::optimise::{Watch, report};
 use crate::progress::{Progress, go_on};
 use crate::scene::{COLUMNS, Column, RunOptions, Setup, Space, Spec};
-use crate::sink::folder::{Folder, Question};
-use crate::sink::frame::Frame;
-use crate::sink::lab::LabTable;
-use crate::sink::memory;
-use crate::{census::needed, files, spec};
+use crate::sink::{Folder, Frame, LabTable, Question, Sheet, TableFormat, memory};
+use crate::{files, spec};
 
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 
@@ -322,18 +320,15 @@ impl Destination {
 
     pub fn rows<T>(
         &mut self,
-        mut empty: Frame,
+        empty: Frame,
         make: impl FnOnce(&mut dyn FnMut(&Frame) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        if let Some(folder) = &mut self.folder {
-            let mut file = folder.file(&empty.file)?;
-            file.write(&empty.header()?)?;
-            let made = make(&mut |some| file.write(&some.lines()?))?;
-            file.close()?;
-            return Ok(made);
-        }
-        let made = make(&mut |some| empty.extend(some, 0..some.len()))?;
-        self.table(empty)?;
+        let mut sheet = match &mut self.folder {
+            Some(folder) => Sheet::new(TableFormat::Csv, folder.file(&empty.file)?, (&empty, ""), None)?,
+            None => Sheet::Memory(empty),
+        };
+        let made = make(&mut |some| sheet.write(std::slice::from_ref(some)))?;
+        sheet.close()?.into_iter().for_each(|table| self.keep(table));
         Ok(made)
     }
 

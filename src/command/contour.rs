@@ -13,16 +13,15 @@ use crate::contour::point::Noise;
 use crate::contour::trace::{Trace, TraceOptions};
 use crate::contour::write::{self, OUTLINE};
 use crate::error::{Error, InputError};
+use crate::locate::locator::opener;
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
-use crate::locate::{Locator, SaidZero, locator::opener};
+use crate::locate::{Locator, SaidZero};
 use crate::measure::Names;
 use crate::measure::skin::PLACES;
 use crate::report::of_contour;
 use crate::simulate::strokes::Strokes;
-use crate::sink::folder::{Question, hash};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
+use crate::sink::{Frame, Question, hash, heading};
 
 /// The contour of an object.
 #[derive(Debug, Flags, Deserialize)]

@@ -12,20 +12,15 @@ use super::{Common, Context, Reply, estimator, estimators, folder, named, number
 use crate::digits::short;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
+use crate::locate::locator::opener;
 use crate::locate::next::{May, Next, Tried, next};
-use crate::locate::object::NAME;
-use crate::locate::object::{SHIFT, shift_column};
+use crate::locate::object::{NAME, SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
-use crate::locate::{Locator, Reading, SaidZero, locator::opener};
+use crate::locate::{Locator, Reading, SaidZero};
 use crate::measure::Names;
 use crate::scene::Drive;
-use crate::sink::folder::{Question, hash};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::lab::{LabCell, LabTable};
-use crate::sink::table::drive_unit;
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, LabCell, LabTable, Question, drive_unit, hash, heading};
 use crate::status::Status;
 
 /// The next tap of an object.

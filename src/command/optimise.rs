@@ -12,15 +12,11 @@ use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
 use crate::error::Error;
-use crate::optimise::blame::{bias, why};
-use crate::optimise::report::{self, Design};
+use crate::optimise::report::{self, Design, bias, why};
 use crate::optimise::{self, Ended, Report, best};
-use crate::plan::pays;
-use crate::scene::search::{Objective, Search};
-use crate::scene::{RunOptions, Spec};
-use crate::sink::folder::Question;
-use crate::sink::table::drive_unit;
-use crate::spec;
+use crate::scene::{Objective, RunOptions, Search, Spec};
+use crate::sink::{Question, drive_unit};
+use crate::{plan, spec};
 
 const KEPT: &str = "interrupted; the best so far is written";
 
@@ -43,11 +39,11 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     let (mut spec, search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "optimise");
-    let work = pays::of_search(&search, &spec.study.space, &spec.study.setup, &options);
+    let work = plan::of_search(&search, &spec.study.space, &spec.study.setup, &options);
     let choice = Choice::for_work(&options, work)?;
     let bound = context.model_error(asked.model_error, &spec, &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
-    let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
+    let needed = bound.map(|e| optimise::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
         return Ok(planned(&spec, &search, &choice, needed.as_ref(), out));
     }

@@ -17,11 +17,7 @@ use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::locator::opener;
 use crate::measure::{Rig, Unit};
 use crate::scene::Drive;
-use crate::sink::folder::Question;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::table::drive_unit;
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, Question, drive_unit, heading};
 use crate::spec;
 
 const FILES: [&str; 3] = ["plan.csv", "plan_errors.csv", "plan.svg"];

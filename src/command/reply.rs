@@ -11,11 +11,7 @@ use crate::digits::short_to;
 use crate::error::{Error, InputError};
 use crate::report::answer_of;
 use crate::scene::Spec;
-use crate::sink::folder::Written;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::run_json;
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, Written, heading, run_json};
 
 #[derive(Default)]
 pub struct Reply {

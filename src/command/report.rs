@@ -10,7 +10,7 @@ use serde_json::json;
 use super::{Common, Context, Destination, Reply, meant, named, number};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
-use crate::report::{self, source::Source};
+use crate::report::{self, Source};
 use crate::sink::folder::{Folder, Question};
 
 /// Figures and a page of a result.
@@ -62,7 +62,7 @@ pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error>
     let notes: Vec<&String> = source.notes.iter().chain(&content.notes).collect();
     let files = |f| figure::files(f, &style, &formats);
     let drawn = content.figures.par_iter().map(files).collect::<Result<Vec<_>, _>>()?;
-    let page = report::page::page(&source, &content, &notes);
+    let page = report::content::page(&source, &content, &notes);
     let mut files: Vec<(String, Vec<u8>)> = drawn.into_iter().flatten().collect();
     files.push((report::PAGE.to_owned(), page.into_bytes()));
     let bytes = files.last().map_or(0, |(_, page)| page.len());

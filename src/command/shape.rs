@@ -10,8 +10,7 @@ use super::{Common, Context, Reply, folder, whole};
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::shape;
-use crate::sink::folder::Question;
-use crate::sink::run_json;
+use crate::sink::{Question, run_json};
 
 /// Bytes per section while its table is in memory: text in a buffer of up to twice its size, fields, columns.
 const BYTES_OF_SECTION: u64 = 1024;

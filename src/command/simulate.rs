@@ -13,10 +13,7 @@ use crate::measure::Rig;
 use crate::scene::Column;
 use crate::simulate::strokes::{self, Strokes};
 use crate::simulate::{self, Settings};
-use crate::sink::folder::Question;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::run_json;
+use crate::sink::{Frame, Question, heading, run_json};
 use crate::spec;
 
 /// Bytes per row while its table is in memory: text in a buffer of up to twice its size, fields, columns.

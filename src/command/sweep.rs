@@ -15,14 +15,11 @@ use crate::census::sample;
 use crate::curve::both::TAPS;
 use crate::digits::short;
 use crate::error::Error;
-use crate::plan::{Plan, pays};
+use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
 use crate::scene::{Geometry, MaterialFit, Per, RankBy, Spec};
-use crate::sink::format::TableFormat;
-use crate::sink::run_json;
-use crate::sink::shard::Shard;
-use crate::sink::table::{Table, drive_unit};
+use crate::sink::{Shard, Table, TableFormat, drive_unit, run_json};
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
 
@@ -74,7 +71,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     }
     let out = folder(options.out.as_ref(), &spec.name, "sweep");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::for_work(&options, pays::of_study(&spec.study, &options))?;
+    let choice = Choice::for_work(&options, plan::of_study(&spec.study, &options))?;
     let bound = context.model_error(asked.model_error, &spec, &choice)?;
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;
@@ -119,7 +116,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
         let kept = Table::ALL
             .into_iter()
             .zip(tables)
-            .filter_map(|(table, frame)| Some((table.name().to_owned(), Content::Table(frame?))));
+            .filter_map(|(table, frame)| Some((table.word().to_owned(), Content::Table(frame?))));
         return Ok(Reply { kept: kept.collect(), document: report.document(&spec), ..Reply::default() });
     }
     context.warn_all(beyond_curve(&spec, &report));
@@ -175,7 +172,7 @@ fn planned(
         let _ = writeln!(text, "  {name:<14} {rows}");
     }
     let (bytes, curves) = (plan.bytes * format.share(), plan.curves);
-    let (size, to, time, by) = (rough(bytes), out.display(), rough(seconds), way.name());
+    let (size, to, time, by) = (rough(bytes), out.display(), rough(seconds), way.word());
     let _ = writeln!(text, "  about {size} bytes in {to}, about {time} s, {by}; nothing was run");
     text += &needed.map_or_else(String::new, Needed::sentence);
     if let Some(full) = full {
@@ -205,7 +202,7 @@ fn planned(
         text,
         out: Some(out),
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": bytes, "curves": curves }),
-        seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
+        seconds: json!({ "expected": seconds, "way": way.word(), "expected_full": full }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(Needed::summary) }),
         ..Reply::default()

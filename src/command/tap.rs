@@ -10,13 +10,10 @@ use serde_json::json;
 use super::{Common, Context, Reply, folder, meant, named, number, where_and_why, with_model_error};
 use crate::digits::short;
 use crate::error::Error;
-use crate::optimise::blame::bias;
+use crate::optimise::report::bias;
 use crate::report::answer::of_tap;
-use crate::scene::search::Objective;
-use crate::scene::{Spec, Theory};
-use crate::sink::folder::Question;
-use crate::sink::run_json;
-use crate::sink::table::drive_unit;
+use crate::scene::{Objective, Spec, Theory};
+use crate::sink::{Question, drive_unit, run_json};
 use crate::spec;
 use crate::tap::{self, Report, Sample};
 
@@ -118,7 +115,7 @@ fn summary(spec: &Spec, report: &Report) -> String {
     if report.unconstrained.drive != report.optimum.drive {
         text += &line("whatever the strain,", &report.unconstrained, own, "");
     }
-    let _ = writeln!(text, "limited by {}: {}", report.limited_by.name().replace('_', " "), report.why);
+    let _ = writeln!(text, "limited by {}: {}", report.limited_by.word().replace('_', " "), report.why);
     if let Some(other) = &report.other {
         let [this, that] = [own, other.theory].map(Theory::estimator);
         let end = if other.at_bound { ", where the interval ends" } else { "" };

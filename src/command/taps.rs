@@ -15,11 +15,7 @@ use crate::measure::names::DISTANCE;
 use crate::record::rest::Rest;
 use crate::record::{Kind, Reading, Record, Take, find};
 use crate::scene::Drive;
-use crate::sink::fact;
-use crate::sink::folder::Question;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::values::{Field, Values};
+use crate::sink::{Field, Frame, Question, Values, heading};
 
 /// Choices of `--take`: word, value, help.
 const TAKES: [(&str, Take, &str); 3] = [
@@ -154,10 +150,10 @@ fn taps_table(record: &Record, readings: &[Reading], labels: &Labels) -> Result<
     ];
     let mut table = Frame::of("taps.csv", known.into_iter().flatten());
     for k in &others {
-        table.add(record.labels[*k].0.clone(), Values::new(fact::Kind::Word));
+        table.add(record.labels[*k].0.clone(), Values::new(heading::Kind::Word));
     }
     if own_distance.is_some() {
-        table.columns[0] = Values::new(fact::Kind::Word);
+        table.columns[0] = Values::new(heading::Kind::Word);
     }
     let mut tap = 0;
     for reading in readings.iter().filter(|r| r.kind != Kind::Rest || drive.is_some()) {
@@ -209,13 +205,8 @@ fn drawn(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {
     };
     let points = |name: &str, colour, kind: Kind, marker| {
         let own = readings.iter().filter(|r| r.kind == kind);
-        Mark::Points {
-            path: Path::new(name, colour, own.clone().map(|r| (middle(record, r), r.signal))),
-            marker,
-            error: own.map(|r| r.sd).collect(),
-            notes: Vec::new(),
-            rows: Vec::new(),
-        }
+        let path = Path::new(name, colour, own.clone().map(|r| (middle(record, r), r.signal)));
+        Mark::barred(path, marker, own.map(|r| r.sd).collect())
     };
     let panel = Panel::new("", Axis::new("time t", "s"), Axis::new(record.unit.column(), ""))
         .with(line("signal", 0, &record.signal, 0))

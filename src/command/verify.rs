@@ -15,9 +15,8 @@ use crate::census::verify::{self, Case, CensusNews};
 use crate::census::{Place, present};
 use crate::error::{Error, InputError};
 use crate::scene::BackendChoice;
-use crate::sink::folder::{Question, hash};
-use crate::sink::frame::Frame;
 use crate::sink::run_json::{in_force, material_fit};
+use crate::sink::{Frame, Question, hash};
 use crate::spec;
 
 /// Columns of the census that people are shown.

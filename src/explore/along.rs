@@ -10,7 +10,7 @@ use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::{inverse::bracketed, onset::Grip, solid::is_solid, taper::Taper};
 use crate::scene::{Contact, Drive, Material, Setup, Side, Signal, Theory, Tuple};
 
-use super::domain::Domain;
+use super::Domain;
 use super::taps::{Taps, sides, skin};
 
 pub const FUNCTIONS: usize = 5;

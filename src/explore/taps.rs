@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::Domain;
 use super::along::{ARC, Along, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, SIGNAL, TAPER, linear};
-use super::domain::Domain;
 use crate::census;
 use crate::chart::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared, amount, is_whisker};

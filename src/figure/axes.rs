@@ -2,12 +2,11 @@
 
 use ttf_parser::Face;
 
-use super::colour::{FAINT, INK};
-use super::data::{Axis, Mark, Panel};
-use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
+use super::drawing::open;
 use super::font::{length, lines};
 use super::marks::Place;
-use super::scale::Scale;
+use super::scale::{FAINT, INK};
+use super::{Anchor, Axis, Drawing, Mark, Panel, Rect, Scale, Stroke};
 
 pub const LEADING: f64 = 1.15;
 

@@ -1,6 +1,6 @@
 //! A drawing ready to be written: paths and texts in points (1/72 inch), y downwards.
 
-use super::colour::Rgb;
+use super::scale::Rgb;
 
 /// Points of a millimetre.
 pub const MM: f64 = 72.0 / 25.4;
@@ -173,7 +173,7 @@ impl Drawing {
 
     /// Adds black text.
     pub fn text(&mut self, at: [f64; 2], text: impl Into<String>, size: f64, anchor: Anchor, upwards: bool) {
-        let (text, colour) = (text.into(), super::colour::INK);
+        let (text, colour) = (text.into(), super::scale::INK);
         if !text.is_empty() {
             self.items.push(Item::Text { at, text, size, anchor, upwards, colour });
         }

@@ -3,14 +3,13 @@
 use indexmap::IndexMap;
 use ttf_parser::Face;
 
-use super::axes::LEADING;
-use super::colour::{INK, Rgb, Shades};
-use super::data::{Axis, Figure, Mark, Marker, NO_VALUE};
-use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
+use super::axes::{self, LEADING};
+use super::drawing::open;
 use super::font::{length, lines};
 use super::marks::{DOT, LINE, opacity, point};
 use super::scale::value;
-use super::{axes, colour};
+use super::scale::{self, INK, Shades};
+use super::{Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke};
 
 /// Colour, opacity, and colour of the edge.
 type Area = (Rgb, f64, Option<Rgb>);
@@ -48,7 +47,7 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
             continue;
         }
         let new = || Entry { name: name.clone(), ..Entry::default() };
-        let (entry, c) = (all.entry(name).or_insert_with(new), colour::of(colour));
+        let (entry, c) = (all.entry(name).or_insert_with(new), scale::of(colour));
         match mark {
             Mark::Line { dash, marker, .. } => {
                 entry.line = entry.line.or(Some((c, *dash)));
@@ -163,7 +162,7 @@ pub fn draw_bar(d: &mut Drawing, of: &Axis, shades: &Shades, inside: Rect, face:
         let h = bar.h / steps as f64;
         let step = Rect { y: bar.y + bar.h - (i + 1) as f64 * h - more, h: h + 2.0 * more, ..bar };
         let colour = match shades {
-            Shades::Scale(_) => colour::along((i as f64 + 0.5) / steps as f64),
+            Shades::Scale(_) => scale::along((i as f64 + 0.5) / steps as f64),
             Shades::Bands(all) => shades.colour(all[i]),
         };
         d.fill(step.steps(), colour, 1.0, Some(bar));

@@ -2,11 +2,10 @@
 
 use ttf_parser::Face;
 
-use super::colour::{self, INK, Rgb, Shades};
-use super::data::{Along, Cells, Mark, Marker, Panel};
-use super::drawing::{Anchor, Drawing, Rect, Stroke, circle, closed, open};
+use super::drawing::{circle, closed, open};
 use super::font::length;
-use super::scale::Scale;
+use super::scale::{self, INK, LOOK, Shades};
+use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke};
 
 pub const LINE: f64 = 1.1;
 pub const DOT: f64 = 1.9;
@@ -65,13 +64,13 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
     match mark {
         Mark::Line { path, dash, marker } => {
             let points = p.all(&path.x, &path.y);
-            d.stroke(open(&points), Stroke::of(colour::of(path.colour), LINE, *dash), clip);
+            d.stroke(open(&points), Stroke::of(scale::of(path.colour), LINE, *dash), clip);
             if let Some(marker) = marker {
-                marked(&points).for_each(|at| p.point(d, at, *marker, colour::of(path.colour), DOT));
+                marked(&points).for_each(|at| p.point(d, at, *marker, scale::of(path.colour), DOT));
             }
         }
         Mark::Points { path, marker, error, .. } => {
-            let c = colour::of(path.colour);
+            let c = scale::of(path.colour);
             for ((x, y), e) in path.x.iter().zip(&path.y).zip(error) {
                 let (low, high) = (p.at(*x, y - e), p.at(*x, y + e));
                 d.stroke(open(&[low, high]), Stroke::solid(c, 0.6), clip);
@@ -86,12 +85,12 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
                 let top = middle + thick * (*which as f64 - 0.5 * *of as f64);
                 let bar = Rect { x: x0.min(x1), y: top, w: (x1 - x0).abs(), h: 0.92 * thick };
                 if bar.w.is_finite() {
-                    d.fill(bar.steps(), colour::of(path.colour), 1.0, clip);
+                    d.fill(bar.steps(), scale::of(path.colour), 1.0, clip);
                 }
             }
         }
         Mark::Area { path, outlined } => {
-            let (steps, c) = (closed(&p.all(&path.x, &path.y)), colour::of(path.colour));
+            let (steps, c) = (closed(&p.all(&path.x, &path.y)), scale::of(path.colour));
             d.fill(steps.clone(), c, opacity(*outlined), clip);
             if *outlined {
                 d.stroke(steps, Stroke::solid(c, 0.6), clip);
@@ -101,7 +100,7 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
         Mark::Note { .. } => {}
         Mark::Cells(cells) => map(d, p, cells, bands),
         Mark::Rule { along, at, colour: c, dash, .. } => {
-            d.stroke(open(&p.rule(*along, *at)), Stroke::of(colour::of(*c), 0.8, *dash), clip);
+            d.stroke(open(&p.rule(*along, *at)), Stroke::of(scale::of(*c), 0.8, *dash), clip);
         }
     }
 }
@@ -160,13 +159,14 @@ pub fn point(d: &mut Drawing, at: [f64; 2], marker: Marker, c: Rgb, r: f64) {
     match marker {
         Marker::Ring => d.path(circle(at, 1.7 * r), None, Some(Stroke::solid(c, 1.2)), 1.0, None),
         Marker::Circle => d.path(circle(at, r), Some(c), rim, 1.0, None),
-        Marker::Cross | Marker::Plus => {
-            let strokes = marker.strokes().iter().flat_map(|ends| open(&[place(&ends[0]), place(&ends[1])]));
-            d.stroke(strokes.collect(), Stroke::solid(c, 1.1), None);
-        }
         _ => {
-            let corners: Vec<[f64; 2]> = marker.corners().iter().map(place).collect();
-            d.path(closed(&corners), Some(c), rim, 1.0, None);
+            let (corners, strokes) = &LOOK.markers[&marker];
+            let strokes = strokes.iter().flat_map(|ends| open(&ends.map(|end| place(&end))));
+            d.stroke(strokes.collect(), Stroke::solid(c, 1.1), None);
+            if !corners.is_empty() {
+                let corners: Vec<[f64; 2]> = corners.iter().map(place).collect();
+                d.path(closed(&corners), Some(c), rim, 1.0, None);
+            }
         }
     }
 }

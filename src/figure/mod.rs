@@ -3,24 +3,23 @@
 //! [`Figure`] → [`sheet`] (axes, ticks, key) → [`drawing::Drawing`], paths and texts → [`svg`], [`png`], [`pdf`], which write the same drawing.
 
 mod axes;
-mod colour;
 mod data;
 pub mod drawing;
 pub mod font;
 mod key;
 mod marks;
-mod parallel;
 pub mod pdf;
 pub mod png;
 mod scale;
 pub mod sheet;
 pub mod svg;
 
-pub use colour::{COLOURS, DARK, MAP, MAP_DARK, Rgb, SERIES, series};
 pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parallel, Path};
 pub use scale::Scale;
+pub use scale::{LOOK, Rgb, SERIES, series};
 
 use crate::error::Error;
+use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};
 use font::Font;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -6,10 +6,8 @@ use flate2::write::ZlibEncoder;
 use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
 
-use super::colour::Rgb;
-use super::data::Figure;
-use super::drawing::{Drawing, Item, Step};
-use super::font::{Font, glyph, length};
+use super::font::{glyph, length};
+use super::{Drawing, Figure, Font, Item, Rgb, Step};
 
 const FONT: Name<'static> = Name(b"F");
 const POSTSCRIPT: Name<'static> = Name(b"Figure-Sans");

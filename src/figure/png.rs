@@ -4,9 +4,8 @@ use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Mask, Paint, PathBuilder, Pixmap, StrokeDash, Transform,
 };
 
-use super::colour::Rgb;
-use super::drawing::{Drawing, Item, Rect, Step, Stroke};
-use super::font::{Font, outline};
+use super::font::outline;
+use super::{Drawing, Font, Item, Rect, Rgb, Step, Stroke};
 use crate::error::Error;
 
 /// Pixels to the inch.

@@ -2,10 +2,8 @@
 
 use std::fmt::Write;
 
-use super::colour::css;
-use super::data::Figure;
-use super::drawing::{Anchor, Drawing, Item, Step};
-use super::font::Font;
+use super::scale::css;
+use super::{Anchor, Drawing, Figure, Font, Item, Step};
 
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
     let [w, h] = drawing.size;

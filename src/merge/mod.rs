@@ -1,20 +1,18 @@
 //! Joins the parts of a sweep to the tables of the whole, byte for byte. Each part holds whole designs in the order of the whole, so most tables are
 //! the parts in sequence. Rows of a tuple file interleave, and ranked rows compete: their parts store the position of each row
 //! ([`Place`](crate::sweep::Place)), and the number of a chart's candidates to solve is decided here. No tap is solved; memory holds positions, not
-//! rows.
+//! rows. The run.json of the whole has the shared entries, sums, and the list of parts.
 
 mod part;
-mod record;
 mod rows;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::{Error, InputError};
-use crate::sink::folder::{Folder, Question, Written};
-use crate::sink::table::Table;
+use crate::sink::{Folder, Question, Table, Written};
 use crate::sweep::PLACES;
 use part::Part;
 use rows::{Order, Source};
@@ -36,7 +34,7 @@ pub struct Report {
 pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Report, Error> {
     let start = Instant::now();
     let (parts, out) = found(folders, out)?;
-    let mut run = record::whole(&parts, &out);
+    let mut run = whole(&parts, &out);
     let names: Vec<&str> =
         parts[0].listed.iter().map(|file| file.name.as_str()).filter(|name| *name != PLACES).collect();
     // Same question as a run without shards.
@@ -50,7 +48,7 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     // If joining failed, an edited part is the better reason.
     part::unedited(&parts)?;
     joined?;
-    record::timed(&mut run, start.elapsed().as_secs_f64());
+    timed(&mut run, start.elapsed().as_secs_f64());
     folder.run_json(&run)?;
     let warnings = part::differences(&parts);
     let Written { files, removed } = folder.finish()?;
@@ -78,7 +76,7 @@ fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Er
         let open = |part| Source::open(part, table);
         let mut sources = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         if let Some(at) = sources.iter().position(|source| source.empty.names != sources[0].empty.names) {
-            let why = format!("its {} has other columns than that of the first part", table.name());
+            let why = format!("its {} has other columns than that of the first part", table.word());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
         let mut sheet = sources[0].sheet(folder, &table.file(parts[0].format))?;
@@ -105,4 +103,96 @@ fn beside(parts: &[Part]) -> Result<PathBuf, Error> {
     }
     let error = InputError::new("these parts lie in several folders");
     Err(error.key("--out").allowed("the folder for the whole").into())
+}
+
+const SUMS: [(&str, &str); 12] = [
+    ("counts", "taps"),
+    ("counts", "solved"),
+    ("counts", "interpolated"),
+    ("counts", "referred"),
+    ("counts", "complete_rows"),
+    ("counts", "status"),
+    ("counts", "combinations"),
+    ("model_error", "taps_by_full_model"),
+    ("seconds", "total"),
+    ("seconds", "open"),
+    ("seconds", "solve"),
+    ("seconds", "chart"),
+];
+const LARGEST: [(&str, &str); 2] = [("counts", "sweeps_max"), ("material_fit", "largest_gauge_strain")];
+
+/// The run.json of the whole, with shared entries from the first part; row counts and the time of the merge are added later.
+fn whole(parts: &[Part], out: &Path) -> Value {
+    let mut run = parts[0].run.clone();
+    for (group, key) in SUMS.into_iter().chain(LARGEST) {
+        let values = parts.iter().map(|part| &part.run[group][key]).filter(|x| !x.is_null()).cloned();
+        let both = if LARGEST.contains(&(group, key)) { larger } else { sum };
+        if let Some(all) = values.reduce(|a, b| both(&a, &b)) {
+            run[group][key] = all;
+        }
+    }
+    // Mean over the parts, weighted by their solved taps.
+    let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
+    let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
+    let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();
+    run["counts"]["sweeps_mean"] = (if solved > 0.0 { spent / solved } else { 0.0 }).into();
+    if !run["material_fit"].is_null() {
+        let within = |part: &Part| part.run["material_fit"]["within_data_range"] != false;
+        run["material_fit"]["within_data_range"] = parts.iter().all(within).into();
+    }
+    for entry in run["in_force"].as_array_mut().into_iter().flatten().filter(|e| e["key"] == "run.out") {
+        entry["value"] = format!("{:?}", out.display().to_string()).into();
+    }
+    let mut warnings: Vec<&Value> = Vec::new();
+    for text in parts.iter().flat_map(|part| part.run["warnings"].as_array().into_iter().flatten()) {
+        if !warnings.contains(&text) {
+            warnings.push(text);
+        }
+    }
+    run["warnings"] = json!(warnings);
+    for key in ["shard", "resumed", "files", "asked", "name", "handed_over"] {
+        run.as_object_mut().map(|run| run.shift_remove(key));
+    }
+    // Entries of one device stay with its part.
+    run["backend"].as_object_mut().map(|backend| backend.shift_remove("device"));
+    run["parts"] = parts.iter().map(described).collect();
+    run
+}
+
+fn larger(a: &Value, b: &Value) -> Value {
+    if a.as_f64() < b.as_f64() { b.clone() } else { a.clone() }
+}
+
+fn sum(a: &Value, b: &Value) -> Value {
+    if let (Some(a), Some(b)) = (a.as_object(), b.as_object()) {
+        let mut all = a.clone();
+        for (word, n) in b {
+            let n = all.get(word).map_or_else(|| n.clone(), |before| sum(before, n));
+            all.insert(word.clone(), n);
+        }
+        all.sort_keys();
+        return all.into();
+    }
+    match (a.as_u64().zip(b.as_u64()), a.as_f64().zip(b.as_f64())) {
+        (Some((a, b)), _) => (a + b).into(),
+        (_, Some((a, b))) => (a + b).into(),
+        _ => Value::Null,
+    }
+}
+
+fn described(part: &Part) -> Value {
+    let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
+    let (seconds, files, counts) = (&run["seconds"]["total"], &run["files"], &run["counts"]);
+    json!({
+        "folder": folder, "part": shard, "designs": run["shard"]["designs"], "backend": run["backend"], "taps": counts["taps"],
+        "handed_over": run["handed_over"], "seconds": seconds, "files": files,
+    })
+}
+
+fn timed(run: &mut Value, seconds: f64) {
+    let total = run["seconds"]["total"].as_f64().unwrap_or(0.0) + seconds;
+    (run["seconds"]["total"], run["seconds"]["merge"]) = (total.into(), seconds.into());
+    if let Some(taps) = run["counts"]["taps"].as_f64().filter(|_| !run["taps_per_second"].is_null()) {
+        run["taps_per_second"] = (taps / total.max(1e-9)).into();
+    }
 }

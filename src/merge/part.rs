@@ -10,8 +10,7 @@ use serde_json::Value;
 
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Listed, WORK, hash_file, is_sealed, listed, names_in, open_of_result, read_run};
-use crate::sink::format::TableFormat;
-use crate::sink::shard::Shard;
+use crate::sink::{Shard, TableFormat};
 
 #[derive(Debug)]
 pub(super) struct Part {

@@ -6,14 +6,11 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 
-use super::part::{Part, refuse};
+use super::Part;
+use super::part::refuse;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{Folder, unpack};
-use crate::sink::format::TableFormat;
-use crate::sink::frame::Frame;
-use crate::sink::parquet;
-use crate::sink::sheet::Sheet;
-use crate::sink::table::Table;
+use crate::sink::folder::unpack;
+use crate::sink::{Folder, Frame, Sheet, Table, TableFormat, parquet};
 use crate::sweep::{PLACES, Place};
 
 pub(super) struct Order {
@@ -45,7 +42,13 @@ impl Order {
 
     pub fn write(&self, table: Table, sources: &mut [Source], sheet: &mut Sheet) -> Result<u64, Error> {
         if self.parts.is_empty() {
-            return sources.iter_mut().map(|source| source.rest(sheet)).sum();
+            let mut rows = 0;
+            for source in sources {
+                while source.next(true, sheet)? {
+                    rows += 1;
+                }
+            }
+            return Ok(rows);
         }
         let is_kept = |place: &Place| self.kept.as_ref().is_none_or(|kept| kept.has(place));
         let mut all = Vec::new();
@@ -55,7 +58,11 @@ impl Order {
         }
         // Stable: the rows of each part are already in order.
         all.sort_by_key(|(order, part, _)| (*order, *part));
-        all.iter().try_for_each(|(_, part, wanted)| sources[*part].next(*wanted, sheet))?;
+        for (_, part, wanted) in &all {
+            if !sources[*part].next(*wanted, sheet)? {
+                return Err(sources[*part].ends_early());
+            }
+        }
         Ok(all.iter().filter(|(.., wanted)| *wanted).count() as u64)
     }
 }
@@ -141,53 +148,29 @@ impl Source {
         error.at(self.path.display().to_string(), None).allowed("the part as it was written").into()
     }
 
-    /// Copies the next row into `sheet`, or skips it.
-    pub fn next(&mut self, wanted: bool, sheet: &mut Sheet) -> Result<(), Error> {
-        match &mut self.rows {
-            Rows::Csv { file, line } => {
+    /// Copies the next row into `sheet`, or skips it; false after the last.
+    pub fn next(&mut self, wanted: bool, sheet: &mut Sheet) -> Result<bool, Error> {
+        match (&mut self.rows, sheet) {
+            (Rows::Csv { file, line }, Sheet::Csv(output)) => {
                 line.clear();
-                match file.read_until(b'\n', line).map_err(|e| Error::io(&self.path, e))? {
-                    0 => Err(self.ends_early()),
-                    _ if wanted => sheet.output().write(line),
-                    _ => Ok(()),
+                file.read_until(b'\n', line).map_err(|e| Error::io(&self.path, e))?;
+                if wanted {
+                    output.write(line)?;
                 }
+                Ok(!line.is_empty())
             }
-            Rows::Parquet { reader, group: (group, taken) } => {
+            (Rows::Parquet { reader, group: (group, taken) }, Sheet::Parquet(writer)) => {
                 while *taken == group.len() {
-                    (*group, *taken) = match reader.next_group()? {
-                        Some(next) => (next, 0),
-                        None => return Err(self.ends_early()),
-                    };
+                    let Some(next) = reader.next_group()? else { return Ok(false) };
+                    (*group, *taken) = (next, 0);
                 }
                 *taken += 1;
-                match sheet {
-                    Sheet::Parquet(writer) if wanted => writer.write(group, *taken - 1..*taken),
-                    _ => Ok(()),
+                if wanted {
+                    writer.write(group, *taken - 1..*taken)?;
                 }
+                Ok(true)
             }
-        }
-    }
-
-    pub fn rest(&mut self, sheet: &mut Sheet) -> Result<u64, Error> {
-        let mut rows = 0;
-        match &mut self.rows {
-            Rows::Csv { file, .. } => loop {
-                let block = file.fill_buf().map_err(|e| Error::io(&self.path, e))?;
-                if block.is_empty() {
-                    return Ok(rows);
-                }
-                rows += block.iter().filter(|b| **b == b'\n').count() as u64;
-                sheet.output().write(block)?;
-                let n = block.len();
-                file.consume(n);
-            },
-            Rows::Parquet { reader, .. } => {
-                while let Some(group) = reader.next_group()? {
-                    rows += group.len() as u64;
-                    sheet.write(&[group])?;
-                }
-                Ok(rows)
-            }
+            _ => Err(Error::Run("parts of two formats".into())),
         }
     }
 }

@@ -1,17 +1,12 @@
 //! `best.toml`: the best design as a spec. Also judges the best design by the other estimator.
 
-use super::blame::why;
-use super::evaluate::Scorer;
-use super::report::{Design, Report, key};
-use super::run::TOLERANCE;
-use super::score::{Goal, Score};
-use super::session::Found;
-
+use super::TOLERANCE;
+use super::report::{Design, key, why};
+use super::{Found, Goal, Report, Score, Scorer};
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::plan::Layout;
-use crate::scene::search::{Quantity, Search};
-use crate::scene::{Column, Material, Property, Setup, Spec, Theory, Tuple};
+use crate::scene::{Column, Material, Property, Quantity, Search, Setup, Spec, Theory, Tuple};
 
 pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Error> {
     let fail = |e: &dyn std::fmt::Display| Error::Run(format!("best.toml: {e}"));

@@ -5,10 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::judge::Judge;
-use super::report;
-use super::score::{Score, deviations};
-use super::session::Found;
-use super::variables::Variables;
+use super::score::deviations;
+use super::{Found, Score, Variables, report};
 use crate::backend::{Backend, Choice};
 use crate::chart::between;
 use crate::chart::lanes::Figures;
@@ -20,8 +18,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::plan::Layout;
-use crate::scene::search::{Calibrated, Quantity, Search};
-use crate::scene::{Column, Direction, Setup, Theory, Tuple};
+use crate::scene::{Calibrated, Column, Direction, Quantity, Search, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Told};
 
 /// Taps per batch. Between batches a stop and the time are checked.

@@ -8,8 +8,7 @@
 use super::global::{COLD, pick, swarm};
 use super::polish::{self, Radii};
 use super::report::Design;
-use super::score::Goal;
-use super::session::{Found, Halt, Session, Stage};
+use super::{Found, Goal, Halt, Session, Stage};
 use crate::error::Error;
 use crate::scene::Tuple;
 

@@ -9,9 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 use super::polish::{self, Radii};
-use super::score::Goal;
-use super::session::{Ended, Found, Halt, Session, Stage};
-use super::variables::Variables;
+use super::{Ended, Found, Goal, Halt, Session, Stage, Variables};
 use crate::scene::sampler::Sampler;
 
 pub const STARTS: u32 = 12;

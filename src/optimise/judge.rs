@@ -2,19 +2,17 @@
 
 use rayon::prelude::*;
 
-use super::score::{self, Limit, Read, Score, Seen, continued, deviation, gather, over};
+use super::score::{self, Read, Seen, continued, deviation, gather, over};
+use super::{Limit, Score};
 use crate::chart::lanes::Figures;
-use crate::curve::{
-    Curve, Reach,
-    both::{self, Both},
-};
+use crate::curve::both::{self, Both};
+use crate::curve::{Curve, Reach};
 use crate::design::Design;
 use crate::estimate::Estimator;
 use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
 use crate::reduce::Spread;
-use crate::scene::search::{Calibrated, Robust, Search};
-use crate::scene::{COLUMNS, Column, Direction, Property, Setup, Theory, Tuple};
+use crate::scene::{COLUMNS, Calibrated, Column, Direction, Property, Robust, Search, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
 
 pub(super) struct Judge<'a> {

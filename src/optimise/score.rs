@@ -1,17 +1,16 @@
 //! Scores of candidates, and figures and limits of one whisker from its taps. Limits follow feasibility rules (K. Deb, Comput. Methods Appl. Mech.
 //! Engrg. 186, 2000), not penalties: a feasible candidate beats an infeasible one; of two feasible ones the smaller objective wins; of two infeasible ones the smaller violation.
 
+use vibrissa_core::normal::quantile;
+
 use super::judge::{Calibration, Judge};
 use crate::curve::both::Both;
 use crate::design::{Design, amount};
 use crate::estimate::Estimator;
 use crate::evaluate::Outcome;
-use crate::scene::sampler::Sampler;
-use crate::scene::search::{Measure, Robust};
-use crate::scene::{COLUMNS, Column, Convention, Tuple};
+use crate::scene::{COLUMNS, Column, Convention, Measure, Robust, Sampler, Tuple};
 use crate::statistics::{DriveRow, Told};
 use crate::status::Status;
-use vibrissa_core::normal::quantile;
 
 vibrissa_core::words! {
     /// A limit of a candidate; its value is relative, ≤ 0 where kept.
@@ -38,12 +37,6 @@ vibrissa_core::words! {
         Unambiguous = "unambiguous",
         /// 90 % of the sampled whiskers keep all of the above: the 90 % quantile of their worst.
         Samples = "samples",
-    }
-}
-
-impl Limit {
-    pub fn all() -> impl Iterator<Item = Self> {
-        Self::WORDS.into_iter().map(|(_, limit)| limit)
     }
 }
 

@@ -6,13 +6,10 @@
 //! is the total index E[Var(y|all others)]/Var(y). Both lie in [0, 1], and are exact if a variable has no effect, or all of it. Missing values are
 //! left out. Estimators on pairs of points (A. Saltelli et al., Comput. Phys. Commun. 181, 2010) leave [0, 1] for heavy tails.
 
-use super::evaluate::Scorer;
-use super::score::Score;
-use super::variables::{Variables, value};
+use super::session::value;
+use super::{Score, Scorer, Variables};
 use crate::error::Error;
-use crate::scene::sampler::Sampler;
-use crate::scene::search::Quantity;
-use crate::scene::{Column, Property, Tuple};
+use crate::scene::{Column, Property, Quantity, Sampler, Tuple};
 
 const STEP: f64 = 1e-3;
 

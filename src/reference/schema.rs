@@ -4,8 +4,7 @@ use serde_json::{Map, Value, json};
 
 use crate::design::MOST;
 use crate::scene::Interval;
-use crate::spec::keys::Form;
-use crate::spec::keys::{Key, Section, section, sections};
+use crate::spec::keys::{Form, Key, Section, section, sections};
 
 pub fn text() -> String {
     format!("{:#}\n", document())

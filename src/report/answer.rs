@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
+use super::Source;
 use super::designs::{DRIVES, WHISKER, properties};
 use super::quantity::{distinct, ends, said};
-use super::source::Source;
 use crate::digits::{percent, rounded};
 use crate::error::InputError;
 use crate::recommend::Standing;

@@ -2,14 +2,13 @@
 
 use indexmap::IndexMap;
 
-use super::content::{Content, points_of};
+use super::content::points_of;
 use super::designs::{DRIVES, SD};
 use super::quantity::{self, distinct};
-use super::source::Source;
-use super::{answer, outliers};
+use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 
 const CURVES: usize = 6;
 /// Caption of panels whose axis may be cut.
@@ -60,7 +59,7 @@ fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
     let with = |panel: Panel, y: &[f64], error: &[f64]| -> Result<Panel, InputError> {
         let used = points(taps, ("used", 0, Marker::Circle), &of("used"), y, error)?;
         let suspect = points(taps, ("suspect", 1, Marker::Square), &of("suspect"), y, error)?;
-        Ok(outliers::cut(panel.with(Mark::zero()).with(used).with(suspect), "used"))
+        Ok(quantity::cut(panel.with(Mark::zero()).with(used).with(suspect), "used"))
     };
     let mut panels = Vec::new();
     for channel in &channels {
@@ -154,13 +153,10 @@ fn curves(
         let here = cells.rows(|r| drives.place(at[r]) == Some(d));
         let name = drives.names[d].as_str();
         let (colour, marker) = series(i);
-        panel = panel.with(Mark::line(Path::new(name, colour, line), 0)).with(Mark::Points {
-            path: Path::new(name, colour, here.iter().map(|r| (a[*r], mean[*r]))),
-            marker,
-            error: here.iter().map(|r| sd[*r]).collect(),
-            rows: Vec::new(),
-            notes: Vec::new(),
-        });
+        let points = Path::new(name, colour, here.iter().map(|r| (a[*r], mean[*r])));
+        let bars = here.iter().map(|r| sd[*r]).collect();
+        panel =
+            panel.with(Mark::line(Path::new(name, colour, line), 0)).with(Mark::barred(points, marker, bars));
     }
     let left = if n < all { format!("; {n} of {all} taps are shown") } else { String::new() };
     let caption = format!(
@@ -212,7 +208,7 @@ fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
     let why = reasons.iter().map(|(w, all)| format!("{} {w}", all.len())).collect::<Vec<_>>().join(", ");
     let why = if why.is_empty() { "no row is suspect".to_owned() } else { format!("suspect: {why}") };
     let caption = format!("Signal less what the estimator expects, of every tap; {why} (rows.csv). {CUT}");
-    Ok(Figure::new("residuals", "Residuals by distance", caption, vec![outliers::cut(panel, "used")]))
+    Ok(Figure::new("residuals", "Residuals by distance", caption, vec![quantity::cut(panel, "used")]))
 }
 
 fn held_out(rows: &Frame) -> Result<Figure, InputError> {
@@ -225,7 +221,7 @@ fn held_out(rows: &Frame) -> Result<Figure, InputError> {
     let caption = format!(
         "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv). {CUT}"
     );
-    let panels = vec![outliers::cut(panel, name)];
+    let panels = vec![quantity::cut(panel, name)];
     Ok(Figure::new("held_out", "Errors on distances left out", caption, panels))
 }
 

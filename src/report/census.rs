@@ -2,13 +2,11 @@
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::answer;
-use super::content::Content;
 use super::designs::front;
-use super::source::Source;
+use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
 /// Slower peers are left out of the figure, ns per tap.
@@ -100,13 +98,8 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
                 let after = known.iter().position(|f| *f == family).unwrap_or(known.len());
                 let (colour, marker) = series(places(work).len() + after);
                 let path = Path::new(family, colour, [(1e9 / rate[r], error[r])]);
-                panel = panel.with(Mark::Points {
-                    path,
-                    marker,
-                    error: Vec::new(),
-                    rows: Vec::new(),
-                    notes: vec![name],
-                });
+                let (error, rows, notes) = (Vec::new(), Vec::new(), vec![name]);
+                panel = panel.with(Mark::Points { path, marker, error, rows, notes });
             }
         }
         panels.push(panel);

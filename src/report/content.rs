@@ -1,14 +1,14 @@
-//! Figures and tables of a report, for every command.
+//! Figures and tables of a report, for every command; and its page, one self-contained file with style, data as JSON, and scripts that draw them.
 
 use std::borrow::Cow;
 
 use serde_json::{Value, json};
 
-use super::quantity;
-use super::source::Source;
+use super::{Source, quantity};
+use crate::combinations::told;
 use crate::error::Error;
-use crate::figure::{Figure, Mark, Marker, Path};
-use crate::sink::frame::Frame;
+use crate::figure::{self, Figure, LOOK, Mark, Marker, Path};
+use crate::sink::Frame;
 
 /// Most rows of a table in the page.
 pub const SHOWN: usize = 1500;
@@ -99,4 +99,88 @@ impl Content {
         };
         self.facts.push((name.to_owned(), text));
     }
+}
+
+/// Scripts in the order in which they depend on each other: `pages/report/*.ts`, built.
+const SCRIPTS: [&str; 9] = [
+    include_str!("../../pages/report/data.js"),
+    include_str!("../../pages/report/scale.js"),
+    include_str!("../../pages/report/bar.js"),
+    include_str!("../../pages/report/panel.js"),
+    include_str!("../../pages/report/marks.js"),
+    include_str!("../../pages/report/notes.js"),
+    include_str!("../../pages/report/parallel.js"),
+    include_str!("../../pages/report/table.js"),
+    include_str!("../../pages/report/main.js"),
+];
+
+/// The page of `content`, as HTML.
+pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
+    let data = json!({
+        "colours": LOOK.colours,
+        "map": LOOK.map,
+        "markers": LOOK.markers,
+        "no_value": figure::NO_VALUE,
+        "answer": content.answer,
+        "made": made(source),
+        "facts": content.facts,
+        "notes": notes,
+        "figures": content.figures,
+        "tables": content.tables,
+        "spec": source.run["spec"]["text"],
+    });
+    html(&format!("{} of {}", source.command, source.name), &data)
+}
+
+/// Origin of the result, as names and values.
+fn made(source: &Source) -> Vec<[String; 2]> {
+    let run = &source.run;
+    let text = |v: &Value| v.as_str().map(str::to_owned);
+    let backend = |b: &Value| {
+        let named = |a: String| format!("{} {a}", b["name"].as_str().unwrap_or_default());
+        let place = text(&b["adapter"]).map(named).or_else(|| text(&b["name"]));
+        let tolerance = b["tolerance"].as_f64().map_or(String::new(), |t| format!(", tolerance {t:e}"));
+        place.map(|p| format!("{p}, {}{tolerance}", b["precision"].as_str().unwrap_or_default()))
+    };
+    let places = match &run["backends"] {
+        Value::Array(all) => all.iter().filter_map(backend).collect::<Vec<_>>().join("; "),
+        _ => backend(&run["backend"]).unwrap_or_default(),
+    };
+    let version = run["version"].as_str().unwrap_or("?");
+    let commit = text(&run["commit"]).map(|commit| format!(" ({})", &commit[..commit.len().min(12)]));
+    let version = format!("{version}{}", commit.unwrap_or_default());
+    let counts = run["counts"].as_object().map_or(String::new(), |c| {
+        let plain = |(k, v): (&String, &Value)| v.as_u64().map(|n| format!("{n} {}", k.replace('_', " ")));
+        c.iter().filter_map(plain).collect::<Vec<_>>().join(", ")
+    });
+    // Older versions counted each word instead of combinations.
+    let counted = ["combinations", "status"].iter().find_map(|key| run["counts"][*key].as_object());
+    let status = counted.filter(|c| !c.is_empty()).map_or(String::new(), |c| {
+        told(c.iter().map(|(words, n)| (words.as_str(), n.as_u64().unwrap_or(0))), |n| n.to_string())
+    });
+    let seconds = run["seconds"]["total"].as_f64().map_or(String::new(), |s| format!("{s:.2} s"));
+    let rows = [
+        ("command", format!("vibrissa {} {}", source.command, source.name)),
+        ("version", version),
+        ("computed on", places),
+        ("took", seconds),
+        ("counts", counts),
+        ("taps by status", status),
+        ("BLAKE3 of run.json", source.hash.clone()),
+    ];
+    rows.into_iter().filter(|(_, v)| !v.is_empty()).map(|(k, v)| [k.to_owned(), v]).collect()
+}
+
+/// A file whose content policy forbids all requests, so that opening a mailed page is not reported to anyone.
+fn html(title: &str, data: &Value) -> String {
+    // Inside a script element only `</` and `<!--` have a meaning.
+    let data = data.to_string().replace('<', "\\u003c");
+    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n\
+         <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{}</style>\n</head>\n<body>\n<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n(() => {{\n{}\n}})();\n</script>\n</body>\n</html>\n",
+        include_str!("../../pages/report/report.css"),
+        SCRIPTS.join("\n")
+    )
 }

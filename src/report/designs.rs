@@ -1,11 +1,11 @@
 //! Rows of designs: columns that vary, limits, and figures of many designs (front, parallel coordinates, maps).
 
 use indexmap::IndexMap;
+use serde::Deserialize;
 
-use super::bins::map;
+use super::Source;
 use super::content::SHOWN;
-use super::quantity::{self, distinct};
-use super::source::Source;
+use super::quantity::{self, distinct, map};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 use crate::optimise::front::unbeaten;
@@ -159,7 +159,7 @@ pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figur
     }
     let rest = if axes.len() > 2 { ", the best over all other axes" } else { "" };
     let bins = if binned {
-        format!("; axes with more than {} values in as many bins", super::bins::MOST)
+        format!("; axes with more than {} values in as many bins", quantity::BINS)
     } else {
         String::new()
     };
@@ -227,7 +227,8 @@ pub struct Alike {
     pub rows: Vec<usize>,
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(default)]
 pub struct Limits {
     /// True if ambiguous rows break the limits.
     unambiguous: bool,
@@ -235,22 +236,10 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Those in force, TOML such as `{ strain = 0.02, unambiguous = true }`.
     pub fn of(source: &Source) -> Self {
-        source.in_force("optimise.limits").map_or(Self::default(), Self::read)
-    }
-
-    /// Reads TOML such as `{ strain = 0.02, unambiguous = true }`.
-    fn read(text: &str) -> Self {
-        let pairs = text.trim_matches(['{', '}', ' ']).split(',').filter_map(|p| p.split_once('='));
-        let mut limits = Self::default();
-        for (key, value) in pairs.map(|(k, v)| (k.trim(), v.trim())) {
-            match key {
-                "unambiguous" => limits.unambiguous = value == "true",
-                "strain" => limits.strain = value.parse().ok(),
-                _ => {}
-            }
-        }
-        limits
+        let written = source.in_force("optimise.limits").and_then(|text| text.parse::<toml::Value>().ok());
+        written.and_then(|limits| limits.try_into().ok()).unwrap_or_default()
     }
 
     /// For each row: true if it keeps the limits. A second distance breaks them only with `unambiguous`.

@@ -1,9 +1,10 @@
-//! Names of columns for readers: symbol, unit, and whether the axis is logarithmic.
+//! Names of columns for readers: symbol, unit, and whether the axis is logarithmic; cells of a map of many rows; axis ends that
+//! a few outliers do not stretch.
 
-use crate::digits::{DIGITS, short_to};
-use crate::figure::Axis;
+use crate::digits::{DIGITS, short, short_to};
+use crate::figure::{Axis, Cells, Mark, Panel};
 use crate::reduce::range;
-use crate::sink::fact::{Fact, fact};
+use crate::sink::heading::{Fact, fact};
 
 /// Digits that distinguish any two f64.
 const MOST: i32 = 17;
@@ -61,4 +62,188 @@ fn said_to(column: &str, value: f64, digits: i32) -> String {
     };
     let sign = if value < 0.0 { "−" } else { "" };
     format!("{symbol} = {sign}{}{unit}", short_to(value.abs(), digits))
+}
+
+pub const BINS: usize = 40;
+/// Up to this number of values, an axis has bands: named places without anything between.
+const FEW: usize = 6;
+/// Most cells of a map with one cell for each value.
+const CELLS: usize = 40_000;
+
+struct Bins {
+    edges: Vec<f64>,
+    values: Option<Vec<f64>>,
+}
+
+impl Bins {
+    fn of(numbers: &[f64]) -> Self {
+        let mut few = Vec::new();
+        // Most axes have few distinct values, found in the first rows: no set of all values is needed.
+        for x in numbers.iter().filter(|x| x.is_finite()) {
+            if few.len() <= BINS && !few.contains(x) {
+                few.push(*x);
+            }
+        }
+        if few.len() <= BINS {
+            return Self::at(distinct(few));
+        }
+        let [a, b] = ends(numbers.iter().copied());
+        Self { edges: (0..=BINS).map(|i| a + (b - a) * i as f64 / BINS as f64).collect(), values: None }
+    }
+
+    fn at(values: Vec<f64>) -> Self {
+        let edges = match values.len() {
+            1..=FEW => (0..=values.len()).map(|i| i as f64 - 0.5).collect(),
+            _ => edges(&values),
+        };
+        Self { edges, values: Some(values) }
+    }
+
+    fn axis(&self, column: &str) -> Axis {
+        let axis = axis(column);
+        match &self.values {
+            Some(few) if (1..=FEW).contains(&few.len()) => {
+                Axis { words: numbers_apart(few), log: false, ..axis }
+            }
+            _ => axis,
+        }
+    }
+
+    fn place(&self, x: f64) -> Option<usize> {
+        match &self.values {
+            Some(values) => values.iter().position(|v| *v == x),
+            None if x.is_finite() => {
+                let (a, b) = (self.edges[0], self.edges[BINS]);
+                Some((((x - a) / (b - a) * BINS as f64) as usize).min(BINS - 1))
+            }
+            None => None,
+        }
+    }
+}
+
+fn edges(values: &[f64]) -> Vec<f64> {
+    match values {
+        [] => vec![0.0, 1.0],
+        [x] => vec![x - 0.5, x + 0.5],
+        _ => {
+            let n = values.len();
+            let between = values.windows(2).map(|w| 0.5 * (w[0] + w[1]));
+            let (first, last) =
+                (1.5 * values[0] - 0.5 * values[1], 1.5 * values[n - 1] - 0.5 * values[n - 2]);
+            std::iter::once(first).chain(between).chain([last]).collect()
+        }
+    }
+}
+
+/// A map of two columns: the least `value` of the rows in each cell; true if values share cells.
+pub fn map(
+    title: &str,
+    columns: [(&str, &[f64]); 2],
+    value: impl Fn(usize) -> f64,
+    of: Axis,
+) -> (Panel, bool) {
+    let bins = columns.map(|(_, numbers)| Bins::of(numbers));
+    let binned = bins.iter().any(|b| b.values.is_none());
+    (filled(title, columns, bins, value, of), binned)
+}
+
+/// The same with a cell for each value; an empty panel if there are more than `CELLS`.
+pub fn every(title: &str, columns: [(&str, &[f64]); 2], value: impl Fn(usize) -> f64, of: Axis) -> Panel {
+    let bins = columns.map(|(_, numbers)| Bins::at(distinct(numbers.iter().copied())));
+    let [wide, high] = bins.each_ref().map(|b| b.edges.len().saturating_sub(1));
+    if wide < 2 || high < 2 || wide * high > CELLS {
+        let [x, y] = columns.map(|(name, _)| axis(name));
+        return Panel::new(title, x, y);
+    }
+    filled(title, columns, bins, value, of)
+}
+
+fn filled(
+    title: &str,
+    [x, y]: [(&str, &[f64]); 2],
+    [bx, by]: [Bins; 2],
+    value: impl Fn(usize) -> f64,
+    of: Axis,
+) -> Panel {
+    let panel = Panel::new(title, bx.axis(x.0), by.axis(y.0));
+    let wide = bx.edges.len() - 1;
+    let mut z = vec![f64::NAN; wide * (by.edges.len() - 1)];
+    for (r, (x, y)) in x.1.iter().zip(y.1).enumerate() {
+        if let (Some(i), Some(j)) = (bx.place(*x), by.place(*y)) {
+            z[j * wide + i] = z[j * wide + i].min(value(r));
+        }
+    }
+    panel.with(Mark::Cells(Cells { x: bx.edges, y: by.edges, z, of }))
+}
+
+/// Points within this many median deviations of the median always fit: 4.7 σ of a normal distribution.
+const WIDE: f64 = 7.0;
+/// At most this share of the samples at either end is cut.
+const SHARE: f64 = 0.1;
+/// An axis is cut only if it becomes shorter by this factor.
+const WORTH: f64 = 2.0;
+/// Free space at either end for arrows, as a share of the bulk.
+const ROOM: f64 = 0.08;
+
+/// Range of `samples` without outliers; `None` if it is a single value.
+fn bulk(samples: &[f64]) -> Option<[f64; 2]> {
+    let mut all: Vec<f64> = samples.iter().copied().filter(|x| x.is_finite()).collect();
+    all.sort_by(f64::total_cmp);
+    let last = all.len().checked_sub(1)?;
+    let at = |share: f64| all[(share * last as f64).round() as usize];
+    let middle = at(0.5);
+    let mut off: Vec<f64> = all.iter().map(|x| (x - middle).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let wide = WIDE * off[off.len() / 2];
+    let (low, high) = ((middle - wide).min(at(SHARE)), (middle + wide).max(at(1.0 - SHARE)));
+    let [least, most] = ends(all.into_iter().filter(|x| (low..=high).contains(x)));
+    (least < most).then_some([least, most])
+}
+
+/// Fits the y axis to the points called `name` and their bars. Other points are drawn at the edge, and the key counts them.
+pub fn cut(mut panel: Panel, name: &str) -> Panel {
+    let points = || {
+        panel.marks.iter().filter_map(|m| match m {
+            Mark::Points { path, error, .. } => Some((path, error)),
+            _ => None,
+        })
+    };
+    let mut errors: Vec<f64> =
+        points().flat_map(|(_, error)| error).copied().filter(|e| e.is_finite()).collect();
+    errors.sort_by(f64::total_cmp);
+    // Bars longer than the median may be cut at the edge.
+    let usual = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
+    let samples: Vec<f64> =
+        points().filter(|(path, _)| path.name == name).flat_map(|(path, _)| &path.y).copied().collect();
+    let Some([low, high]) = bulk(&samples).map(|[low, high]| [low - usual, high + usual]) else {
+        return panel;
+    };
+    let [least, most] = ends(panel.marks.iter().flat_map(Mark::reach).map(|p| p.1));
+    if most - least <= WORTH * (high - low) {
+        return panel;
+    }
+    let room = ROOM * (high - low);
+    let axis = [low - room, high + room];
+    let out = |y: &f64| *y < axis[0] || *y > axis[1];
+    let taps: Vec<f64> =
+        points().flat_map(|(path, _)| &path.y).copied().filter(|y| y.is_finite() && out(y)).collect();
+    let ends_of = |(y, e): (&f64, &f64)| [y - e, y + e].iter().any(|end| end.is_finite() && out(end));
+    let bars =
+        points().flat_map(|(path, error)| path.y.iter().zip(error)).filter(|bar| ends_of(*bar)).count();
+    let farthest = taps.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let unit = if panel.y.unit.is_empty() { String::new() } else { format!(" {}", panel.y.unit) };
+    let mut words = Vec::new();
+    if let Some(far) = farthest {
+        let sign = if far < 0.0 { "−" } else { "" };
+        words.push(match taps.len() {
+            1 => format!("1 tap, at {sign}{}{unit}", short(far.abs())),
+            n => format!("{n} taps, the farthest at {sign}{}{unit}", short(far.abs())),
+        });
+    }
+    if bars > 0 {
+        words.push(format!("the bars of {bars}"));
+    }
+    panel.beyond = format!("beyond the axis: {}", words.join(", "));
+    panel.y.ends = Some(axis);
+    panel
 }

@@ -1,14 +1,12 @@
 //! Figures of bent whiskers.
 
-use super::answer;
-use super::content::Content;
 use super::designs::{self, Alike, DIRECTIONS, DRIVES, WHISKER};
 use super::quantity::{self, told_apart};
-use super::source::Source;
+use super::{Content, Source, answer};
 use crate::digits::short;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 
 /// Most panels; below, most whiskers in a panel.
 const PANELS: usize = 6;

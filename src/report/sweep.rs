@@ -1,17 +1,14 @@
 //! Figures of a sweep: the paper's figures of its whiskers, and those of a space of designs.
 
 use super::answer::{self, Recommended};
-use super::bins;
-use super::content::Content;
-use super::designs::Limits;
-use super::designs::{self, Alike, DRIVES, SD, WHISKER};
+use super::designs::{self, Alike, DRIVES, Limits, SD, WHISKER};
 use super::quantity::{self, distinct};
-use super::source::Source;
-use super::tap::{budget, least};
+use super::search::{budget, least};
+use super::{Content, Source};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Mark, Marker, Panel, Path};
 use crate::recommend::recommended;
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 use crate::status::Status;
 
 const WHISKERS: usize = 4;
@@ -260,7 +257,7 @@ impl Taps<'_> {
         let of = |column: &[f64]| w.rows.iter().map(|r| column[*r]).collect::<Vec<_>>();
         let (a, drive, k) = (of(self.a), of(self.drive), of(self.k));
         let columns: [(&str, &[f64]); 2] = [("a_mm", &a), (self.names[1], &drive)];
-        bins::every(&w.name, columns, |r| k[r], quantity::axis(self.names[2]))
+        quantity::every(&w.name, columns, |r| k[r], quantity::axis(self.names[2]))
     }
 
     fn located(&self, w: &Alike, error: bool) -> Panel {

@@ -5,11 +5,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::Run;
-use super::best::Kept;
-use super::keep::Reached;
-use super::route::rank;
-use super::taps::{Taps, tap};
+use super::running::rank;
+use super::taps::tap;
+use super::{Kept, Reached, Run, Taps};
 use crate::chart::lanes::{Found, Words};
 use crate::chart::ranker::{Ranker, Rankers};
 use crate::design::Design;
@@ -17,7 +15,8 @@ use crate::error::{Error, SolveError};
 use crate::evaluate::Task;
 use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::plan::Layout;
-use crate::sink::{run_json::Counts, table::AtDrive};
+use crate::sink::AtDrive;
+use crate::sink::run_json::Counts;
 use crate::statistics::Reduction;
 use crate::status::Status;
 

@@ -6,21 +6,18 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::best::Kept;
-use super::output::Place;
-use super::taps::{Places, Taps};
-use super::{CHUNK, Run};
-use crate::curve::{Ask, Curve, Reach, both::Both};
+use super::taps::Places;
+use super::{CHUNK, Kept, Place, Run, Taps};
+use crate::curve::both::Both;
+use crate::curve::{Ask, Curve, Reach};
 use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
 use crate::scene::{RankBy, Setup, Tuple};
-use crate::sink::{
-    frame::Frame,
-    run_json::Counts,
-    table::{AtDistance, AtDrive, Chosen, Table, TapRow},
-};
+use crate::sink::run_json::Counts;
+use crate::sink::table::Chosen;
+use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow};
 use crate::statistics::{Reduction, Told};
 
 const TOGETHER: usize = 1 << 12;

@@ -1,19 +1,19 @@
 //! The sweep: plan → evaluate → reduce → write. It is divided into chunks of whole designs by index alone, and the rows of a chunk depend only on the
 //! spec and its index. So a stopped sweep continues with the missing chunks, and a part of a sweep is some of the designs. Memory holds one chunk or
 //! design, the rows kept with `top`, and listed tuples (with all outcomes if the rows of their designs alternate).
+//! With effects left off the kept rows check the reduced model; if it fails, the sweep is repeated with a fuller one.
 
-mod best;
 mod charted;
 mod group;
 mod keep;
-mod needed;
 mod output;
 mod probe;
-mod route;
 mod running;
 mod taps;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -21,27 +21,24 @@ use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
-use crate::error::Error;
+use crate::census::sample::Row;
+use crate::error::{Error, InputError};
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;
-use crate::scene::{Spec, Tuple};
-use crate::sink::{
-    folder::{Folder, Written, unpack},
-    run_json::{self, Counts, Seconds},
-    shard::Shard,
-};
-
-pub use best::Kept;
-pub use keep::EVERY;
+use crate::scene::{Layout, Setup, Space, Spec, Study, Tuple};
+use crate::sink::folder::unpack;
+use crate::sink::run_json::{self, Counts, Seconds};
+use crate::sink::{Folder, Shard, Written};
 use keep::{Keeper, Reached, State};
-use needed::{checked, fuller};
-pub use needed::{run_needed, whole};
 use output::{About, Writers};
-pub use output::{PLACES, Place, Tables, ordered};
-pub use probe::seconds;
 use running::Run;
 use taps::Taps;
+
+pub use keep::EVERY;
+pub use keep::Kept;
+pub use output::{PLACES, Place, Tables, ordered};
+pub use probe::seconds;
 
 /// The result of a finished sweep.
 #[derive(Debug)]
@@ -139,7 +136,7 @@ fn attempt(
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     run.reached.counts.chart = plan.rankers.as_ref().map(|rankers| json!(rankers.summary()));
-    let done = route::run(&mut run, &Taps::new(&study.space)).and_then(|()| checked(&run, needed));
+    let done = running::run(&mut run, &Taps::new(&study.space)).and_then(|()| checked(&run, needed));
     let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, .. } = run;
     let (told, tables) = match done.and_then(|told| Ok((told, writers.close()?))) {
         Ok(done) => done,
@@ -208,4 +205,69 @@ pub fn readable(state: &[u8]) -> bool {
 
 fn key(t: &Tuple) -> ([u64; 5], u64) {
     ([t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits()), t.rig)
+}
+
+/// Like [`run`](super::run); also returns tables in memory. The reduced model `needed` is that of `spec`; a fuller one follows if the kept rows
+/// refute it. A stopped sweep with kept rows starts anew, because the next attempt may not need its rows. [`whole`] checks which parts are allowed.
+pub fn run_needed(
+    spec: &mut Spec,
+    mut plan: Plan,
+    choice: &Choice,
+    (target, progress): (&Target<'_>, &mut dyn Progress),
+    mut needed: Option<&mut Needed>,
+) -> Result<(Report, Tables), Error> {
+    let before = needed.as_ref().map_or(0.0, |needed| needed.seconds[0]);
+    let (start, before, mut chart) = (Instant::now(), before + choice.seconds + plan.seconds, plan.chart);
+    loop {
+        let timed = ((before + start.elapsed().as_secs_f64(), chart), needed.as_deref_mut());
+        if let Some(done) = attempt(spec, &plan, choice, (target, &mut *progress), timed)? {
+            return Ok(done);
+        }
+        spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup.clone());
+        plan = Plan::new(&spec.study, choice)?;
+        chart = chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
+    }
+}
+
+/// Refuses a part of a ranked sweep with a model error: the reduced model is checked on the rows that the whole keeps.
+pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
+    let Some(shard) = shard.filter(|_| study.output.top.is_some()) else { return Ok(()) };
+    let why = "with a model error and top, the model is checked on the rows that the whole keeps, which no part knows";
+    let allowed =
+        "the whole without --shard, parts without top, or parts without --model-error and [run] model_error";
+    Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
+}
+
+/// The full model, if any effects are left off.
+fn fuller(needed: Option<&Needed>) -> Option<Setup> {
+    needed.filter(|n| !n.left().is_empty()).map(|n| n.full.clone())
+}
+
+/// `model_error` of `run.json`, if requested; the outer `None` if the kept rows show that a fuller model is needed.
+fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
+    let Some(needed) = needed else { return Ok(Some(None)) };
+    if !needed.keeps(&rows(&run.study.space, &run.kept), true, &|| run.check_stop())? {
+        return Ok(None);
+    }
+    let mut told = needed.summary();
+    told["taps_by_full_model"] = run.mended().into();
+    Ok(Some(Some(told)))
+}
+
+fn rows(space: &Space, kept: &[Tuple]) -> Vec<Row> {
+    let listed = match space {
+        Space::Grid(factors) => {
+            let layout = Layout::new(factors);
+            let all: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+            return kept.iter().map(|t| Row::new(*t, all.clone())).collect();
+        }
+        Space::List(_) if kept.is_empty() => return Vec::new(),
+        Space::List(listed) => listed,
+    };
+    let identity = |t: &Tuple| (key(t), [t.tilt, t.lean, t.drive].map(|x| (x + 0.0).to_bits()));
+    let mut distances: HashMap<_, Vec<f64>> = kept.iter().map(|t| (identity(t), Vec::new())).collect();
+    for t in listed.iter() {
+        distances.entry(identity(&t)).and_modify(|row| row.push(t.a));
+    }
+    kept.iter().map(|t| Row::new(*t, distances[&identity(t)].as_slice().into())).collect()
 }

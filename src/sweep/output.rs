@@ -5,20 +5,15 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::best::Kept;
+use super::Kept;
 use crate::backend::Choice;
 use crate::chart::ranker::Rankers;
 use crate::error::Error;
 use crate::plan::Plan;
 use crate::scene::{Space, Spec, Study};
-use crate::sink::folder::{Folder, Listed, Output, Question, hash, pack};
-use crate::sink::format::TableFormat;
-use crate::sink::frame::Frame;
+use crate::sink::folder::{Listed, Output, pack};
 use crate::sink::parquet::More;
-use crate::sink::shard::Shard;
-use crate::sink::sheet::Sheet;
-use crate::sink::table::Table;
-use crate::sink::{memory, run_json};
+use crate::sink::{Folder, Frame, Question, Shard, Sheet, Table, TableFormat, hash, memory, run_json};
 
 #[derive(Debug)]
 pub(super) struct About {
@@ -58,7 +53,7 @@ impl About {
             question.asked,
             (b.name, &b.adapter, b.precision, b.tolerance),
             format!("{:?} {:?} {} {bound:?}", plan.way, plan.solved, plan.chunk),
-            format.name(),
+            format.word(),
         ]);
         let whole = hash(&whole.to_string());
         let part = shard.map(|s| s.to_string());
@@ -102,7 +97,7 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
         "index": shard.index,
         "of": shard.of,
         "designs": { "from": about.designs.start, "to": about.designs.end, "of": plan.designs },
-        "format": about.format.name(),
+        "format": about.format.word(),
         "top": study.output.top,
         "candidates": plan.rankers.as_ref().map(Rankers::keep),
         "tables": tables(study, plan),
@@ -113,13 +108,8 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
 /// Position of each row of a part in the whole, for `merge`.
 pub const PLACES: &str = "places.bin";
 
-enum Goal {
-    File(Sheet),
-    Memory(Frame),
-}
-
 pub(super) struct Writers {
-    goals: [Option<Goal>; 3],
+    sheets: [Option<Sheet>; 3],
     pub places: Option<Output>,
 }
 
@@ -132,7 +122,7 @@ fn wanted(study: &Study, plan: &Plan) -> impl Iterator<Item = Table> {
 }
 
 pub(super) fn tables(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    wanted(study, plan).map(Table::name).collect()
+    wanted(study, plan).map(Table::word).collect()
 }
 
 pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
@@ -142,11 +132,11 @@ pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
 
 impl Writers {
     pub fn none() -> Self {
-        Self { goals: [const { None }; 3], places: None }
+        Self { sheets: [const { None }; 3], places: None }
     }
 
     pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
-        let mut goals = [const { None }; 3];
+        let mut sheets = [const { None }; 3];
         let bytes = wanted(study, plan).map(|table| {
             let width = table.heading().names(&study.setup).len() as u64;
             plan.rows[table as usize].saturating_mul(8 * width)
@@ -161,9 +151,9 @@ impl Writers {
         for table in wanted(study, plan) {
             let mut frame = table.heading().frame_for(&study.setup);
             frame.reserve(plan.rows[table as usize])?;
-            goals[table as usize] = Some(Goal::Memory(frame));
+            sheets[table as usize] = Some(Sheet::Memory(frame));
         }
-        Ok(Self { goals, places: None })
+        Ok(Self { sheets, places: None })
     }
 
     pub fn new(
@@ -172,39 +162,32 @@ impl Writers {
         folder: &mut Folder,
         more: Vec<Option<More>>,
     ) -> Result<Self, Error> {
-        let (mut goals, mut more) = ([const { None }; 3], more.into_iter());
+        let (mut sheets, mut more) = ([const { None }; 3], more.into_iter());
         for table in wanted(study, plan) {
             let output = folder.file(&table.file(about.format))?;
             let empty = table.heading().frame_for(&study.setup);
             let what = (&empty, about.provenance.as_str());
             let sheet = Sheet::new(about.format, output, what, more.next().flatten())?;
-            goals[table as usize] = Some(Goal::File(sheet));
+            sheets[table as usize] = Some(sheet);
         }
         let places = about.places.then(|| folder.file(PLACES)).transpose()?;
-        Ok(Self { goals, places })
+        Ok(Self { sheets, places })
     }
 
     /// The files until now, and the data that [`Self::new`] needs to continue them.
     pub fn marks(&mut self) -> Result<(Vec<Listed>, Vec<Option<More>>), Error> {
-        let sheets = self.goals.iter_mut().flatten().filter_map(|goal| match goal {
-            Goal::File(sheet) => Some(sheet.mark()),
-            Goal::Memory(_) => None,
-        });
+        let sheets = self.sheets.iter_mut().flatten().filter_map(|sheet| sheet.mark().transpose());
         let (mut files, more): (Vec<_>, _) = sheets.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         files.extend(self.places.as_mut().map(Output::mark).transpose()?);
         Ok((files, more))
     }
 
     pub fn wants(&self, table: Table) -> bool {
-        self.goals[table as usize].is_some()
+        self.sheets[table as usize].is_some()
     }
 
     pub fn write(&mut self, table: Table, pieces: &[Frame]) -> Result<(), Error> {
-        match &mut self.goals[table as usize] {
-            None => Ok(()),
-            Some(Goal::File(sheet)) => sheet.write(pieces),
-            Some(Goal::Memory(all)) => pieces.iter().try_for_each(|piece| all.extend(piece, 0..piece.len())),
-        }
+        self.sheets[table as usize].as_mut().map_or(Ok(()), |sheet| sheet.write(pieces))
     }
 
     pub fn place(&mut self, mut places: impl Iterator<Item = Place>) -> Result<(), Error> {
@@ -214,12 +197,8 @@ impl Writers {
 
     pub fn close(self) -> Result<Tables, Error> {
         let mut tables = Tables::default();
-        for (goal, table) in self.goals.into_iter().zip(&mut tables) {
-            match goal {
-                Some(Goal::File(sheet)) => sheet.close()?,
-                Some(Goal::Memory(frame)) => *table = Some(frame),
-                None => {}
-            }
+        for (sheet, table) in self.sheets.into_iter().zip(&mut tables) {
+            *table = sheet.map_or(Ok(None), Sheet::close)?;
         }
         self.places.into_iter().try_for_each(Output::close)?;
         Ok(tables)

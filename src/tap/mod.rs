@@ -2,8 +2,7 @@
 //! 1/θ, so with noise the optimum lies inside the interval, unless the strain limit comes first. The curve is evaluated in f64 on an even grid; each
 //! local minimum is narrowed down by halving.
 
-mod attempts;
-mod curve;
+mod search;
 mod write;
 
 use std::sync::atomic::AtomicBool;
@@ -13,17 +12,18 @@ use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
 use crate::optimise::evaluate::Scorer;
-use crate::optimise::run::{TOLERANCE, no_axes};
 use crate::optimise::score::{Goal, Score};
-use crate::plan::pays;
+use crate::optimise::{TOLERANCE, no_axes};
+use crate::plan;
 use crate::progress::Progress;
-use crate::scene::search::{Budget, Limits, Objective, Search};
-use crate::scene::{BackendChoice, Contact, Layout, Precision, RunOptions, Setup, Study, Theory};
+use crate::scene::{
+    BackendChoice, Budget, Contact, Layout, Limits, Objective, Precision, RunOptions, Search, Setup, Study,
+    Theory,
+};
 use crate::statistics::DriveRow;
+use search::{COARSE, Curve, STEPS, incomplete, overstrained, tried};
 
-use attempts::{COARSE, STEPS, incomplete, overstrained, tried};
-pub use attempts::{find, needed};
-use curve::Curve;
+pub use search::{find, needed};
 pub use write::{k_names, result, table, unit};
 
 /// Reason for the CPU in f64 as default.
@@ -44,33 +44,21 @@ pub struct Sample {
     pub score: Score,
 }
 
-/// The limit that stops the improvement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LimitedBy {
-    /// Inside the interval; bias is the larger part of the total.
-    Bias,
-    /// Inside the interval; noise is the larger part.
-    Noise,
-    /// The gauge's strain limit.
-    Strain,
-    /// A bound of the interval.
-    Bound,
-    /// Beyond it a tap has no strain or no root, or slips off.
-    CompleteRows,
-    /// A contact turns from sticking to sliding, which gives the objective a kink.
-    Friction,
-}
-
-impl LimitedBy {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Bias => "bias",
-            Self::Noise => "noise",
-            Self::Strain => "strain_limit",
-            Self::Bound => "bound",
-            Self::CompleteRows => "complete_rows",
-            Self::Friction => "friction",
-        }
+vibrissa_core::words! {
+    /// The limit that stops the improvement.
+    LimitedBy {
+        /// Inside the interval; bias is the larger part of the total.
+        Bias = "bias",
+        /// Inside the interval; noise is the larger part.
+        Noise = "noise",
+        /// The gauge's strain limit.
+        Strain = "strain_limit",
+        /// A bound of the interval.
+        Bound = "bound",
+        /// Beyond it a tap has no strain or no root, or slips off.
+        CompleteRows = "complete_rows",
+        /// A contact turns from sticking to sliding, which gives the objective a kink.
+        Friction = "friction",
     }
 }
 
@@ -118,7 +106,7 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
     if free && options.precision.is_none() && options.tolerance.is_none() {
         return few(&RunOptions { tolerance: Some(TOLERANCE), ..RunOptions::default() });
     }
-    Choice::for_work(options, pays::of_study(study, options))
+    Choice::for_work(options, plan::of_study(study, options))
 }
 
 /// The CPU for few taps, in f64 unless `options` say otherwise.
@@ -183,21 +171,21 @@ fn best(
     curve.scorer.evaluator.spare = LEFT[1];
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
-    let free = |s: &Sample| curve::relaxed(s, goal);
-    let Some(unconstrained) = curve::find(&mut curve, &samples, goal, &free)? else {
+    let free = |s: &Sample| search::relaxed(s, goal);
+    let Some(unconstrained) = search::least(&mut curve, &samples, goal, &free)? else {
         return Err(incomplete(setup, &samples).into());
     };
     let kept = |s: &Sample| goal.feasible(&s.score);
     let optimum = match kept(&unconstrained) {
         true => Some(unconstrained),
-        false => curve::find(&mut curve, &samples, goal, &kept)?,
+        false => search::least(&mut curve, &samples, goal, &kept)?,
     };
     let Some(optimum) = optimum else { return Err(overstrained(setup, &samples).into()) };
-    let (mut limited_by, at_bound) = curve::limited_by(&optimum, ends, objective);
+    let (mut limited_by, at_bound) = search::limited_by(&optimum, ends, objective);
     let inside = matches!(limited_by, LimitedBy::Bias | LimitedBy::Noise);
     if inside
         && matches!(setup.model.contact, Contact::Coulomb(f64::MIN_POSITIVE..))
-        && curve::kinked(&mut curve, &optimum, goal)?
+        && search::kinked(&mut curve, &optimum, goal)?
     {
         limited_by = LimitedBy::Friction;
     }

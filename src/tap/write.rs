@@ -5,12 +5,9 @@ use serde_json::{Value, json};
 use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::optimise::report;
-use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, Foil, Setup, Study, Theory};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::table::drive_unit;
-use crate::sink::values::{Field, named};
+use crate::scene::{Convention, Drive, Foil, Objective, Setup, Study, Theory};
+use crate::sink::values::named;
+use crate::sink::{Field, Frame, drive_unit, heading};
 
 pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
     let name = if setup.drive == Drive::Angle { "tap angle" } else { "displacement" };
@@ -56,7 +53,7 @@ pub fn result(study: &Study, report: &Report) -> Value {
     json!({
         "optimum": point(&study.setup, &report.optimum, unit),
         "unconstrained": point(&study.setup, &report.unconstrained, unit),
-        "limited_by": report.limited_by.name(),
+        "limited_by": report.limited_by.word(),
         "at_bound": report.at_bound,
         "why": report.why,
         "estimator": study.setup.estimate.theory.estimator(),

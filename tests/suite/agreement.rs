@@ -4,7 +4,7 @@ use crate::common::cases::{Kind, evaluate, known};
 use crate::common::configuration;
 use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};
-use vibrissa::census::{configuration as configurations, hard, sample};
+use vibrissa::census::{cases, sample};
 use vibrissa::design::{Design, amount};
 use vibrissa::kernel::cpu::Cpu;
 use vibrissa::kernel::gpu::{self, Gpu};
@@ -86,10 +86,10 @@ fn are_the_same(name: &str, pairs: impl Iterator<Item = ((f64, Vec<f64>), (f64, 
 fn the_kernels_of_device_and_cpu_are_the_same() {
     let mut device = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
     let mut cpu = Cpu::new(Precision::F64);
-    let all = configurations::all();
+    let all = cases::all();
     for name in ["hooke", "timoshenko-hub", "mooney-coulomb", "stick", "yeoh", "pole-far"] {
         let setup = all.iter().find(|c| c.name == name).expect("a configuration").setup.clone();
-        let tuples = [hard::random(setup.drive, setup.hub > 0.0, 400, 9), hard::hard(&setup)].concat();
+        let tuples = [cases::random(setup.drive, setup.hub > 0.0, 400, 9), cases::hard(&setup)].concat();
         let grip = match setup.model.contact {
             Contact::Stick => Grip::Stick,
             Contact::Coulomb(mu) => Grip::Slide(mu),

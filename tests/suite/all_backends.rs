@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::common::cases::rows;
 use crate::common::program::{Desk, SPEC, says};
-use vibrissa::census::configuration::{QUICK, all};
+use vibrissa::census::cases::{QUICK, all};
 use vibrissa::census::verify::{self, Case, CensusNews};
 use vibrissa::census::{Taps, present};
 use vibrissa::evaluate::{Evaluator, Outcome};

@@ -173,7 +173,7 @@ fn an_effect_described_once_is_read_explained_left_off_and_verified() {
     let model = spec::keys::section("model");
     let keys = model.names();
     let example = |key| model.key(key).expect("a key").example;
-    let verified = vibrissa::census::configuration::all();
+    let verified = vibrissa::census::cases::all();
     for term in &TERMS {
         assert!(keys.contains(&term.key), "{}", term.key);
         let rest = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 5\n";

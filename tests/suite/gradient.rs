@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::built::{case, cases};
-use vibrissa::census::{configuration, hard};
+use vibrissa::census::cases;
 use vibrissa::design::Design;
 use vibrissa::evaluate::{self, Evaluator, Input, Method, OUTPUTS, Outcome, Task};
 use vibrissa::scene::{Clamp, Property, Setup, Tuple};
@@ -188,12 +188,12 @@ fn count() -> u32 {
 fn derivatives_are_those_of_the_reference() {
     let (mut all, mut told) = (0, 0);
     let wanted = std::env::var("VIBRISSA_GRADIENT_MODEL").ok();
-    for one in configuration::all().iter().filter(|c| wanted.as_ref().is_none_or(|w| w == c.name)) {
+    for one in cases::all().iter().filter(|c| wanted.as_ref().is_none_or(|w| w == c.name)) {
         let setup = one.setup.clone();
         // The first tap's gauge begins at the clamp, which a solid does not allow.
-        let mut these = hard::random(setup.drive, setup.hub > 0.0, 1 + count(), 3).split_off(1);
+        let mut these = cases::random(setup.drive, setup.hub > 0.0, 1 + count(), 3).split_off(1);
         if count() > 1 {
-            these.extend(hard::hard(&setup));
+            these.extend(cases::hard(&setup));
         }
         if setup.gauge.foil.is_some() {
             // Few random whiskers are long enough for a foil.
@@ -201,7 +201,7 @@ fn derivatives_are_those_of_the_reference() {
             these.push(Tuple { a: 33.0, drive: 4.0, ..whisker });
         }
         if setup.gauge.second {
-            hard::tilt(&mut these, 5);
+            cases::tilt(&mut these, 5);
         }
         let [n, k] = check(one.name, &setup, &these);
         (all, told) = (all + n, told + k);
@@ -221,7 +221,7 @@ fn derivatives_of_built_whiskers_are_those_of_the_reference() {
 }
 
 fn named(name: &str) -> Setup {
-    configuration::all().iter().find(|c| c.name == name).expect("a model").setup.clone()
+    cases::all().iter().find(|c| c.name == name).expect("a model").setup.clone()
 }
 
 /// The tap is off the reference's equilibrium by 5e-11, as a kernel's is.

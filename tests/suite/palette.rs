@@ -1,6 +1,6 @@
 //! Colours of figures and pages: distinct for every kind of sight, on white and on a page's dark ground.
 
-use vibrissa::figure::{COLOURS, DARK, MAP_DARK};
+use vibrissa::figure::LOOK;
 
 type Linear = [f64; 3];
 
@@ -52,15 +52,17 @@ fn least(colours: &[&str; 8]) -> [f64; 4] {
 #[test]
 fn no_two_colours_look_the_same_to_any_reader() {
     // The colours were chosen by CIEDE2000; these are their plain CIELAB distances.
-    for (colours, told) in [(COLOURS, [26.4, 17.9, 9.7, 16.1]), (DARK, [42.6, 21.7, 18.8, 18.9])] {
+    let [white, dark] =
+        [&LOOK.colours.light, &LOOK.colours.dark].map(|all| all.each_ref().map(String::as_str));
+    for (colours, told) in [(white, [26.4, 17.9, 9.7, 16.1]), (dark, [42.6, 21.7, 18.8, 18.9])] {
         let found = least(&colours);
         assert!(found.iter().zip(told).all(|(x, told)| (x - told).abs() < 0.1), "{found:?}, told {told:?}");
     }
     let light = |c: Linear| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2] + 0.05;
     let ground =
         include_str!("../../pages/report/report.css").split("--ground: ").nth(2).expect("the dark ground");
-    let map = MAP_DARK.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
-    for (colours, least) in [(&DARK[..], 4.5), (&map.each_ref().map(String::as_str)[..], 4.0)] {
+    let map = LOOK.map.dark.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
+    for (colours, least) in [(&dark[..], 4.5), (&map.each_ref().map(String::as_str)[..], 4.0)] {
         let contrasts = colours.iter().map(|c| light(linear(c)) / light(linear(&ground[..7])));
         assert!(contrasts.clone().all(|x| x >= least), "{:?}", contrasts.collect::<Vec<_>>());
     }

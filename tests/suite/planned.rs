@@ -6,7 +6,7 @@ use crate::common::program::{Desk, SPEC, large};
 use crate::common::specs::parse;
 use crate::common::world::{GUARD, shell};
 use vibrissa::backend::PAYS;
-use vibrissa::plan::pays::of_study;
+use vibrissa::plan::of_study;
 use vibrissa::scene::{Precision, RunOptions};
 
 const WHISKERS: &str = "[whisker]\nD = { from = 8, to = 12, steps = 400 }\nd = { from = 2, to = 7, steps = 400 }\nL_a = 50\n\

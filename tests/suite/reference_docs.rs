@@ -9,7 +9,7 @@ use crate::common::keys;
 use crate::common::program::{Desk, SPEC};
 use vibrissa::census::compare::{FAULTS, QUANTITIES};
 use vibrissa::reference::Topic;
-use vibrissa::sink::fact::{Fact, Only};
+use vibrissa::sink::heading::{Fact, Only};
 use vibrissa::sink::heading::{HEADINGS, heading};
 use vibrissa::spec::keys::{Key, Section, inline, section, sections};
 use vibrissa::status::Status;

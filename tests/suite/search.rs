@@ -3,7 +3,7 @@
 use crate::common::searching::{brute, dense, search};
 use crate::common::sweeping::{CPU, GPU, Place};
 use nalgebra::{DMatrix, DVector};
-use vibrissa::optimise::quadratic::{Quadratic, Stencil, step};
+use vibrissa::optimise::polish::{Quadratic, Stencil, step};
 use vibrissa::optimise::score::{Goal, Limit, Score};
 
 const TAPS: &str = "[tap]\na = { from = 21, to = 48, step = 3 }\n";

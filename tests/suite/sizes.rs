@@ -9,7 +9,7 @@ use crate::common::specs;
 use crate::common::sweeping::{
     CPU, CPU_F64, GPU, Place, REFERENCE, Row, Table, number, sweep_into, sweep_with,
 };
-use vibrissa::census::hard::random;
+use vibrissa::census::cases::random;
 use vibrissa::plan::CHUNK;
 use vibrissa::scene::{Precision, Tuple};
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use vibrissa::census::Taps;
-use vibrissa::census::configuration::{Configuration, HUB, all as configured};
+use vibrissa::census::cases::{Configuration, HUB, all as configured};
 use vibrissa::chart::ranges::Wanted;
 use vibrissa::chart::{ranker::Ranker, reader::Reader};
 

@@ -5,12 +5,9 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-use super::axis::AxisItem;
 use super::properties::{first, is_axis, searched};
-use super::reader::{Document, Item, Result};
-use super::sections::{Section, Sections};
 use super::table::{self, Columns, Source};
-use super::{channels, keys};
+use super::{AxisItem, Document, Item, Result, Section, Sections, channels, keys};
 use crate::design::MOST;
 use crate::error::InputError;
 use crate::scene::built::{Built, Inner, Profile, Root};

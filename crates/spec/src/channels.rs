@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::keys::Key;
-use super::reader::{Item, Result};
-use super::sections::{Section, Sections};
+use super::{Item, Result, Section, Sections};
 use crate::scene::channels::{MOST_CHANNELS, SOURCES};
 use crate::scene::{Channels, Setup, Signal, Theory};
 

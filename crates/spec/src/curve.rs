@@ -2,18 +2,15 @@
 
 use std::path::Path;
 
-use super::axis::AxisItem;
-use super::reader::{Document, Item, Result};
-use super::sections::Sections;
-use super::table::{Columns, Source};
-use super::{properties, table};
+use super::table::{self, Columns, Source};
+use super::{AxisItem, Document, Item, Result, Sections, properties};
 use crate::error::InputError;
 use crate::physics::body::rest;
 use crate::physics::fit::{STRAIN, STRESS, yeoh};
 use crate::physics::inverse::bracketed;
 use crate::scene::built::Built;
 use crate::scene::{Axis, Column, MaterialFit, Property, Space};
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 use crate::text_file::{Limit, TextFile};
 
 const LEAST: usize = 5;

@@ -1,9 +1,7 @@
 //! Checks that the built whiskers of a spec can exist, and warns where their equations are incomplete.
 
-use super::axis::AxisItem;
 use super::properties::corners;
-use super::reader::Result;
-use super::sections::Sections;
+use super::{AxisItem, Result, Sections};
 use crate::physics::body::Body;
 use crate::scene::{Column, Drive, Property, Setup, Spec};
 

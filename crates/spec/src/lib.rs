@@ -1,7 +1,6 @@
 //! Specs: a TOML file becomes a [`Spec`], or an [`InputError`] with place and reason. `keys` reads the descriptions in `keys.toml`, `sections`
 //! refuses unknown keys, `reader` gives values with their places, `usual` warns about unusual numbers; the other modules read and check a part each.
 
-mod axis;
 mod built;
 mod channels;
 mod curve;
@@ -12,7 +11,6 @@ mod optimise;
 mod properties;
 mod reader;
 mod sections;
-mod solid;
 mod space;
 mod table;
 mod tuple_file;
@@ -31,14 +29,13 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
 use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study};
-use crate::sink::format::TableFormat;
-use crate::sink::frame::Frame;
+use crate::sink::{Frame, TableFormat};
 use crate::text_file::{Limit, TextFile};
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
-pub use reader::Item;
-pub use reader::placed;
+use properties::AxisItem;
 use reader::{Document, Result};
-use sections::Sections;
+pub use reader::{Item, placed};
+use sections::{Section, Sections};
 pub use usual::of_taps as unusual_taps;
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
@@ -113,7 +110,7 @@ fn of_user(
     let hub = properties::first(&sections.section("whisker").get("hub")?)?;
     let section = sections.section("gauge");
     let mut gauge: Gauge = section.read()?;
-    gauge.foil = section.optional("foil", solid::foil)?;
+    gauge.foil = section.optional("foil", model::foil)?;
     let (model, fit) = model::read(sections, base)?;
     let estimate: Estimate = sections.section("estimate").read()?;
     let section = sections.section("output");
@@ -167,12 +164,12 @@ fn of_user(
         warnings: sections.warnings.take(),
         several: properties::places(&properties),
     };
-    solid::fits(sections, &spec)?;
+    model::fits(sections, &spec)?;
     fits::fits(sections, &spec, &properties)?;
     let doubts = [
         fits::doubts(&spec),
         usual::of_spec(sections, |name| name != "optimise"),
-        solid::doubts(sections, &spec),
+        model::doubts(sections, &spec),
     ];
     spec.warnings.extend(doubts.into_iter().flatten());
     Ok(spec)

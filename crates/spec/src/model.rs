@@ -1,13 +1,16 @@
-//! `[model]`.
+//! `[model]`, with `solid`, and `[gauge] foil`: what they exclude, and warnings outside their tested range (model §8).
 
 use std::path::Path;
+use std::sync::LazyLock;
 
-use super::curve;
 use super::properties::first;
-use super::reader::{Item, Result};
-use super::sections::Sections;
+use super::{Item, Result, Sections, curve};
 use crate::evaluated::both;
-use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, Setup, TERMS, Term, Theory};
+use crate::physics::solid::Held;
+use crate::scene::{
+    Amount, Clamp, Column, Contact, Drive, Foil, Geometry, Material, MaterialFit, Model, Property, Setup,
+    Spec, TERMS, Term, Theory,
+};
 
 pub(super) fn read(sections: &Sections<'_>, base: &Path) -> Result<(Model, Option<MaterialFit>)> {
     let section = sections.section("model");
@@ -135,4 +138,181 @@ pub(super) fn check_second_gauge(sections: &Sections<'_>, setup: &Setup) -> Resu
     let Some(why) = both::forbids(setup.model.contact).filter(|_| inverts) else { return Ok(()) };
     let theory = sections.section("estimate").get("theory")?;
     theory.refuse(why, "\"euler-bernoulli\" or \"timoshenko\"; second = false in [gauge]; or contact = \"frictionless\" in [model]")
+}
+
+pub(super) const ALL: &str = r#"[model]
+shear = true
+extension = true
+surface = true
+clamp = "bonded"
+indentation = true
+section = "distorting"
+"#;
+
+/// Foils by name, with base length and width of their data sheet, mm. Stiffness of some 33 µm of polyimide, 3 GPa.
+const NAMED: [(&str, Foil); 1] =
+    [("KFGS-2-120", Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None })];
+
+pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
+    if item.value.as_str().is_some() {
+        return item.word(&NAMED);
+    }
+    if !item.value.is_table() {
+        return item.wrong("this is not a foil");
+    }
+    item.only_known()?;
+    let [length, width] = [item.needs("length")?.ranged()?, item.needs("width")?.ranged()?];
+    let strain_limit = item.child("strain_limit").map(|v| v.ranged()).transpose()?;
+    let stiffness = match (item.child("stiffness"), item.child("thickness"), item.child("modulus")) {
+        (Some(stiffness), None, None) => first(&stiffness)?,
+        (None, Some(thickness), Some(modulus)) => {
+            let stiffness = thickness.ranged()? * modulus.ranged()?;
+            let about = Property::Foil.about();
+            if !about.range.holds(stiffness) {
+                let message = format!("thickness times modulus is {stiffness} N/mm");
+                return modulus.refuse(message, about.allowed);
+            }
+            stiffness
+        }
+        (Some(stiffness), ..) => {
+            let message = "a foil has a stiffness, or a thickness and a modulus, not both";
+            return stiffness.refuse(message, item.allowed());
+        }
+        _ => return item.wrong("a foil needs a stiffness, or a thickness and a modulus"),
+    };
+    Ok(Foil { stiffness, length, width, strain_limit })
+}
+
+pub(super) fn is_asked(user: &toml::de::DeTable<'_>) -> bool {
+    let model = user.get("model").and_then(|model| model.get_ref().as_table());
+    model.and_then(|model| model.get("solid")).and_then(|solid| solid.get_ref().as_bool()) == Some(true)
+}
+
+pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Result<()> {
+    let (model, gauge) = (&setup.model, &setup.gauge);
+    let on = |term: &&Term| (term.get)(model).is_on();
+    if gauge.second
+        && let Some((term, why)) = TERMS.iter().filter(on).find_map(|term| Some((term, term.upright?)))
+    {
+        let item = sections.section("model").get(term.key)?;
+        return item.refuse(why, format!("{}, or second = false in [gauge]", term.off()));
+    }
+    if gauge.foil.is_none() {
+        return Ok(());
+    }
+    let item = sections.section("gauge").get("foil")?;
+    let why = match () {
+        () if model.geometry == Geometry::Linear => {
+            ("linear theory has no foil", "geometry = \"exact\" in [model]")
+        }
+        () if model.contact != Contact::Frictionless => {
+            ("a foil has been computed without friction only", "contact = \"frictionless\" in [model]")
+        }
+        () if gauge.second => ("a foil has been computed for one gauge only", "second = false"),
+        () if tilts => ("a foil has been computed for upright edges only", "no tilt and no lean in [tap]"),
+        () => return Ok(()),
+    };
+    item.refuse(why.0, format!("no foil, or {}", why.1))
+}
+
+fn ends(spec: &Spec, column: Column) -> Option<[f64; 2]> {
+    spec.study.space.axis(column).map(|axis| [axis.min(), axis.max()])
+}
+
+/// Refuses a gauge inside the clamp of every whisker, and a foil that none can carry: over its clamp, beyond its tip, or too wide or short.
+pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
+    let setup = &spec.study.setup;
+    let columns = [Column::BaseDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
+    let [Some(base), Some(length), Some(place), Some(grid)] = columns.map(|column| ends(spec, column)) else {
+        return Ok(());
+    };
+    if sections.section("optimise").written("variables").is_some() {
+        return Ok(()); // A search skips designs that cannot carry it.
+    }
+    let c0 = Held::new(&setup.model).c0;
+    if place[1] < c0 * base[0] && setup.is_plain() {
+        let item = sections.section("gauge").get("x_ss")?;
+        let why = format!("the gauge begins inside its clamp, which holds the whisker up to {c0} D");
+        return item.refuse(why, format!("x_ss ≥ {:.4} mm, or clamp = \"rigid\"", c0 * base[0]));
+    }
+    let Some(foil) = setup.gauge.foil else { return Ok(()) };
+    let half = 0.5 * foil.length;
+    let (nearest, farthest) = (place[0] + 0.5 * grid[0], place[1] + 0.5 * grid[1]);
+    let item = sections.section("gauge").get("foil")?;
+    let wrong = match () {
+        () if foil.length < grid[0] => format!(
+            "a foil of {} mm is shorter than its grid of {} mm: is it written in metres?",
+            foil.length, grid[0]
+        ),
+        () if foil.width > std::f64::consts::PI * base[1] => {
+            format!("a foil of {} mm is wider than the skin of the whisker is round", foil.width)
+        }
+        () if farthest < half => format!(
+            "the foil reaches over the clamp: its middle is at most {farthest} mm from there, and it is {} mm long",
+            foil.length
+        ),
+        () if nearest + half > length[1] => format!(
+            "the foil ends beyond the whisker: its middle is at least {nearest} mm from the clamp, it is {} mm long, and the largest L_a is {} mm",
+            foil.length, length[1]
+        ),
+        () => return Ok(()),
+    };
+    item.refuse(wrong, "a foil between the clamp and the tip, centred on the grid")
+}
+
+pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
+    static WORDS: LazyLock<toml::Table> =
+        LazyLock::new(|| include_str!("tested.toml").parse().expect("tested.toml is TOML"));
+    let Setup { model, gauge, .. } = &spec.study.setup;
+    let [Some(base), Some(tip), Some(length), Some(place), Some(grid), Some(a), _, _, Some(drive)] =
+        Column::ALL.map(|column| ends(spec, column))
+    else {
+        return Vec::new();
+    };
+    // A rig of a calibration has no distances.
+    let tapped = sections.section("tap").written("a").is_some();
+    let held = model.clamp != Clamp::Rigid;
+    let slender = tip[0] < 0.1 * base[1] || tip[1] > 1.2 * base[0];
+    let near = match model.clamp {
+        Clamp::Bonded => 0.24,
+        Clamp::Glued => 0.45,
+        _ => f64::INFINITY,
+    };
+    let poles = [0.15 * tip[0].min(base[0]), 1.5 * base[1]];
+    let [least, most] = match spec.study.setup.drive {
+        Drive::Angle => drive,
+        Drive::Displacement => [drive[0] / a[1], drive[1] / a[0]].map(|x| x.atan().to_degrees()),
+    };
+    // Without indentation small angles are the linear limit, which was tested.
+    let small = model.indentation && least < 0.5 * (1.0 - 1e-9);
+    let any = held || model.indentation || model.distorting || gauge.foil.is_some();
+    let mut all = vec![
+        ("clamp_contact", held && tapped && a[0] < 1.8 * base[1]),
+        ("clamp_length", held && length[0] < 2.5 * base[1]),
+        ("clamp_taper", held && slender),
+        ("clamp_nu", held && model.nu < 0.3),
+        ("clamp_shear", held && !model.shear),
+        ("indentation_pole", model.indentation && !(poles[0]..=poles[1]).contains(&model.pole_radius)),
+        ("section_contact", model.distorting && tapped && a[0] - place[1] < 1.2 * base[1]),
+        ("section_clamp", model.distorting && near.is_infinite()),
+        ("section_gauge", model.distorting && near.is_finite() && place[0] < near * base[1]),
+        ("angles", tapped && (small || any && most > 10.0 * (1.0 + 1e-9))),
+    ];
+    if let Some(foil) = &gauge.foil {
+        let half = 0.5 * foil.length;
+        let [begins, stops] = [place[0] + 0.5 * grid[0] - half, place[1] + 0.5 * grid[1] + half];
+        let beyond = |x: f64, range: [f64; 2]| x / base[1] < range[0] || x / base[0] > range[1];
+        let wide = beyond(foil.width, [0.15, 0.5]);
+        all.extend([
+            ("foil_contact", tapped && a[0] < stops + base[1]),
+            ("foil_begin", begins < 0.1 * base[1]),
+            ("foil_width_near", beyond(foil.width, [0.22, 0.34]) && !wide),
+            ("foil_width", wide),
+            ("foil_soft", foil.stiffness < 1.0),
+            ("foil_length", beyond(foil.length, [0.4, 1.0])),
+            ("foil_stiffness", beyond(foil.stiffness / model.material.e0(), [3e-4, 6.3])),
+        ]);
+    }
+    let words = |(key, _)| format!("{} (docs/model.md §8)", WORDS[key].as_str().unwrap_or_default());
+    all.into_iter().filter(|(_, beyond)| *beyond).map(words).collect()
 }

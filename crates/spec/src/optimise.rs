@@ -1,13 +1,12 @@
 //! `[optimise]`.
 
 use super::properties::{known, names, unsure, variable, varied, vary};
-use super::reader::{Item, Result};
-use super::sections::{Section, Sections};
 use super::space::{self, ColumnKey, keys};
-use crate::scene::search::{
-    Budget, Calibrated, Limits, Measure, Objective, Quantity, Robust, Search, Variable,
+use super::{Item, Result, Section, Sections};
+use crate::scene::{
+    Budget, COLUMNS, Calibrated, Column, Drive, Limits, Measure, Objective, Quantity, Robust, Search, Spec,
+    Theory, Variable,
 };
-use crate::scene::{COLUMNS, Column, Drive, Spec, Theory};
 
 pub(super) const SEARCHED: &str = "[optimise]\n";
 

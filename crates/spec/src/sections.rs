@@ -6,8 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::reader::{Document, Item, Result};
-use super::{keys, solid};
+use super::{Document, Item, Result, keys, model};
 use crate::error::InputError;
 use crate::scene::{Estimate, Output, RankBy, Theory};
 
@@ -87,7 +86,7 @@ impl<'a> Section<'a> {
 /// Values in force for keys that are left out, before the defaults of `keys.toml`: TOML of `texts`, of which later ones win.
 pub(super) fn more<'m>(texts: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
     let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
-    let mut all = table(if solid::is_asked(user) { solid::ALL } else { "" });
+    let mut all = table(if model::is_asked(user) { model::ALL } else { "" });
     for (name, section) in texts.iter().copied().flat_map(table) {
         match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.get_ref()) {
             (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added.clone()),

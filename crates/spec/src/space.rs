@@ -3,13 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::axis::AxisItem;
-use super::reader::{Item, Result};
-use super::sections::Sections;
-use super::{properties, tuple_file};
+use super::{AxisItem, Item, Result, Sections, properties, tuple_file};
 use crate::scene::space::MOST_TAPS;
 use crate::scene::{COLUMNS, Column, Drive, Listed, Property, Rigs, Space};
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 
 pub(super) type ColumnKey = (&'static str, &'static str, Column);
 

@@ -4,12 +4,11 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::reader::{Document, Item, Result};
+use super::{Document, Item, Result};
 use crate::design::MOST;
 use crate::error::{InputError, nearest};
 use crate::fields::{Decimals, separator};
-use crate::sink::frame::Frame;
-use crate::sink::lab::{LabCell, LabRow};
+use crate::sink::{Frame, LabCell, LabRow};
 use crate::text_file::{LINE, Limit, TextFile, refused};
 
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str, limit: Limit) -> Result<(String, String)> {

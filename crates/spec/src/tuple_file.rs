@@ -4,21 +4,16 @@ use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::axis::AxisItem;
-use super::properties;
-use super::reader::{Item, Result};
-use super::sections::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header, Source};
-use super::usual;
+use super::{AxisItem, Item, Result, Sections, properties, usual};
 use crate::error::InputError;
 use crate::fields::separator;
 use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;
 use crate::scene::space::MOST_TAPS;
 use crate::scene::{Axis, COLUMNS, Column, Drive, Listed, Property, Rigs, Space, Tuple};
-use crate::sink::frame::Frame;
-use crate::sink::table::WHISKER;
+use crate::sink::{Frame, WHISKER};
 use crate::text_file::{Limit, TextFile, refused, unread};
 
 const WHAT: &str = "tuple";

@@ -8,8 +8,7 @@ use serde::de::{
 
 use super::keys::Form;
 use super::properties::first;
-use super::reader::{Item, Result};
-use super::sections::Section;
+use super::{Item, Result, Section};
 use crate::error::InputError;
 
 /// An error that passes through serde.

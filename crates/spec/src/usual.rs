@@ -2,10 +2,7 @@
 //!
 //! The ranges hold rats' whiskers (D 0.2 mm, L_a 40 mm), rubber rods of 30 mm by 300 mm, and moduli from gelatine to tungsten.
 
-use super::keys;
-use super::reader::Item;
-use super::sections::{Section, Sections};
-use super::space;
+use super::{Item, Section, Sections, keys, space};
 use crate::design::MOST;
 use crate::error::InputError;
 use crate::fields::plain;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::fact::kind;
+use super::heading::kind;
 use super::values::{Field, Values};
 use crate::error::{Error, InputError};
 

@@ -5,12 +5,10 @@ use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Read;
 
-use super::fact::Kind;
 use super::fields::{fields, number, plain, separator};
-use super::folder::hash;
-use super::frame::Frame;
-use super::values::{Field, Values};
+use super::heading::Kind;
 use crate::error::Error;
+use crate::{Field, Frame, Values, hash};
 
 /// A source of rows.
 #[derive(Debug, Clone, Copy)]

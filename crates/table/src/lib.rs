@@ -1,9 +1,7 @@
 //! Output: tables, the result folder, `run.json`.
 
-pub mod fact;
 pub mod fields;
 pub mod folder;
-pub mod format;
 pub mod frame;
 pub mod heading;
 pub mod lab;
@@ -16,6 +14,15 @@ pub mod sheet;
 pub mod table;
 pub mod text_file;
 pub mod values;
+
+pub use folder::{Folder, Question, Written, hash};
+pub use frame::Frame;
+pub use heading::heading;
+pub use lab::{LabCell, LabRow, LabTable};
+pub use shard::Shard;
+pub use sheet::{Sheet, TableFormat};
+pub use table::{AtDistance, AtDrive, Table, TapRow, WHISKER, drive_unit};
+pub use values::{Field, Values};
 
 pub(crate) use vibrissa_core::{combinations, design, error, estimate, reduce, scene, status};
 pub(crate) use vibrissa_evaluate::{evaluate, statistics};

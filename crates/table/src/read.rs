@@ -5,12 +5,11 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::fact::{Kind, fact};
-use super::frame::Frame;
+use super::heading::{Kind, fact};
 use super::parquet;
 use super::text_file::{Limit, TextFile, refused};
-use super::values::Values;
 use crate::error::{Error, InputError};
+use crate::{Frame, Values};
 
 /// Largest number of rows read into memory.
 pub const MOST_ROWS: usize = 5_000_000;

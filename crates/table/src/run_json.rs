@@ -3,11 +3,10 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::folder::hash;
-use super::table::WHISKER;
 use crate::combinations::Combinations;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::{Column, Spec, Study};
+use crate::{WHISKER, hash};
 
 /// Version of the result format.
 pub const FORMAT: u32 = 1;

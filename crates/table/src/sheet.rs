@@ -1,21 +1,22 @@
-//! A table being written in its format, also continued after a stop. Each step fails if the file cannot be written.
+//! Formats of tables, and a table being written in one, also continued after a stop. Each step fails if the file cannot be written.
 
 use rayon::prelude::*;
 
 use super::folder::{Listed, Output};
-use super::format::TableFormat;
-use super::frame::Frame;
 use super::parquet::{self, More};
+use crate::Frame;
 use crate::error::Error;
 
 const TOGETHER: usize = 32;
 
-/// A table that is being written to its file.
+/// A table that is being written to its file, or collected in memory.
 pub enum Sheet {
     /// Comma-separated text.
     Csv(Box<Output>),
     /// Apache Parquet.
     Parquet(Box<parquet::Writer>),
+    /// No file.
+    Memory(Frame),
 }
 
 impl Sheet {
@@ -39,14 +40,13 @@ impl Sheet {
         })
     }
 
-    /// Position in the file, and the state that Parquet needs to continue.
-    pub fn mark(&mut self) -> Result<(Listed, Option<More>), Error> {
-        let file = self.output().mark()?;
-        let more = match self {
-            Self::Csv(_) => None,
-            Self::Parquet(writer) => Some(writer.more()?),
-        };
-        Ok((file, more))
+    /// Position in the file, if there is one, and the state that Parquet needs to continue.
+    pub fn mark(&mut self) -> Result<Option<(Listed, Option<More>)>, Error> {
+        Ok(match self {
+            Self::Csv(output) => Some((output.mark()?, None)),
+            Self::Parquet(writer) => Some((writer.output().mark()?, Some(writer.more()?))),
+            Self::Memory(_) => None,
+        })
     }
 
     /// Appends the rows of `pieces`; their text is made in parallel.
@@ -57,22 +57,48 @@ impl Sheet {
                 texts.iter().try_for_each(|text| output.write(text))
             }),
             Self::Parquet(writer) => pieces.iter().try_for_each(|piece| writer.write(piece, 0..piece.len())),
+            Self::Memory(all) => pieces.iter().try_for_each(|piece| all.extend(piece, 0..piece.len())),
         }
     }
 
-    /// The file being written.
-    pub fn output(&mut self) -> &mut Output {
+    /// Completes and closes the file, or returns the table in memory.
+    pub fn close(self) -> Result<Option<Frame>, Error> {
         match self {
-            Self::Csv(output) => output,
-            Self::Parquet(writer) => writer.output(),
+            Self::Csv(output) => output.close()?,
+            Self::Parquet(writer) => writer.close()?,
+            Self::Memory(all) => return Ok(Some(all)),
+        }
+        Ok(None)
+    }
+}
+
+vibrissa_core::words! {
+    /// Format of written tables; its word is also the file extension.
+    TableFormat {
+        /// Comma-separated text.
+        Csv = "csv",
+        /// Apache Parquet: the same columns, typed and compressed.
+        Parquet = "parquet",
+    }
+}
+
+impl TableFormat {
+    /// Approximate size of a table relative to CSV, measured on `sweeps/million.toml`.
+    pub fn share(self) -> f64 {
+        match self {
+            Self::Csv => 1.0,
+            Self::Parquet => 0.25,
         }
     }
 
-    /// Completes and closes the file.
-    pub fn close(self) -> Result<(), Error> {
-        match self {
-            Self::Csv(output) => output.close(),
-            Self::Parquet(writer) => writer.close(),
-        }
+    /// The format with this word; CSV for any other word.
+    pub fn named(word: &str) -> Self {
+        Self::WORDS.iter().find(|(name, _)| *name == word).map_or(Self::Csv, |(_, format)| *format)
+    }
+
+    /// The format in force in a spec; CSV by default.
+    pub fn of(spec: &crate::scene::Spec) -> Self {
+        let value = spec.in_force.iter().find(|(key, ..)| key == "output.format");
+        Self::named(value.map_or("csv", |(_, value, _)| value.trim_matches('"')))
     }
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde_json::Value;
 
-use super::fact::Kind;
+use super::heading::Kind;
 use crate::error::Error;
 use crate::status::Status;
 

@@ -15,8 +15,7 @@ use vibrissa::scene::RunOptions;
 use super::error::{self, keywords};
 use super::job;
 use super::spec::unread;
-use super::table::Table;
-use super::table::{FileGiven, TableGiven, frame};
+use super::table::{FileGiven, Table, TableGiven, frame};
 
 /// A step of a search: evaluations, remaining budget, start, stage, best design (D, d, L_a, x_ss, l, drive), objective, and true if it keeps the
 /// limits.

@@ -1,10 +1,12 @@
-//! `vibrissa.devices`, and the child process that tests GPU drivers.
+//! `vibrissa.devices`, the child process that tests GPU drivers, and words that users say.
 
 use pyo3::prelude::*;
 use serde_json::json;
 use vibrissa::backend::{self, Choice};
 use vibrissa::kernel::gpu;
+use vibrissa::recommend;
 use vibrissa::scene::RunOptions;
+use vibrissa::status::Status;
 
 use super::job;
 
@@ -40,4 +42,13 @@ pub fn devices(py: Python<'_>) -> PyResult<String> {
         all["auto"] = json!(Choice::new(&RunOptions::default())?.backend);
         Ok(all.to_string())
     })
+}
+
+/// The place of the row that is recommended: of `values`, smaller is better; `codes` are places in `words`, those of the taps of each row.
+#[pyfunction]
+pub fn recommended(values: Vec<f64>, codes: Vec<i32>, words: Vec<String>) -> Option<usize> {
+    let words: Vec<Status> = words.iter().map(|words| Status::of_words(words)).collect();
+    let of =
+        |code: i32| usize::try_from(code).ok().and_then(|code| words.get(code).copied()).unwrap_or_default();
+    recommend::recommended(codes.into_iter().map(of).zip(values)).map(|(place, _)| place)
 }

@@ -8,7 +8,6 @@ mod machine;
 mod spec;
 mod table;
 mod taps;
-mod words;
 
 use pyo3::prelude::*;
 
@@ -20,11 +19,10 @@ mod _native {
         command::run,
         job::forked,
         locate::Locator,
-        machine::{answer, ask_drivers_by, devices, left_behind},
+        machine::{answer, ask_drivers_by, devices, left_behind, recommended},
         spec::{fit_material, read_columns, units},
         table::Table,
         taps::Taps,
-        words::recommended,
     };
     use pyo3::prelude::*;
 

@@ -22,9 +22,9 @@ use vibrissa::command::Content;
 use vibrissa::error::Error;
 use vibrissa::measure::Data;
 use vibrissa::scene::{Column, Drive, RankBy};
-use vibrissa::sink::fact::{Kind, fact};
-use vibrissa::sink::frame::Frame;
-use vibrissa::sink::values::{Values, Words};
+use vibrissa::sink::heading::{Kind, fact};
+use vibrissa::sink::values::Words;
+use vibrissa::sink::{Frame, Values};
 
 /// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
 /// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN

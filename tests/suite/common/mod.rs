@@ -17,7 +17,7 @@ pub mod specs;
 pub mod sweeping;
 pub mod world;
 
-use vibrissa::census::configuration::all;
+use vibrissa::census::cases::all;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::model::{Drive, Material, Model, Side};

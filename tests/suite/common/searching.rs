@@ -5,7 +5,7 @@ use std::path::Path;
 use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::score::{Goal, Score};
 use vibrissa::optimise::session::Found;
-use vibrissa::optimise::variables::Variables;
+use vibrissa::optimise::session::Variables;
 use vibrissa::optimise::{self, Report, Step, Watch};
 use vibrissa::progress::NEVER;
 use vibrissa::scene::Layout;

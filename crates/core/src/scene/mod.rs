@@ -57,7 +57,8 @@ pub use model::{
 };
 pub use property::{PROPERTIES, Property, Rigs};
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions};
-pub use search::Search;
+pub use sampler::Sampler;
+pub use search::{Budget, Calibrated, Limits, Measure, Objective, Quantity, Robust, Search, Variable};
 pub use space::{COLUMNS, Column, Direction, Factor, Space, Tuple};
 pub use term::{Amount, Term};
 

@@ -13,9 +13,9 @@ use crate::measure::Names;
 use crate::measure::columns::missing;
 use crate::measure::header::Sheet;
 use crate::measure::skin::Skin;
-use crate::sink::fact::kind;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
+use crate::sink::heading::kind;
 use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::values::{Field, Values};
 

@@ -12,8 +12,8 @@ use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
 
 use crate::error::{Error, InputError};
-use crate::fact::Kind;
 use crate::frame::Frame;
+use crate::heading::Kind;
 use crate::kernel::gpu::quietly;
 use crate::values::{Values, Words};
 

@@ -1,51 +1,153 @@
-//! Marks in a panel.
+//! Data of a figure, its panels and their marks, independent of paper and pixels; the page receives it as JSON.
 
 use serde::Serialize;
 
-use super::Axis;
 use crate::figure::series;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Marker {
-    /// ●
-    Circle,
-    /// ■
-    Square,
-    /// ▲
-    Triangle,
-    /// ◆
-    Diamond,
-    /// ▼
-    Down,
-    /// +
-    Plus,
-    /// ★
-    Star,
-    /// ⧗
-    Hourglass,
-    /// ×, for points that do not count
-    Cross,
-    /// ○, for the chosen point
-    Ring,
-    /// ↑, at the edge for a point beyond the axis
-    Arrow,
+/// Panels under one title.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figure {
+    /// File name without ending.
+    pub name: String,
+    pub title: String,
+    /// Description: content, source table, omissions.
+    pub caption: String,
+    pub panels: Vec<Panel>,
+    pub columns: usize,
+    /// Drawn instead of panels.
+    pub parallel: Option<Parallel>,
+}
+
+impl Figure {
+    /// A figure with at most three panels in a row.
+    pub fn new(name: &str, title: &str, caption: impl Into<String>, panels: Vec<Panel>) -> Self {
+        let columns = match panels.len() {
+            0 | 1 => 1,
+            2 | 4 => 2,
+            _ => 3,
+        };
+        let caption = caption.into();
+        Self { name: name.into(), title: title.into(), caption, panels, columns, parallel: None }
+    }
+
+    /// True if nothing would be drawn.
+    pub fn is_empty(&self) -> bool {
+        self.parallel.as_ref().is_none_or(|p| p.values.is_empty())
+            && self.panels.iter().all(|p| p.marks.iter().all(Mark::is_empty))
+    }
+}
+
+/// A pair of axes with marks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Panel {
+    pub title: String,
+    pub x: Axis,
+    pub y: Axis,
+    /// True for equal units in x and y.
+    pub to_scale: bool,
+    pub marks: Vec<Mark>,
+    /// Text in the key about points beyond the y axis; may be empty.
+    pub beyond: String,
+}
+
+impl Panel {
+    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
+        Self { title: title.into(), x, y, to_scale: false, marks: Vec::new(), beyond: String::new() }
+    }
+
+    pub fn map(&self) -> Option<&Cells> {
+        self.marks.iter().find_map(|m| if let Mark::Cells(c) = m { Some(c) } else { None })
+    }
+
+    /// Adds `mark` unless it is empty.
+    pub fn with(mut self, mark: Mark) -> Self {
+        if !mark.is_empty() {
+            self.marks.push(mark);
+        }
+        self
+    }
+}
+
+/// A quantity along an axis.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Axis {
+    /// Name and symbol.
+    pub label: String,
+    /// Unit; empty for a pure number.
+    pub unit: String,
+    pub log: bool,
+    /// Names of the places 0, 1, … for an axis without numbers, or with few values.
+    pub words: Vec<String>,
+    /// Ends of the axis, if not those of the data.
+    pub ends: Option<[f64; 2]>,
+}
+
+impl Axis {
+    pub fn new(label: &str, unit: &str) -> Self {
+        Self { label: label.into(), unit: unit.into(), ..Self::default() }
+    }
+
+    pub fn log(label: &str, unit: &str) -> Self {
+        Self { log: true, ..Self::new(label, unit) }
+    }
+
+    pub fn words(label: &str, words: Vec<String>) -> Self {
+        Self { words, ..Self::new(label, "") }
+    }
+
+    pub fn over(mut self, ends: [f64; 2]) -> Self {
+        self.ends = Some(ends);
+        self
+    }
+
+    pub fn text(&self) -> String {
+        if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
+    }
+}
+
+/// Parallel coordinates: a line for each row across all axes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parallel {
+    /// Axes from left to right.
+    pub axes: Vec<Axis>,
+    /// One row per line, with a value for each axis.
+    pub values: Vec<Vec<f64>>,
+    /// Index of the axis that gives the colour.
+    pub colour: usize,
+    pub muted: Vec<bool>,
+    /// Reason for grey, in the key.
+    pub why: String,
+}
+
+vibrissa_core::words! {
+    #[derive(Hash, Serialize)]
+    Marker {
+        /// ●
+        Circle = "circle",
+        /// ■
+        Square = "square",
+        /// ▲
+        Triangle = "triangle",
+        /// ◆
+        Diamond = "diamond",
+        /// ▼
+        Down = "down",
+        /// +
+        Plus = "plus",
+        /// ★
+        Star = "star",
+        /// ⧗
+        Hourglass = "hourglass",
+        /// ×, for points that do not count
+        Cross = "cross",
+        /// ○, for the chosen point
+        Ring = "ring",
+        /// ↑, at the edge for a point beyond the axis
+        Arrow = "arrow",
+    }
 }
 
 impl Marker {
-    /// Markers with corners or strokes, with their JSON names.
-    pub const DRAWN: [(&str, Self); 9] = [
-        ("square", Self::Square),
-        ("triangle", Self::Triangle),
-        ("diamond", Self::Diamond),
-        ("down", Self::Down),
-        ("plus", Self::Plus),
-        ("star", Self::Star),
-        ("hourglass", Self::Hourglass),
-        ("cross", Self::Cross),
-        ("arrow", Self::Arrow),
-    ];
-
     /// Markers of series, in order.
     pub const SERIES: [Self; 8] = [
         Self::Circle,
@@ -57,43 +159,6 @@ impl Marker {
         Self::Plus,
         Self::Hourglass,
     ];
-
-    /// Corners for radius 1, y downwards; empty for a circle, a ring and markers of strokes.
-    pub fn corners(self) -> &'static [[f64; 2]] {
-        match self {
-            Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
-            Self::Triangle => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
-            Self::Diamond => &[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]],
-            Self::Down => &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]],
-            // The inner corners of a five-pointed star are at 0.38 of its radius.
-            Self::Star => &[
-                [0.0, -1.5],
-                [0.34, -0.46],
-                [1.43, -0.46],
-                [0.54, 0.18],
-                [0.88, 1.21],
-                [0.0, 0.57],
-                [-0.88, 1.21],
-                [-0.54, 0.18],
-                [-1.43, -0.46],
-                [-0.34, -0.46],
-            ],
-            Self::Hourglass => &[[-1.0, -1.2], [1.0, -1.2], [-1.0, 1.2], [1.0, 1.2]],
-            Self::Arrow => {
-                &[[0.0, -1.6], [1.3, 0.1], [0.45, 0.1], [0.45, 1.6], [-0.45, 1.6], [-0.45, 0.1], [-1.3, 0.1]]
-            }
-            Self::Circle | Self::Plus | Self::Cross | Self::Ring => &[],
-        }
-    }
-
-    /// Strokes for radius 1.
-    pub fn strokes(self) -> &'static [[[f64; 2]; 2]] {
-        match self {
-            Self::Plus => &[[[-1.4, 0.0], [1.4, 0.0]], [[0.0, -1.4], [0.0, 1.4]]],
-            Self::Cross => &[[[-1.1, -1.1], [1.1, 1.1]], [[-1.1, 1.1], [1.1, -1.1]]],
-            _ => &[],
-        }
-    }
 }
 
 /// Points in the order of a table. NaN is a gap.
@@ -101,7 +166,7 @@ impl Marker {
 pub struct Path {
     /// Name in the key; equal names are one entry.
     pub name: String,
-    /// Index in [`COLOURS`](crate::figure::COLOURS).
+    /// Number of its colour in `look.toml`.
     pub colour: usize,
     pub x: Vec<f64>,
     pub y: Vec<f64>,
@@ -227,7 +292,12 @@ impl Mark {
 
     /// Points without bars, rows and notes.
     pub fn points(path: Path, marker: Marker) -> Self {
-        Self::Points { path, marker, error: Vec::new(), rows: Vec::new(), notes: Vec::new() }
+        Self::barred(path, marker, Vec::new())
+    }
+
+    /// Points with bars of half length `error`, without rows and notes.
+    pub fn barred(path: Path, marker: Marker, error: Vec<f64>) -> Self {
+        Self::Points { path, marker, error, rows: Vec::new(), notes: Vec::new() }
     }
 
     /// True if nothing would be drawn.

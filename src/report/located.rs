@@ -1,19 +1,17 @@
-//! The figure of a traced object.
+//! Figures of answered readings, and of a traced object.
 
-use super::answer;
-use super::content::Content;
-use super::quantity;
-use super::source::Source;
+use super::content::{SHOWN, points_of};
+use super::{Content, Source, answer, quantity};
 use crate::error::{Error, InputError};
 use crate::figure::{Figure, Mark, Marker, Panel, Path};
-use crate::sink::frame::Frame;
+use crate::sink::Frame;
 
 /// Most ellipses; of more points, every n-th has one.
 const ELLIPSES: usize = 150;
 const CORNERS: usize = 24;
 const WIDE: f64 = 2.0;
 
-pub fn content(source: &Source) -> Result<Content, Error> {
+pub fn of_contour(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (points, curve) = (source.table("points.csv")?, source.table("curve.csv")?);
     let kind = source.run["result"]["curve"]["kind"].as_str().unwrap_or("");
@@ -97,4 +95,39 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
         if outline.is_empty() { "" } else { "; dashed, the object as it was simulated" }
     );
     Ok(Figure::new("contour", "The object", caption, vec![around, panel]))
+}
+
+const DRAWN: usize = 4000;
+
+pub fn of_readings(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let table = source.table("located.csv")?;
+    let zeros = source.run["counts"]["zero_readings"].as_u64().map_or(0, |n| n as usize);
+    c.answer = answer::of_readings(&table, zeros)?;
+    let (line, distance, sigma) =
+        (table.numbers("line")?, table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
+    let answered = table.rows(|r| distance[r].is_finite());
+    let every = answered.len().div_ceil(DRAWN).max(1);
+    let drawn: Vec<usize> = answered.iter().copied().step_by(every).collect();
+    let of = |name: &str, colour, fine: bool, marker| {
+        let rows: Vec<usize> =
+            drawn.iter().copied().filter(|r| (table.word("status", *r) == "ok") == fine).collect();
+        let path = Path::new(name, colour, rows.iter().map(|r| (line[*r], distance[*r])));
+        points_of(&table, (path, marker), &rows, sigma, |r| table.word("status", r))
+    };
+    let panel = Panel::new("", quantity::axis("line"), quantity::axis("distance_mm"))
+        .with(of("distance ± σ", 0, true, Marker::Circle))
+        .with(of("with another word than ok", 1, false, Marker::Cross));
+    let left = if every > 1 { format!("; one in {every} is shown") } else { String::new() };
+    let caption = format!(
+        "Distance of each reading, with its standard deviation; {} of {} readings have one (located.csv){left}.",
+        answered.len(),
+        table.len().saturating_sub(zeros)
+    );
+    c.figure(Figure::new("located", "Distances", caption, vec![panel]));
+    if answered.is_empty() {
+        c.notes.push("no reading has a distance: see their status".to_owned());
+    }
+    c.first(&table, table.len() <= SHOWN);
+    Ok(c)
 }
