@@ -12,7 +12,7 @@ use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
 use crate::physics::taper::Taper;
-use crate::reduce::Sweeps;
+use crate::reduce::{Sweeps, range};
 use crate::scene::{Convention, Drive, Geometry, Layout, Per, RankBy, Setup, Study, Theory, Tuple};
 
 /// Taps below which charts do not pay.
@@ -62,10 +62,8 @@ pub struct Summary {
 impl Summary {
     /// Summary of `charts`.
     pub fn of(charts: &[DistanceChart], kind: Drive) -> Self {
-        let widest = |quantity: Quantity| {
-            let ranges = charts.iter().map(|c| c.axes()[quantity as usize].range);
-            ranges.fold([f64::INFINITY, f64::NEG_INFINITY], |all, r| [all[0].min(r[0]), all[1].max(r[1])])
-        };
+        let widest =
+            |quantity: Quantity| range(charts.iter().flat_map(|c| c.axes()[quantity as usize].range));
         let series = charts.iter().flat_map(|c| &c.branches).flat_map(|b| &b.series);
         Self {
             charts: charts.len(),
@@ -174,8 +172,7 @@ impl Scope {
         wanted: &Wanted,
         (tolerance, most): (f64, u64),
     ) -> Result<(Option<Self>, u64), SolveError> {
-        let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        let far = distances.iter().copied().fold(0.0, f64::max);
+        let [near, far] = range(distances.iter().copied());
         let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
         let Some((asked, width)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
             return Ok((None, 0));

@@ -39,7 +39,7 @@ use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::{Material, Model};
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::cpu::law::Law;
-use vibrissa_kernel::cpu::{Pack, Packed, UNFUSED, fused};
+use vibrissa_kernel::cpu::{Instructions, Pack, Packed, Plain, Set, Vectors};
 
 /// Effects of the model and of the whiskers, equal for all taps of a pack; an effect that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -256,22 +256,28 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     out
 }
 
-fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
-    #[cfg(target_arch = "x86_64")]
-    if fused() {
-        // SAFETY: the CPU has just been found to have both features.
-        return unsafe { block_avx2(job, taps) };
-    }
-    #[cfg(target_arch = "x86_64")]
-    return packs::<Pack<f64, 1, UNFUSED>, 1>(job, taps);
-    #[cfg(not(target_arch = "x86_64"))]
-    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::COMMON }>, LANES>(job, taps)
+/// The set of [`wide`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wide;
+
+// SAFETY: its packs are made in `wide`, which needs the proof.
+unsafe impl Set for Wide {
+    const HAS: Instructions = Vectors::HAVE;
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn block_avx2(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
-    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::AVX2 }>, LANES>(job, taps)
+fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    match Vectors::found() {
+        // SAFETY: the CPU has the vectors.
+        Some(has) => unsafe { wide(has, job, taps) },
+        None => packs::<Pack<f64, 1, Plain>, 1>(job, taps),
+    }
+}
+
+/// # Safety
+/// As its first argument proves.
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+unsafe fn wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    packs::<Pack<f64, LANES, Wide>, LANES>(job, taps)
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
@@ -296,7 +302,7 @@ fn exactly(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
         let tap = tap.map(&rod, One::<2>::of);
         let lane = |_: usize| &tap;
         let mut ground =
-            Ground::<lane::Dual<Pack<f64, 1, UNFUSED>, 2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
+            Ground::<lane::Dual<Pack<f64, 1, Plain>, 2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
         solution(&ground.solve_exactly(&fixed, (job.tolerance, PASSES), &lane), 0)
     };
     taps.iter().map(solve).collect()
