@@ -29,9 +29,9 @@ impl Rankers {
         self.0.iter().flatten()
     }
 
-    /// Candidates to bring back.
+    /// Candidates to bring back: more than requested, because they are solved again before they are ranked.
     pub fn keep(&self) -> usize {
-        self.all().map(|ranker| ranker.scope.rank.keep).max().unwrap_or(0)
+        self.all().filter_map(|ranker| ranker.scope.output.top).map(|top| 2 * top + 64).max().unwrap_or(0)
     }
 
     /// Summary of the first charts for `run.json`.
@@ -127,6 +127,8 @@ impl Ranker {
 
     /// Sweeps of the taps solved to make and to check the charts.
     pub fn sweeps(&self) -> Sweeps {
-        self.scope.sweeps()
+        let mut all = Sweeps::default();
+        self.scope.charts.iter().for_each(|chart| all.merge(&chart.sweeps));
+        all
     }
 }

@@ -12,8 +12,8 @@ use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
 use crate::physics::taper::Taper;
-use crate::reduce::{Sweeps, range};
-use crate::scene::{Convention, Drive, Geometry, Layout, Per, RankBy, Setup, Study, Theory, Tuple};
+use crate::reduce::range;
+use crate::scene::{Convention, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
 
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;
@@ -25,17 +25,6 @@ const MOST_DISTANCES: [u64; 2] = [64, 1024];
 const MANY_PAY: u64 = 1 << 14;
 
 const MOST_DRIVES: u64 = 4096;
-
-/// The ranking.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rank {
-    /// Ranking column.
-    pub by: RankBy,
-    /// Rows or designs compete.
-    pub per: Per,
-    /// Candidates to bring back: more than requested, because they are solved again before they are ranked.
-    pub keep: usize,
-}
 
 /// Charts in `run.json`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -100,8 +89,8 @@ pub struct Scope {
     pub ends: [f64; 2],
     /// Shared drives, rad or mm, ascending, each as requested (degrees or mm) and with its place in the layout; empty if each design has its drive.
     pub drives: Vec<(f64, f64, u32)>,
-    /// The ranking.
-    pub rank: Rank,
+    /// What is ranked, and by what.
+    pub output: Output,
     /// Smallest and largest distance, mm.
     pub(crate) reach: [f64; 2],
     /// Largest x2 − x1, mm.
@@ -126,7 +115,9 @@ impl Scope {
 
     /// The scope of `study` at `tolerance`; `None` if its taps must be solved one by one.
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
-        let Some(top) = study.output.top.filter(|_| Self::fits(study, layout)) else { return Ok(None) };
+        if !Self::fits(study, layout) {
+            return Ok(None);
+        }
         let setup = &study.setup;
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let many = layout.len() / layout.n_distances >= MANY_PAY;
@@ -144,7 +135,7 @@ impl Scope {
         let (made, _) = Self::over(setup, (&distances, &shared), &Wanted::of(layout), bounds)?;
         let Some(mut scope) = made else { return Ok(None) };
         scope.drives = drives;
-        scope.rank = Rank { by: study.output.by, per: study.output.per, keep: 2 * top + 64 };
+        scope.output = study.output;
         Ok(Some(scope))
     }
 
@@ -202,7 +193,7 @@ impl Scope {
             charts,
             between,
             drives: Vec::new(),
-            rank: Rank { by: RankBy::TotalRms, per: Per::Row, keep: 0 },
+            output: Output { by: RankBy::TotalRms, ..Output::default() },
             reach: [near, far],
             width,
         };
@@ -244,12 +235,5 @@ impl Scope {
             summary.strain_error = summary.strain_error.max(between.error);
         }
         summary
-    }
-
-    /// Sweeps of the taps solved to make the charts.
-    pub fn sweeps(&self) -> Sweeps {
-        let mut all = Sweeps::default();
-        self.charts.iter().for_each(|chart| all.merge(&chart.sweeps));
-        all
     }
 }

@@ -124,7 +124,7 @@ impl Rows {
                 let least = rank - of(SAFE) * self.own[1] * self.slack[1].sqrt() * scale;
                 tally.hard = tally.hard.max(least.if_less(bound, of(1.0), of(0.0)));
             }
-            match ranker.scope.rank.per {
+            match ranker.scope.output.per {
                 Per::Row if bound.all_at_most(rank) => {}
                 Per::Row => {
                     for lane in 0..self.live {
@@ -142,11 +142,11 @@ impl Rows {
         }
         let counts = tally.counts(self.live);
         found.words.add(&tally.words(counts));
-        found.complete += match ranker.scope.rank.per {
+        found.complete += match ranker.scope.output.per {
             Per::Row => sum(rows_complete * counts),
             Per::Design => sum(of(0.0).if_less(rows_complete, counts, of(0.0))),
         };
-        if ranker.scope.rank.per == Per::Design && !bound.all_at_most(best[0]) {
+        if ranker.scope.output.per == Per::Design && !bound.all_at_most(best[0]) {
             let listed = |lane: &usize| best[0].0[*lane] < bound.0[*lane] && !tally.is_hard(*lane);
             for lane in (0..self.live).filter(listed) {
                 let j = best[1].0[lane] as usize;

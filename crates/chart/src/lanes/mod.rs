@@ -155,7 +155,7 @@ impl Ranker {
     pub(crate) fn over(scope: Scope) -> Option<Self> {
         let has = Vectors::found()?;
         let setup = &scope.setup;
-        let by = OfErrors::of(scope.rank.by)?;
+        let by = OfErrors::of(scope.output.by)?;
         let power = scope.charts.first()?.power;
         // Taps that may stick have no series over the drive.
         let chooses = scope.charts.iter().any(|c| !c.ratios.is_empty());

@@ -63,18 +63,6 @@ impl Rows {
         if ranker.by.is_some() || !self.still || !self.is_usual() {
             return false;
         }
-        self.count_between((ranker, between), row, &scratch.charts.kappa, tally);
-        true
-    }
-
-    #[inline(always)]
-    fn count_between(
-        &self,
-        (ranker, between): (&Ranker, &Between),
-        row: &Row,
-        kappa: &[Lanes],
-        tally: &mut Tally<'_>,
-    ) {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let (limit, words, peak) = (self.passed.limit, &self.design.words, self.design.peak);
@@ -127,6 +115,7 @@ impl Rows {
         if waiting > 0 {
             part!(self.count_one_by_one((ranker, between), row, (kappa, &places[..waiting]), tally));
         }
+        true
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]

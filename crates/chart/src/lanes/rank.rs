@@ -84,7 +84,7 @@ impl Ranker {
                 return;
             }
         }
-        if self.scope.rank.per == Per::Design {
+        if self.scope.output.per == Per::Design {
             all.complete = all.complete.min(1);
             all.rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
             all.rows.truncate(1);

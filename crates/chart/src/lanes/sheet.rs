@@ -152,7 +152,7 @@ impl Ranker {
             ("PLAIN", self.theory.plain),
             ("DISPLACED", self.theory.displaced),
             ("ESTIMATES", self.by.is_some()),
-            ("PER_DESIGN", scope.rank.per == Per::Design),
+            ("PER_DESIGN", scope.output.per == Per::Design),
             ("ELONGATION", self.elongation()),
             ("FIXED_GIVEN", self.fixed.is_some()),
         ];

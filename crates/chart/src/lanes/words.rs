@@ -111,7 +111,9 @@ impl Rows {
         let (mut less, mut more) = (of(0.99999) - self.largest, of(1.00001) + self.largest);
         if OWN {
             (powers, slack, apart) = ([self.own[1]; 2], zero, apart + tap.slack[0]);
-            let [least, most] = k_of(self.own[1], tap);
+            // Least and largest K at each design's drive.
+            let k = self.own[1].mul_add(tap.kappa[0], one);
+            let [least, most] = [k - self.own[1] * tap.slack[0], k + self.own[1] * tap.slack[0]];
             (less, more) = (one / most, zero.if_less(least, one / least, of(1e30)));
         }
         let fixed = self.passed.fixed.unwrap_or(zero);
@@ -181,11 +183,4 @@ impl Rows {
             }
         }
     }
-}
-
-/// Least and largest K of a tap at each design's drive, θᵉ = `power`.
-#[inline(always)]
-fn k_of(power: Lanes, tap: TapSeries<'_>) -> Reach {
-    let (k, slack) = (power.mul_add(tap.kappa[0], Lanes::of(1.0)), power * tap.slack[0]);
-    [k - slack, k + slack]
 }
