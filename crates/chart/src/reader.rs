@@ -47,7 +47,7 @@ impl Reader {
         let planar =
             !setup.gauge.second && setup.gauge.foil.is_none() && directions.iter().all(|d| d.is_upright());
         let plain = planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain();
-        let pays = !sticks && !(plain && setup.built.is_none());
+        let pays = !(sticks || plain && setup.built.is_none());
         let Some(has) = Vectors::found().filter(|_| pays) else { return Ok(None) };
         let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;
         let second = || charts.iter().filter_map(DistanceChart::beside).collect();
