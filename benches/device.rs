@@ -7,7 +7,7 @@ use std::time::Instant;
 use vibrissa::backend::Choice;
 use vibrissa::census::bench::taps;
 use vibrissa::census::cases;
-use vibrissa::chart::ranker::Ranker;
+use vibrissa::chart::ranker::{Ranker, Rankers};
 use vibrissa::error::SolveError;
 use vibrissa::evaluate::{Evaluator, Method};
 use vibrissa::kernel::gpu::Gpu;
@@ -87,11 +87,11 @@ fn ranked(name: &str, model: &str, drives: u32, by: &str) {
     let study = spec::parse("device.toml", &text, std::path::Path::new("")).expect("a valid spec").study;
     let layout = study.space.layout().expect("a grid");
     let (charts, charting) = seconds(|| Ranker::new(&study, &layout, 1e-5).expect("taps are solved"));
-    let charts = charts.expect("charts");
+    let charts = Rankers(vec![charts]);
     let choice = Choice::new(&options(BackendChoice::Gpu, Precision::F32)).expect("a device");
-    let mut solver = choice.solver().expect("the device opens");
-    let (device, compiling) =
-        seconds(|| solver.device().expect("a device").ranking(&charts, &layout).expect("it ranks"));
+    let method = choice.open(&study.setup.model).expect("the device opens");
+    let mut evaluator = Evaluator::new(&study.setup, method);
+    let (device, compiling) = seconds(|| charts.on_device(&mut evaluator, &layout).expect("it ranks"));
     let mut device = device.expect("it serves devices");
     let most = device.most();
     let run = |device: &mut DeviceRanker, overlapped: bool| {

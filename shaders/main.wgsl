@@ -7,7 +7,7 @@
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < batch.x {
+    if id.x < batch.x && id.x < arrayLength(&taps) && id.x < arrayLength(&solutions) {
         solutions[id.x] = solve(taps[id.x]);
     }
 }

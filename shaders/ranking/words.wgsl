@@ -110,10 +110,5 @@ fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tall
         note(select(select(CLEAR, AMBIGUOUS, two), ROOTLESS, none), n, j, j + 1u, words);
     }
     let share = 1.0 / f32(DISTANCES);
-    var rank = 0.0;
-    if BY == ERROR_RMS { rank = sqrt(squares * share); }
-    if BY == ERROR_MAX { rank = largest; }
-    if BY == NOISE_RMS { rank = sqrt(noises * share); }
-    if BY == TOTAL_RMS { rank = sqrt((squares + noises) * share); }
-    return Row(rank, lacking == 0u);
+    return Row(rank_of(squares * share, largest, noises * share), lacking == 0u);
 }

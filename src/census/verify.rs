@@ -14,7 +14,7 @@ use crate::chart::ranker::Ranker;
 use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome};
 use crate::kernel::Solver;
-use crate::kernel::ranking::{Case as Reading, Charts};
+use crate::kernel::ranking::Case as Reading;
 use crate::scene::{Setup, Study, Tuple};
 
 /// Taps that are solved together, between two looks at the clock: a second's work of the reference on a slow core.

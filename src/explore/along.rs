@@ -1,9 +1,9 @@
 //! Strain along a whisker, contact and force, as functions of numbers scaled by the contact distance.
 
-use crate::chart::axis::{AXES, Axis, Map, Quantity};
+use crate::chart::axis::{AXES, Axis, Quantity};
 use crate::chart::build::{Bound, Built, build_of};
 use crate::chart::distance::{lobatto, power};
-use crate::chart::function::over_drives;
+use crate::chart::function::variables;
 use crate::chart::ranges::holds;
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
@@ -92,13 +92,7 @@ impl Along {
         ratios: usize,
     ) -> Result<Option<Self>, SolveError> {
         let power = own_power(setup);
-        let maps = [
-            over_drives(setup, power),
-            Map::Linear,
-            Map::Linear,
-            if power == 2 { Map::Inverse } else { Map::Root },
-            Map::Linear,
-        ];
+        let maps = variables(setup, power);
         let ranges = domain.scaled(setup.drive);
         let mut axes: [Axis; AXES] =
             std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k], whole: false });

@@ -189,6 +189,9 @@ fn ten(power: i32) -> String {
     format!("10{raised}")
 }
 
+/// x and y, in sizes of the marker.
+type Corner = [f64; 2];
+
 /// What figures and pages look like, from `look.toml`.
 #[derive(Debug, Deserialize)]
 pub struct Look {
@@ -197,7 +200,7 @@ pub struct Look {
     /// Colours of maps.
     pub map: OnGround<[Rgb; 9]>,
     /// Corners and strokes of markers.
-    pub markers: IndexMap<Marker, (Vec<[f64; 2]>, Vec<[[f64; 2]; 2]>)>,
+    pub markers: IndexMap<Marker, (Vec<Corner>, Vec<[Corner; 2]>)>,
 }
 
 /// Colours on white, and on the dark ground of a page.

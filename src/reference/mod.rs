@@ -301,7 +301,7 @@ pub fn paragraph(text: &str) -> String {
     fill("", 0, text, PAGE)
 }
 
-/// Like [`fill`], for a terminal, without the marks of code.
+/// Like `fill`, for a terminal, without the marks of code.
 pub fn plainly(name: &str, indent: usize, text: &str) -> String {
     fill(name, indent, &text.replace('`', ""), WIDTH)
 }

@@ -44,7 +44,7 @@ pub(super) fn run(
     }
     let search = Search { taps, layout, ranker };
     let mut by = "lanes";
-    if let Some(device) = device(run, ranker, layout)? {
+    if let Some(device) = ranker.on_device(&mut run.evaluator, layout)? {
         match search.on_device(run, device) {
             // The CPU continues after the last batch that came back.
             Err(Error::Solve(SolveError::Device(why))) => run.evaluator.give_up(&why),
@@ -82,18 +82,6 @@ pub(super) fn run(
 
 pub(super) fn note(counts: &mut Counts, words: &Words) {
     words.combinations().filter(|(_, n)| *n > 0).for_each(|(status, n)| counts.combinations.note(status, n));
-}
-
-pub(super) fn device(
-    run: &mut Run<'_>,
-    rankers: &Rankers,
-    layout: &Layout,
-) -> Result<Option<DeviceRanker>, Error> {
-    // A device ranks the designs of one rig.
-    match rankers.0.as_slice() {
-        [Some(ranker)] if ranker.serves_devices() => Ok(run.evaluator.ranking(ranker, layout)?),
-        _ => Ok(None),
-    }
 }
 
 struct Search<'a> {
@@ -143,8 +131,7 @@ impl Search<'_> {
             let rows = self.ranker.rank(self.layout, &batch.best, bound).rows;
             run.reached.solve += begun.elapsed().as_secs_f64();
             let designs = batch.range.end - batch.range.start;
-            let found = Found { rows, complete: batch.complete, words: batch.words, hard: batch.hard };
-            self.take(run, found, designs)?;
+            self.take(run, Found { rows, ..batch.found }, designs)?;
         }
     }
 

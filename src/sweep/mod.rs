@@ -207,7 +207,7 @@ fn key(t: &Tuple) -> ([u64; 5], u64) {
     ([t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits()), t.rig)
 }
 
-/// Like [`run`](super::run); also returns tables in memory. The reduced model `needed` is that of `spec`; a fuller one follows if the kept rows
+/// Like [`run`]; also returns tables in memory. The reduced model `needed` is that of `spec`; a fuller one follows if the kept rows
 /// refute it. A stopped sweep with kept rows starts anew, because the next attempt may not need its rows. [`whole`] checks which parts are allowed.
 pub fn run_needed(
     spec: &mut Spec,

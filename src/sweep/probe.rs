@@ -100,7 +100,7 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers) -> Result<f64, E
     let share = hard as f64 / sample.len().max(1) as f64;
     let mut limit = f32::INFINITY;
     let start = Instant::now();
-    let easy = match charted::device(run, ranker, layout)? {
+    let easy = match ranker.on_device(&mut run.evaluator, layout)? {
         Some(mut device) => {
             let opened = start.elapsed().as_secs_f64();
             let [first, each] = pace(layout.n_designs.min(device.most()), &mut |n| {

@@ -182,6 +182,8 @@ pub(super) fn solve(
         count,
         words,
         counted: words - 1,
+        // The lengths of its loops are data.
+        bounded: false,
     })?;
     Ok(answers.chunks_exact(words).map(read).collect())
 }

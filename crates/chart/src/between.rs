@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::adaptive;
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
+use crate::reduce::range;
 use crate::scene::{Contact, Setup};
 
 /// Fewest distances for which this pays; below, each has its chart.
@@ -49,13 +50,9 @@ pub fn nodes([near, far]: [f64; 2], n: usize) -> Vec<f64> {
     (0..n).map(|k| placed([near, far], adaptive::point(k)).clamp(near, far)).collect()
 }
 
-fn ends(nodes: &[f64]) -> [f64; 2] {
-    nodes.iter().fold([f64::INFINITY, 0.0f64], |[lo, hi], a| [lo.min(*a), hi.max(*a)])
-}
-
 /// Weights of charts at `nodes` in a value at `a`.
 pub fn weights(nodes: &[f64], a: f64) -> Vec<f64> {
-    let ends = ends(nodes);
+    let ends = range(nodes.iter().copied());
     let place = |a: f64| scaled(ends, a);
     let at: Vec<f64> = nodes.iter().map(|node| place(*node)).collect();
     let x = place(a);
@@ -78,7 +75,7 @@ impl Between {
             .filter(|k| form.eigenvalues[*k] > LEAST * most)
             .map(|k| (0..n).map(|i| form.eigenvalues[k].sqrt() * form.eigenvectors[(i, k)]).collect())
             .collect();
-        let ends = ends(nodes);
+        let ends = range(nodes.iter().copied());
         let at_points = DMatrix::from_fn(n, n, |k, i| self::weights(nodes, placed(ends, points(n)[k]))[i]);
         let back = DMatrix::from_fn(n, n, |k, j| matrix(n)[k][j]) * at_points;
         let coefficients = (0..n).map(|k| back.row(k).iter().copied().collect()).collect();

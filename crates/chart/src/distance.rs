@@ -4,11 +4,11 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::DMatrix;
 
-use super::axis::{AXES, Axis, FIRST_PLACE, Map, Quantity};
+use super::axis::{AXES, Axis, FIRST_PLACE, Quantity};
 use super::beside;
 use super::build::{Built, check_points};
 pub use super::function::{FUNCTIONS, Function, power, room, solved};
-use super::function::{SHARE, bounds, functions, over_drives};
+use super::function::{SHARE, bounds, functions, variables};
 use super::gauge::Rule;
 use super::ranges::holds;
 use super::taps::Taps;
@@ -16,7 +16,6 @@ use super::weight::Weight;
 use crate::error::SolveError;
 use crate::evaluate::Outcome;
 use crate::physics::{inverse::bracketed, onset::Grip};
-use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Setup, Signal};
 
@@ -57,19 +56,8 @@ pub struct DistanceChart {
 }
 
 impl DistanceChart {
-    /// The chart of `setup` at `a` mm over ranges of quantities, for gauges up to a width over a; strain accurate to a tenth of `tolerance`.
-    pub fn new(
-        setup: &Setup,
-        a: f64,
-        asked: ([[f64; 2]; AXES], f64),
-        tolerance: f64,
-    ) -> Result<Option<Self>, SolveError> {
-        let job = (power(setup), tolerance, &NEVER);
-        let (ranges, width) = asked;
-        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, width, false), job, &mut Sweeps::default())
-    }
-
-    /// Charts taps against a pole of `direction`, over driveᵉ, e = `power`; stops when `stop` is set. `sweeps` begins empty and collects the solved
+    /// The chart of taps of `setup` at `a` mm against a pole of `direction` over ranges of quantities and for gauges up to a width over a; strain accurate to
+    /// a tenth of `tolerance`. Functions are over driveᵉ, e = `power`; stops when `stop` is set. `sweeps` begins empty and collects the solved
     /// taps. With `all_drives` the range of the drive is not cut. `None` also for friction with a tilted pole or two gauges, and for root moments and
     /// forces. With a foil `width` is that of all gauges.
     pub fn towards(
@@ -91,13 +79,7 @@ impl DistanceChart {
             };
             Some(chart)
         };
-        let maps = [
-            over_drives(setup, power),
-            Map::Linear,
-            Map::Linear,
-            if power == 2 { Map::Inverse } else { Map::Root },
-            Map::Linear,
-        ];
+        let maps = variables(setup, power);
         ranges[Quantity::Place as usize][0] = ranges[Quantity::Place as usize][0].max(FIRST_PLACE);
         let whole = |k: usize| all_drives && k == Quantity::Drive as usize;
         let axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k], whole: whole(k) });

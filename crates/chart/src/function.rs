@@ -52,13 +52,14 @@ pub fn power(setup: &Setup) -> i32 {
     }
 }
 
-/// The variable over which series over the drive are smooth.
-pub fn over_drives(setup: &Setup, power: i32) -> Map {
-    match power {
-        2 => Map::Square,
-        _ if setup.model.indentation => Map::Fourth,
-        _ => Map::Linear,
-    }
+/// The variables over which series are smooth, by axis.
+pub fn variables(setup: &Setup, power: i32) -> [Map; AXES] {
+    let (drive, taper) = match power {
+        2 => (Map::Square, Map::Inverse),
+        _ if setup.model.indentation => (Map::Fourth, Map::Root),
+        _ => (Map::Linear, Map::Root),
+    };
+    [drive, Map::Linear, Map::Linear, taper, Map::Linear]
 }
 
 /// 1 − x/a.

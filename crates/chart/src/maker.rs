@@ -11,7 +11,7 @@ use super::ranges::{factors, holds, scaled, unscaled};
 use super::taps::Taps;
 use crate::error::SolveError;
 use crate::progress::NEVER;
-use crate::reduce::Sweeps;
+use crate::reduce::{Sweeps, range};
 use crate::scene::{Direction, Setup};
 
 const CHECKS: usize = 160;
@@ -81,8 +81,7 @@ impl Maker<'_> {
 
     /// Charts at all of `distances`, or None if one has none. The farthest, next to the apex, and the nearest, next to the gauge, come first.
     pub fn at(&mut self, distances: &[f64]) -> Result<Option<Vec<DistanceChart>>, SolveError> {
-        let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        let far = distances.iter().copied().fold(0.0, f64::max);
+        let [near, far] = range(distances.iter().copied());
         let others: Vec<f64> = distances.iter().copied().filter(|a| *a != far && *a != near).collect();
         let ends = if far == near { vec![vec![far]] } else { vec![vec![far], vec![near]] };
         let mut charts: Vec<DistanceChart> = Vec::new();
@@ -100,12 +99,11 @@ impl Maker<'_> {
     }
 
     pub fn between(&mut self, distances: &[f64]) -> Result<Many, SolveError> {
-        let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        let far = distances.iter().copied().fold(0.0, f64::max);
+        let ends = range(distances.iter().copied());
         let mut charts: Vec<DistanceChart> = Vec::new();
         let mut checks = None;
         for n in NODES.into_iter().filter(|n| *n < distances.len()) {
-            let at = nodes([near, far], n);
+            let at = nodes(ends, n);
             let Some(more) = self.at(&at[charts.len()..])? else { return Ok(Many::Refused) };
             charts.extend(more);
             if checks.is_none() {
@@ -128,7 +126,7 @@ impl Maker<'_> {
         let within = self.within(charts);
         let points = within.map(|[lo, hi]| hi <= lo);
         let power = power(self.setup);
-        let farthest = charts.iter().map(|chart| chart.a).fold(0.0, f64::max);
+        let [_, farthest] = range(charts.iter().map(|chart| chart.a));
         let point = |i: usize| {
             let a = distances[((i as f64 * GOLDEN).fract() * distances.len() as f64) as usize];
             let x = check(i, &points);

@@ -2,11 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{Figures, Found, Tables};
+pub use super::lanes::Ranker;
+use super::lanes::{Figures, Found};
 use super::ranges::Wanted;
 use super::scope::{Scope, Summary};
 use crate::error::SolveError;
-use crate::kernel::ranking::{Case, Charts, Sheet};
+use crate::evaluate::Evaluator;
+use crate::kernel::gpu::ranking::DeviceRanker;
+use crate::kernel::ranking::Case;
 use crate::reduce::Sweeps;
 use crate::scene::{Layout, Setup, Study, Tuple};
 
@@ -26,9 +29,9 @@ impl Rankers {
         self.0.iter().flatten()
     }
 
-    /// Candidates to bring back.
+    /// Candidates to bring back: more than requested, because they are solved again before they are ranked.
     pub fn keep(&self) -> usize {
-        self.all().map(|ranker| ranker.scope.rank.keep).max().unwrap_or(0)
+        self.all().filter_map(|ranker| ranker.scope.output.top).map(|top| 2 * top + 64).max().unwrap_or(0)
     }
 
     /// Summary of the first charts for `run.json`.
@@ -71,20 +74,22 @@ impl Rankers {
         let grain = (GRAIN / layout.block() / least * least).clamp(least, most);
         ks.par_chunks(grain as usize).map(one).reduce(Found::default, merge)
     }
-}
 
-/// Charts of some distances of one rig, and their tables.
-#[derive(Debug)]
-pub struct Ranker {
-    scope: Scope,
-    tables: Tables,
+    /// The device of `evaluator`, if it can rank the designs of `layout`: those of one rig.
+    pub fn on_device(
+        &self,
+        evaluator: &mut Evaluator<'_>,
+        layout: &Layout,
+    ) -> Result<Option<DeviceRanker>, SolveError> {
+        let [Some(ranker)] = self.0.as_slice() else { return Ok(None) };
+        evaluator.ranking(|| ranker.sheet(), layout, &|ks, bound| self.rank(layout, ks, bound))
+    }
 }
 
 impl Ranker {
     /// Ranks `study` at `tolerance`; `None` if its taps must be solved one by one.
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
-        let Some(scope) = Scope::new(study, layout, tolerance)? else { return Ok(None) };
-        Ok(Tables::new(&scope).map(|tables| Self { scope, tables }))
+        Ok(Scope::new(study, layout, tolerance)?.and_then(Self::over))
     }
 
     /// Reads rows of whiskers `wanted` at `distances` mm, strain accurate to a tenth of `tolerance`; `None` if rows are reduced from taps.
@@ -94,31 +99,25 @@ impl Ranker {
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        let Some(scope) = Scope::tried(setup, distances, wanted, tolerance)?.0 else { return Ok(None) };
-        Ok(Tables::new(&scope).map(|tables| Self { scope, tables }))
+        Ok(Scope::tried(setup, distances, wanted, tolerance)?.0.and_then(Self::over))
+    }
+
+    /// The path of the design `t`.
+    pub fn case(&self, t: &Tuple) -> Case {
+        self.scope.case(t)
     }
 
     /// Rows of `tuples`, each at its own drive; `None` of those that must be solved.
     pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
         let part = |tuples: &[Tuple]| {
             let easy: Vec<usize> =
-                (0..tuples.len()).filter(|&i| self.scope.case(&tuples[i]) == Case::Easy).collect();
+                (0..tuples.len()).filter(|&i| self.case(&tuples[i]) == Case::Easy).collect();
             let these: Vec<Tuple> = easy.iter().map(|&i| tuples[i]).collect();
             let mut all = vec![None; tuples.len()];
-            easy.into_iter().zip(self.tables.figures(&these)).for_each(|(i, figures)| all[i] = figures);
+            easy.into_iter().zip(self.easy_figures(&these)).for_each(|(i, figures)| all[i] = figures);
             all
         };
         tuples.par_chunks(ROWS_EACH).flat_map_iter(part).collect()
-    }
-
-    /// K − 1 of taps of easy designs, each with the place of its distance, as in the rows.
-    pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        self.tables.deviations(taps)
-    }
-
-    /// True if a device can rank by these charts: it reads one for each distance, without a foil.
-    pub fn serves_devices(&self) -> bool {
-        self.scope.between.is_none() && self.scope.setup.gauge.foil.is_none()
     }
 
     /// True if the words of taps are right: lanes and devices have f only for cones clamped at their base.
@@ -128,22 +127,8 @@ impl Ranker {
 
     /// Sweeps of the taps solved to make and to check the charts.
     pub fn sweeps(&self) -> Sweeps {
-        self.scope.sweeps()
-    }
-}
-
-impl Charts for Ranker {
-    fn case(&self, t: &Tuple) -> Case {
-        self.scope.case(t)
-    }
-
-    fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        self.tables.rank(ks, tuples, bound, found);
-    }
-
-    fn sheet(&self) -> Option<Sheet> {
-        // Devices have the weights of a cone only.
-        let cone = self.scope.charts.iter().all(|chart| chart.weight.is_none());
-        cone.then(|| self.tables.sheet(&self.scope))
+        let mut all = Sweeps::default();
+        self.scope.charts.iter().for_each(|chart| all.merge(&chart.sweeps));
+        all
     }
 }

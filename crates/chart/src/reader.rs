@@ -8,14 +8,14 @@ use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, power};
 use super::function::linear_force;
 use super::gauge::asked;
-use super::lanes::{Read, Readings, has_lanes};
+use super::lanes::{Read, Readings};
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, Source, Task, outcome_of_chart};
-use crate::kernel::Effects;
+use crate::kernel::{Effects, cpu::Vectors};
 use crate::progress::NEVER;
-use crate::reduce::Sweeps;
+use crate::reduce::{Sweeps, range};
 use crate::scene::{Contact, Direction, Geometry, Layout, Setup};
 
 /// Taps below which charts do not pay.
@@ -29,10 +29,9 @@ const GRAIN: usize = 4096;
 /// Charts of some distances of one rig.
 #[derive(Debug)]
 pub struct Reader {
-    charts: Vec<DistanceChart>,
-    readings: Readings,
+    charts: Readings,
     /// The second gauge's functions at each of `charts`, if any.
-    beside: Option<(Vec<DistanceChart>, Readings)>,
+    beside: Option<Readings>,
 }
 
 impl Reader {
@@ -48,32 +47,26 @@ impl Reader {
         let planar =
             !setup.gauge.second && setup.gauge.foil.is_none() && directions.iter().all(|d| d.is_upright());
         let plain = planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain();
-        if sticks || plain && setup.built.is_none() || !has_lanes() {
-            return Ok(None);
-        }
+        let pays = !(sticks || plain && setup.built.is_none());
+        let Some(has) = Vectors::found().filter(|_| pays) else { return Ok(None) };
         let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;
-        let readings = Readings::new(&charts, setup.drive);
-        let second: Vec<DistanceChart> = charts.iter().filter_map(DistanceChart::beside).collect();
-        let of_second = |second: Vec<DistanceChart>| {
-            let readings = Readings::new(&second, setup.drive);
-            (second, readings)
-        };
-        let beside = setup.gauge.second.then(|| of_second(second));
-        Ok((!charts.is_empty()).then_some(Self { charts, readings, beside }))
+        let second = || charts.iter().filter_map(DistanceChart::beside).collect();
+        let beside = setup.gauge.second.then(|| Readings::new(second(), setup.drive, has));
+        Ok((!charts.is_empty()).then(|| Self { charts: Readings::new(charts, setup.drive, has), beside }))
     }
 
     /// Outcomes of `tasks`; `None` outside the charts.
     pub fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
         let part = |tasks: &[Task]| {
             let mut out = vec![None; tasks.len()];
-            for (i, chart) in self.charts.iter().enumerate() {
-                let also = self.beside.as_ref().map(|(second, _)| &second[i]);
+            for (i, chart) in self.charts.of.iter().enumerate() {
+                let also = self.beside.as_ref().map(|second| &second.of[i]);
                 let numbers =
                     |(place, task)| Some((place, Self::numbers(setup, (chart, also), designs, task)?));
                 let (places, taps): (Vec<usize>, Vec<[f64; AXES]>) =
                     tasks.iter().enumerate().filter_map(numbers).unzip();
-                let found = self.readings.read(i, &taps);
-                let second = self.beside.as_ref().map(|(_, readings)| readings.read(i, &taps));
+                let found = self.charts.read(i, &taps);
+                let second = self.beside.as_ref().map(|second| second.read(i, &taps));
                 let cos = radians(chart.direction)[0].cos();
                 for (k, place) in places.into_iter().enumerate() {
                     let task = &tasks[place];
@@ -147,7 +140,7 @@ pub fn charts(
     if setup.model.geometry != Geometry::Exact || distances.len() * directions.len() > MOST_DISTANCES {
         return Ok(Vec::new());
     }
-    let far = distances.iter().copied().fold(0.0, f64::max);
+    let [_, far] = range(distances.iter().copied());
     // With a lean taps depend on the sign of the drive.
     let leans = directions.iter().any(|direction| direction.lean != 0.0);
     let power = if leans { power(setup).min(1) } else { power(setup) };

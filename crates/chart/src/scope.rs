@@ -12,8 +12,8 @@ use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
 use crate::physics::taper::Taper;
-use crate::reduce::Sweeps;
-use crate::scene::{Convention, Drive, Geometry, Layout, Per, RankBy, Setup, Study, Theory, Tuple};
+use crate::reduce::range;
+use crate::scene::{Convention, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
 
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;
@@ -25,17 +25,6 @@ const MOST_DISTANCES: [u64; 2] = [64, 1024];
 const MANY_PAY: u64 = 1 << 14;
 
 const MOST_DRIVES: u64 = 4096;
-
-/// The ranking.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rank {
-    /// Ranking column.
-    pub by: RankBy,
-    /// Rows or designs compete.
-    pub per: Per,
-    /// Candidates to bring back: more than requested, because they are solved again before they are ranked.
-    pub keep: usize,
-}
 
 /// Charts in `run.json`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -62,10 +51,8 @@ pub struct Summary {
 impl Summary {
     /// Summary of `charts`.
     pub fn of(charts: &[DistanceChart], kind: Drive) -> Self {
-        let widest = |quantity: Quantity| {
-            let ranges = charts.iter().map(|c| c.axes()[quantity as usize].range);
-            ranges.fold([f64::INFINITY, f64::NEG_INFINITY], |all, r| [all[0].min(r[0]), all[1].max(r[1])])
-        };
+        let widest =
+            |quantity: Quantity| range(charts.iter().flat_map(|c| c.axes()[quantity as usize].range));
         let series = charts.iter().flat_map(|c| &c.branches).flat_map(|b| &b.series);
         Self {
             charts: charts.len(),
@@ -102,8 +89,8 @@ pub struct Scope {
     pub ends: [f64; 2],
     /// Shared drives, rad or mm, ascending, each as requested (degrees or mm) and with its place in the layout; empty if each design has its drive.
     pub drives: Vec<(f64, f64, u32)>,
-    /// The ranking.
-    pub rank: Rank,
+    /// What is ranked, and by what.
+    pub output: Output,
     /// Smallest and largest distance, mm.
     pub(crate) reach: [f64; 2],
     /// Largest x2 − x1, mm.
@@ -128,7 +115,9 @@ impl Scope {
 
     /// The scope of `study` at `tolerance`; `None` if its taps must be solved one by one.
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
-        let Some(top) = study.output.top.filter(|_| Self::fits(study, layout)) else { return Ok(None) };
+        if !Self::fits(study, layout) {
+            return Ok(None);
+        }
         let setup = &study.setup;
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let many = layout.len() / layout.n_distances >= MANY_PAY;
@@ -146,7 +135,7 @@ impl Scope {
         let (made, _) = Self::over(setup, (&distances, &shared), &Wanted::of(layout), bounds)?;
         let Some(mut scope) = made else { return Ok(None) };
         scope.drives = drives;
-        scope.rank = Rank { by: study.output.by, per: study.output.per, keep: 2 * top + 64 };
+        scope.output = study.output;
         Ok(Some(scope))
     }
 
@@ -174,8 +163,7 @@ impl Scope {
         wanted: &Wanted,
         (tolerance, most): (f64, u64),
     ) -> Result<(Option<Self>, u64), SolveError> {
-        let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        let far = distances.iter().copied().fold(0.0, f64::max);
+        let [near, far] = range(distances.iter().copied());
         let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
         let Some((asked, width)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
             return Ok((None, 0));
@@ -205,7 +193,7 @@ impl Scope {
             charts,
             between,
             drives: Vec::new(),
-            rank: Rank { by: RankBy::TotalRms, per: Per::Row, keep: 0 },
+            output: Output { by: RankBy::TotalRms, ..Output::default() },
             reach: [near, far],
             width,
         };
@@ -247,12 +235,5 @@ impl Scope {
             summary.strain_error = summary.strain_error.max(between.error);
         }
         summary
-    }
-
-    /// Sweeps of the taps solved to make the charts.
-    pub fn sweeps(&self) -> Sweeps {
-        let mut all = Sweeps::default();
-        self.charts.iter().for_each(|chart| all.merge(&chart.sweeps));
-        all
     }
 }

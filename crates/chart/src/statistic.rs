@@ -1,4 +1,4 @@
-//! Statistics by which charts rank rows.
+//! Statistics by which charts rank rows. A new one is added here, and in the two `match`es of `lanes/estimate.rs`.
 
 use crate::scene::RankBy;
 
@@ -12,14 +12,6 @@ pub(crate) enum OfErrors {
 }
 
 impl OfErrors {
-    /// All, with their names in shaders.
-    pub const NAMED: [(&str, Self); 4] = [
-        ("ERROR_RMS", Self::Rms),
-        ("ERROR_MAX", Self::Max),
-        ("NOISE_RMS", Self::Noise),
-        ("TOTAL_RMS", Self::Total),
-    ];
-
     /// The statistic of `by`; `Some(None)` for the spread of K, `None` where charts cannot rank.
     pub fn of(by: RankBy) -> Option<Option<Self>> {
         match by {
@@ -29,6 +21,16 @@ impl OfErrors {
             RankBy::NoiseRms => Some(Some(Self::Noise)),
             RankBy::TotalRms => Some(Some(Self::Total)),
             RankBy::StrainMax | RankBy::ForceMax => None,
+        }
+    }
+
+    /// Its value in WGSL: `squares` and `noises` are the mean squares of errors and of noise, `largest` the largest absolute error.
+    pub fn wgsl(self) -> &'static str {
+        match self {
+            Self::Rms => "sqrt(squares)",
+            Self::Max => "largest",
+            Self::Noise => "sqrt(noises)",
+            Self::Total => "sqrt(squares + noises)",
         }
     }
 }

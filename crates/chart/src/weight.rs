@@ -46,7 +46,11 @@ impl Weight {
         }
         let tabulated = matches!(built.profile, Profile::Table(_));
         let power = match built.profile {
-            Profile::Power(n) if n != 1.0 => Some([whole(axis(Quantity::Length))?, n]),
+            // Charts of such a profile are of one length.
+            Profile::Power(n) if n != 1.0 => {
+                let length = axis(Quantity::Length);
+                Some([length.is_point().then_some(length.range[0])?, n])
+            }
             _ => None,
         };
         let inner = built.inner.as_ref().filter(|_| !tabulated).map(|inner| {
@@ -110,10 +114,6 @@ impl Weight {
         }
         weight
     }
-}
-
-fn whole(axis: &Axis) -> Option<f64> {
-    axis.is_point().then_some(axis.range[0])
 }
 
 /// Series of a smooth function of x/a over the variable of `place`, relative to its value in the middle.

@@ -113,7 +113,8 @@ impl Contact {
         let mut a = self.place(k);
         for _ in 0..ROUNDS {
             let v = at(a);
-            let slope = quotient(at(a * (1.0 + STEP)), at(a * (1.0 - STEP)), 2.0 * STEP * a);
+            let [above, below] = [at(a * (1.0 + STEP)), at(a * (1.0 - STEP))];
+            let slope: PerChannel = std::array::from_fn(|j| (above[j] - below[j]) / (2.0 * STEP * a));
             let (vv, vs, ss) = (dot(&v, &v), dot(&v, &slope), dot(&slope, &slope));
             let share = dot(&v, y) / vv;
             let rest: PerChannel = std::array::from_fn(|j| y[j] - share * v[j]);
@@ -144,8 +145,4 @@ struct Fit {
 
 fn dot(x: &PerChannel, y: &PerChannel) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
-}
-
-fn quotient(above: PerChannel, below: PerChannel, step: f64) -> PerChannel {
-    std::array::from_fn(|j| (above[j] - below[j]) / step)
 }

@@ -3,7 +3,7 @@
 
 use std::array::from_fn;
 
-use crate::cpu::{Pack, Packed, UNFUSED};
+use crate::cpu::{Pack, Packed, Plain};
 use crate::pose::Pose;
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;
@@ -12,7 +12,7 @@ use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Model, Setup, Side};
 
 const LANES: usize = 4;
 
-type Lanes = Pack<f64, LANES, UNFUSED>;
+type Lanes = Pack<f64, LANES, Plain>;
 
 /// Dimensions of a tap: D, d, L_a, x_ss, l, a (mm) and the tap angle (degrees) or the displacement (mm).
 pub const DIMENSIONS: usize = 7;
@@ -87,7 +87,7 @@ impl Framing {
 
     fn all(&self, framed: &mut Framed) {
         #[cfg(target_arch = "x86_64")]
-        if crate::cpu::fused() {
+        if crate::cpu::Vectors::found().is_some() {
             // SAFETY: the CPU has just been found to have AVX2.
             unsafe { self.all_avx2(framed) };
             return;
@@ -106,7 +106,7 @@ impl Framing {
         let taps = taps.chunks_exact_mut(LANES).zip(whole.chunks_exact_mut(LANES));
         for (k, (taps, whole)) in taps.enumerate() {
             let at = k * LANES;
-            let dimension = |c: usize| Pack(from_fn(|i| columns[c][at + i]));
+            let dimension = |c: usize| Pack::new(from_fn(|i| columns[c][at + i]));
             self.some(from_fn(dimension), taps, whole);
         }
     }
@@ -120,7 +120,7 @@ impl Framing {
         let taper = Taper::new(D, d, L_a);
         let gauge = taper.gauge(x_ss, l);
         let amount = match kind {
-            Drive::Angle => Pack(drive.0.map(f64::to_radians)),
+            Drive::Angle => Pack::new(drive.0.map(f64::to_radians)),
             Drive::Displacement => drive,
         };
         let (tap, _) = Pose { model, side, drive: *kind, hub, taper, gauge, a, amount, grip }.tap();

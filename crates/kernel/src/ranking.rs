@@ -1,6 +1,7 @@
 //! Designs ranked from charts: the data for a device ([`Sheet`]), and the results. Charts are made and read above this crate.
 
-use vibrissa_core::scene::Tuple;
+use std::ops::Range;
+
 use vibrissa_core::status::Status;
 
 /// Path of a design in ranking.
@@ -75,38 +76,18 @@ impl Found {
     }
 }
 
-/// Results of a finished batch.
+/// Results of a finished batch of a device.
 pub struct Batch {
     /// Its designs.
-    pub range: std::ops::Range<u64>,
-    /// Complete rows; where designs compete, designs that have one.
-    pub complete: u64,
-    /// Taps per status word.
-    pub words: Words,
+    pub range: Range<u64>,
     /// Designs with a row below the bound.
     pub best: Vec<u64>,
-    /// Designs that must be solved tap by tap.
-    pub hard: Vec<u64>,
+    /// The counts and hard designs; the rows are not listed.
+    pub found: Found,
 }
 
-/// Charts that rank designs on the CPU, and give a device the data to do the same.
-pub trait Charts {
-    /// The path of the design `t`.
-    fn case(&self, t: &Tuple) -> Case;
-
-    /// Rows of the designs `ks`, all easy, that rank below `bound`.
-    fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found);
-
-    /// The charts as numbers; `None` where devices cannot read them.
-    fn sheet(&self) -> Option<Sheet>;
-}
-
-/// Numbers of a distance before the points of its gauge, by shader name: factor of the functions, largest arc over
-/// driveᵉ, number of branches, where their matrix begins after CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
-pub const HEAD: [&str; 14] = crate::names![
-    SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
-    PLACE_AXIS PLACE_SHIFT A INVERSE
-];
+/// What the CPU finds among designs below a bound.
+pub type OnCpu<'a> = dyn Fn(&[u64], f32) -> Found + 'a;
 
 /// Bounds on q beyond which a design is solved tap by tap: of one reading, known exactly, and of many, known by bounds.
 pub const BEYOND: [[f64; 2]; 2] = [[-0.9, 9.0], [-0.5, 0.5]];
@@ -117,13 +98,9 @@ pub const FARTHEST: f64 = 1.1e-3;
 /// Charts of some distances, with all else that ranking needs, as a device reads them. Lengths in mm, drives in rad or mm.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// Whole numbers, by name in the shader.
-    pub counts: Vec<(&'static str, usize)>,
-    /// Switches, by name in the shader.
-    pub switches: Vec<(&'static str, bool)>,
-    /// Real constants, by name in the shader.
-    pub reals: Vec<(&'static str, f64)>,
-    /// For each distance [`HEAD`], then place and weight of the gauge's points; then drives and small matrices, whose starts are among the constants.
+    /// Constants and functions, in WGSL.
+    pub constants: String,
+    /// For each distance its numbers, then place and weight of the gauge's points; then drives and small matrices, whose starts are among the constants.
     pub numbers: Vec<f32>,
     /// For each distance and branch, where the strain's and the arc's series begin (two numbers each: here and in `rows`); then, group by group of a
     /// series, how many places, for each how many tapers, for each how many rows.

@@ -30,30 +30,32 @@ impl Rule {
 
     /// Sweeps per Newton step.
     pub fn settle(&self) -> u32 {
-        if self.full { limits::SETTLE } else { 1 }
+        if self.full { 4 } else { 1 }
     }
 
     /// Iterations for the lag's part of the Jacobian.
     pub fn passes(&self) -> u32 {
-        if self.full { limits::PASSES } else { 0 }
+        if self.full { 8 } else { 0 }
     }
 
-    /// Largest contraction rate of a Newton step that is believed when the remaining error is extrapolated.
+    /// Largest contraction rate of a Newton step that is believed when the remaining error is extrapolated. Steps of full Newton that do not shrink any
+    /// more are rounding noise.
     pub fn largest_rate(&self) -> f64 {
-        if self.full { limits::LARGEST_FULL_RATE } else { limits::LARGEST_RATE }
+        if self.full { 0.5 } else { 0.9 }
     }
 
     /// Smallest contraction rate that is believed: steps of full Newton shrink faster than the error left in the lag.
     pub fn smallest_rate(&self) -> f64 {
-        if self.full { limits::LARGEST_FULL_RATE } else { limits::SMALLEST_RATE }
+        if self.full { 0.5 } else { 0.05 }
     }
 
-    /// Share of the tolerance at which the iteration stops.
+    /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism. With any effect the lag converges later than the
+    /// steps; full Newton has nodes to spare.
     pub fn stop(&self, effects: &Effects) -> f64 {
         match (self.full, effects.plain()) {
-            (true, _) => limits::FULL_STOP,
-            (false, true) => limits::STOP,
-            (false, false) => limits::EFFECTS_STOP,
+            (true, _) => 0.5,
+            (false, true) => 0.1,
+            (false, false) => 0.05,
         }
     }
 
@@ -180,24 +182,8 @@ pub mod limits {
 
     /// Least 1 − τa on the first rung with friction or a radius.
     pub const SHARP: f64 = 0.1;
-    /// Sweeps per step of full Newton.
-    pub const SETTLE: u32 = 4;
-    /// Passes for the Jacobian of full Newton.
-    pub const PASSES: u32 = 8;
-    /// Largest contraction rate believed when the remaining error is extrapolated.
-    pub const LARGEST_RATE: f64 = 0.9;
-    /// The same of full Newton: steps that do not shrink any more are rounding noise.
-    pub const LARGEST_FULL_RATE: f64 = 0.5;
-    /// Smallest contraction rate believed.
-    pub const SMALLEST_RATE: f64 = 0.05;
-    /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
-    pub const STOP: f64 = 0.1;
-    /// The same with any effect: the lag converges later than the steps.
-    pub const EFFECTS_STOP: f64 = 0.05;
     /// Largest change of w in a step of full Newton, relative to 1 + |w|.
     pub const LONGEST_STEP: f64 = 0.5;
-    /// Share of the tolerance at which full Newton stops, which has nodes to spare.
-    pub const FULL_STOP: f64 = 0.5;
     /// The reference decides whether the material ends if a fibre's load is this close to 1.
     pub const EDGE: f64 = 0.02;
 }

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::real::{Dual as One, Real};
-use vibrissa_kernel::cpu::pack::{Pack, Packed, Scalar};
+use vibrissa_kernel::cpu::pack::{Pack, Packed, Scalar, Set};
 
 /// Packs whose numbers can be taken out.
 pub trait Lane: Packed {
@@ -27,7 +27,7 @@ pub trait Lane: Packed {
     }
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Lane for Pack<T, L, SET> {
+impl<T: Scalar, const L: usize, S: Set> Lane for Pack<T, L, S> {
     type One = f64;
 
     #[inline(always)]

@@ -41,7 +41,8 @@ use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::{Contact, Material, Model, Side};
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::cpu::law::Law;
-use vibrissa_kernel::cpu::{Pack, Packed, UNFUSED, fused};
+use vibrissa_kernel::cpu::{Instructions, Pack, Packed, Plain, Set, Vectors};
+use vibrissa_kernel::rule::limits::{ASTRAY, EDGE, HOPELESS};
 
 /// Effects of the model and of the whiskers, equal for all taps of a pack; an effect that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -89,7 +90,7 @@ impl Effects {
             roll: stick && model.pole_radius > 0.0,
             law: !matches!(model.material, Material::Hooke(_)),
             far: side == Side::Far,
-            soft: is_solid(model) && matches!(model.contact, Contact::Frictionless),
+            soft: is_solid(model) && model.contact == Contact::Frictionless,
             distorting: model.distorting,
             ..Self::default()
         }
@@ -193,6 +194,11 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// True if the iteration came near no equilibrium.
+    pub fn is_astray(&self) -> bool {
+        self.error >= ASTRAY && self.error != HOPELESS && (self.load - 1.0).abs() > EDGE
+    }
+
     /// No equilibrium was found.
     pub const FAILED: Self = Self {
         strain: f64::NAN,
@@ -222,6 +228,9 @@ const PIECES: usize = 5;
 /// Of 20 000 practical cones to 10° K − 1 is then right to 1e-6 at 1e-5, and to 10° takes 0.89 of the time at 1e-8, to 30° 0.79.
 const FINE: f64 = 1e-8;
 const SHARE: f64 = 0.01;
+
+/// Errors of the section chart below which no tolerance is asked of a rung.
+const CHARTED: f64 = 4.0;
 
 /// The same where components of the wrench are asked.
 const CANCELLING: f64 = 1e-9;
@@ -282,7 +291,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     for ((effects, pieces), places) in classes {
         let all = if pieces < PIECES { FEW } else { MANY };
         let fine = if effects.wrench { CANCELLING } else { FINE.max(SHARE * tolerance) };
-        let fine = fine.min(tolerance);
+        let fine = fine.max(chart.map_or(0.0, |chart| CHARTED * chart.error)).min(tolerance);
         // Newton's method is for taps that the lanes do not solve as asked.
         let rungs = all.iter().map(|rung| (*rung, fine)).chain([([NEWTON, SLIDE], tolerance)]);
         let mut open = places;
@@ -300,29 +309,37 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
             let solved: Vec<Vec<Solution>> = open.par_chunks(GRAIN).map(solve).collect();
             for (&i, new) in open.iter().zip(solved.into_iter().flatten()) {
                 let sweeps = out[i].sweeps + new.sweeps;
-                out[i] = Solution { sweeps, ..new };
+                // A finer rung may lose what a coarser one has found.
+                let kept = out[i].error <= tolerance && new.error > tolerance;
+                out[i] = Solution { sweeps, ..if kept { out[i] } else { new } };
             }
         }
     }
     out
 }
 
-fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
-    #[cfg(target_arch = "x86_64")]
-    if fused() {
-        // SAFETY: the CPU has just been found to have both features.
-        return unsafe { block_avx2(job, taps) };
-    }
-    #[cfg(target_arch = "x86_64")]
-    return packs::<Pack<f64, 1, UNFUSED>, 1>(job, taps);
-    #[cfg(not(target_arch = "x86_64"))]
-    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::COMMON }>, LANES>(job, taps)
+/// The set of [`wide`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wide;
+
+// SAFETY: its packs are made in `wide`, which needs the proof.
+unsafe impl Set for Wide {
+    const HAS: Instructions = Vectors::HAVE;
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn block_avx2(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
-    packs::<Pack<f64, LANES, { vibrissa_kernel::cpu::AVX2 }>, LANES>(job, taps)
+fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    match Vectors::found() {
+        // SAFETY: the CPU has the vectors.
+        Some(has) => unsafe { wide(has, job, taps) },
+        None => packs::<Pack<f64, 1, Plain>, 1>(job, taps),
+    }
+}
+
+/// # Safety
+/// As its first argument proves.
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+unsafe fn wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    packs::<Pack<f64, LANES, Wide>, LANES>(job, taps)
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
@@ -347,7 +364,7 @@ fn exactly(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
         let tap = tap.map(&rod, One::<2>::of);
         let lane = |_: usize| &tap;
         let mut ground =
-            Ground::<lane::Dual<Pack<f64, 1, UNFUSED>, 2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
+            Ground::<lane::Dual<Pack<f64, 1, Plain>, 2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
         solution(&ground.solve_exactly(&fixed, (job.tolerance, PASSES), &lane), 0)
     };
     taps.iter().map(solve).collect()

@@ -1,7 +1,7 @@
 //! Newton's method for the two unknowns of a tap: a pass and a step in turn, or with the derivatives of the passes themselves.
 
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
-use vibrissa_kernel::rule::limits::{HOPELESS, ROUNDINGS, TINY};
+use vibrissa_kernel::rule::limits::{ASTRAY, HOPELESS, LOST, ROUNDINGS, TINY};
 
 use super::Tap;
 use super::close::{Closed, Contact, State};
@@ -202,8 +202,10 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let lost = of(if self.effects.tilt { TILTED } else { UPRIGHT })
             .if_less(upright, zero, one)
             .max(beta.abs().if_less(of(MOST_TURNED), zero, one));
-        error = zero.if_less(lost, of(HOPELESS), error);
-        error = one.if_less(closed.carried.beyond, of(HOPELESS), error);
+        // Only near an equilibrium do range and fold mean anything.
+        let hopeless = of(ASTRAY).if_less(left, of(LOST), of(HOPELESS));
+        error = zero.if_less(lost, hopeless, error);
+        error = one.if_less(closed.carried.beyond, hopeless, error);
         let moment = dot2(self.moment, force) + moment;
         let force = add(force, turned(force, fixed.turns.rotation(beta)));
         let base = add(force, turned(force, fixed.turns.rotation(self.whisker.rest)));

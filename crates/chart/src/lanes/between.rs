@@ -3,7 +3,7 @@
 use super::neighbours::Neighbours;
 use super::rows::Rows;
 use super::tap::Taps;
-use super::{Lanes, ORDERS, Tables};
+use super::{Lanes, ORDERS, Ranker};
 use crate::between;
 use crate::kernel::cpu::Packed;
 
@@ -84,8 +84,8 @@ impl Between {
 
 impl Rows {
     #[inline(always)]
-    pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &Taps) {
-        let m = tables.points;
+    pub(super) fn push_forms(&mut self, ranker: &Ranker, between: &Between, charts: &Taps) {
+        let m = ranker.points;
         for (i, weight) in between.mean.iter().enumerate() {
             let (chart, weight) = (charts.at(i), Lanes::splat(*weight));
             self.largest = self.largest.max(chart.largest);

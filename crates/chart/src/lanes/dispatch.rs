@@ -1,13 +1,16 @@
 //! The instruction set of the lanes. Code is inlined (no closure that is called twice) into functions with `target_feature`, else it is compiled for
 //! the baseline set. A large or shared part has the attribute itself, which saves build time.
 
-use crate::kernel::cpu;
+use crate::kernel::cpu::{Instructions, Set, Vectors};
 
-pub(super) const SET: u8 = if cfg!(target_arch = "x86_64") { cpu::AVX2 } else { cpu::COMMON };
+/// The set of the lanes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Wide;
 
-/// True if this CPU has lanes: a PC without AVX2 solves taps instead.
-pub fn has_lanes() -> bool {
-    cfg!(not(target_arch = "x86_64")) || cpu::fused()
+// SAFETY: its packs are made in functions that `by_lanes` calls, which needs the proof that rankers and readings hold. A PC without AVX2 has neither, and
+// solves taps instead.
+unsafe impl Set for Wide {
+    const HAS: Instructions = Vectors::HAVE;
 }
 
 /// Calls a function with the attribute `target_feature` from one that is inlined into such functions.
@@ -23,10 +26,10 @@ macro_rules! part {
     }};
 }
 
-/// Calls such a function before any lanes exist. Panics on a CPU without lanes, where charts of lanes are not made ([`has_lanes`]).
+/// Calls such a function before any lanes exist, on a CPU that `$has` them.
 macro_rules! by_lanes {
-    ($call:expr) => {{
-        assert!(crate::lanes::has_lanes());
+    ($has:expr, $call:expr) => {{
+        let _: crate::kernel::cpu::Vectors = $has;
         crate::lanes::dispatch::part!($call)
     }};
 }

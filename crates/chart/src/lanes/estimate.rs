@@ -2,7 +2,7 @@
 
 use super::rows::{Row, Rows};
 use super::tap::{TapSeries, Taps};
-use super::{Distance, Lanes, ORDERS, Tables};
+use super::{Distance, Lanes, ORDERS, Ranker};
 use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::FARTHEST;
 use crate::statistic::OfErrors;
@@ -12,11 +12,11 @@ const STEPS: usize = 6;
 
 /// η of the far root of a growth of `q`, and the slope there; the slope is 0 without a root.
 #[inline(always)]
-pub(super) fn root(tables: &Tables, tap: TapSeries<'_>, (q, peak): (Lanes, Lanes)) -> [Lanes; 2] {
+pub(super) fn root(ranker: &Ranker, tap: TapSeries<'_>, (q, peak): (Lanes, Lanes)) -> [Lanes; 2] {
     let of = Lanes::of;
     let growth = tap.growth;
     let zero = of(0.0);
-    if tables.theory.plain {
+    if ranker.theory.plain {
         let [eta, slope] = growth.far(q);
         return [eta, peak.if_less(q, zero, slope)];
     }
@@ -24,7 +24,7 @@ pub(super) fn root(tables: &Tables, tap: TapSeries<'_>, (q, peak): (Lanes, Lanes
     let (mut lo, mut hi) = (growth.least(), growth.vertex);
     let (mut eta, mut slope) = (growth.vertex.if_less(zero, growth.vertex, zero), zero);
     for _ in 0..STEPS {
-        let [value, now, curvature] = growth.at(tables, eta);
+        let [value, now, curvature] = growth.at(ranker, eta);
         let rest = q - value;
         lo = value.if_less(q, eta, lo);
         hi = value.if_less(q, hi, eta);
@@ -55,13 +55,13 @@ impl Told {
     /// `q`: the reading; `noise` θ: its standard deviation; `peak`: q at the peak.
     #[inline(always)]
     pub fn new(
-        tables: &Tables,
+        ranker: &Ranker,
         (tap, distance): (TapSeries<'_>, &Distance),
         (q, peak, noise): (Lanes, Lanes, Lanes),
     ) -> Self {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let [eta, slope] = root(tables, tap, (q, peak));
+        let [eta, slope] = root(ranker, tap, (q, peak));
         let whole = one / (one + eta);
         let a = Lanes::splat(distance.a);
         let [here, factors] = tap.growth.slopes();
@@ -81,30 +81,30 @@ impl Rows {
     #[inline(always)]
     fn distance(
         &self,
-        tables: &Tables,
+        ranker: &Ranker,
         row: &Row,
         tap: (TapSeries<'_>, &Distance),
         (noise, peak): (Lanes, Lanes),
     ) -> Told {
-        Told::new(tables, tap, (self.miss(row, tap.0, tables.points), peak, noise))
+        Told::new(ranker, tap, (self.miss(row, tap.0, ranker.points), peak, noise))
     }
 
     #[inline(always)]
-    pub fn noise(&self, tables: &Tables, row: &Row) -> Lanes {
-        let k = Lanes::of(1.0) + self.calibration(row, tables.points);
-        k * Lanes::splat(tables.noise) / row.drive / self.passed.share
+    pub fn noise(&self, ranker: &Ranker, row: &Row) -> Lanes {
+        let k = Lanes::of(1.0) + self.calibration(row, ranker.points);
+        k * Lanes::splat(ranker.noise) / row.drive / self.passed.share
     }
 
     /// The value by which a row is ranked, of its distance errors, and 1 where every tap has a distance.
     #[inline(always)]
-    pub fn estimate(&self, tables: &Tables, row: &Row, taps: &Taps, by: OfErrors) -> (Lanes, Lanes) {
+    pub fn estimate(&self, ranker: &Ranker, row: &Row, taps: &Taps, by: OfErrors) -> (Lanes, Lanes) {
         let of = Lanes::of;
         let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
-        let noise = self.noise(tables, row);
-        for (i, distance) in tables.distances.iter().enumerate() {
+        let noise = self.noise(ranker, row);
+        for (i, distance) in ranker.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
             let [.., peak] = self.design.words.bounds(tap.0.strain);
-            let told = self.distance(tables, row, tap, (noise, peak));
+            let told = self.distance(ranker, row, tap, (noise, peak));
             squares = told.error.mul_add(told.error, squares);
             largest = largest.max(told.error.abs());
             noises = told.sigma.mul_add(told.sigma, noises);
@@ -134,24 +134,28 @@ pub(super) struct Floor {
 
 impl Floor {
     /// True over enough drives for a ranking by a value that it bounds.
-    pub fn pays(tables: &Tables, by: OfErrors) -> bool {
-        by != OfErrors::Max && tables.angles.len() > 2 * tables.points
+    pub fn pays(ranker: &Ranker, by: OfErrors) -> bool {
+        let is_bounded = match by {
+            OfErrors::Max => false,
+            OfErrors::Rms | OfErrors::Noise | OfErrors::Total => true,
+        };
+        is_bounded && ranker.angles.len() > 2 * ranker.points
     }
 
     #[inline(always)]
-    pub fn new(tables: &Tables, rows: &Rows, taps: &Taps) -> Self {
+    pub fn new(ranker: &Ranker, rows: &Rows, taps: &Taps) -> Self {
         let (zero, half) = (Lanes::of(0.0), Lanes::of(0.5));
         let share = Lanes::of((1.0 - MARGIN) / taps.len() as f64);
         let (mut errors, mut noises) = ([zero; ORDERS], [zero; ORDERS]);
-        let m = tables.points;
-        for (i, distance) in tables.distances.iter().enumerate() {
+        let m = ranker.points;
+        for (i, distance) in ranker.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
             let [.., peak] = rows.design.words.bounds(tap.0.strain);
             let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
             let mut smooth = Lanes::of(1.0);
-            for (k, stroke) in tables.grid.iter().enumerate() {
+            for (k, stroke) in ranker.grid.iter().enumerate() {
                 let row = Row::at(stroke, m);
-                let told = rows.distance(tables, &row, tap, (rows.noise(tables, &row), peak));
+                let told = rows.distance(ranker, &row, tap, (rows.noise(ranker, &row), peak));
                 smooth = smooth.min(told.smooth);
                 let (error, sigma) = (told.error / row.power, told.sigma * row.drive);
                 (squares[k], variances[k]) = (error * error, sigma * sigma);
@@ -163,15 +167,15 @@ impl Floor {
             }
         }
         let mut floor = Self { errors: [zero; ORDERS], noises: [zero; ORDERS] };
-        tables.to_series(&errors, &mut floor.errors[..m]);
-        tables.to_series(&noises, &mut floor.noises[..m]);
+        ranker.to_series(&errors, &mut floor.errors[..m]);
+        ranker.to_series(&noises, &mut floor.noises[..m]);
         floor
     }
 
     /// Square of the bound of a row.
     #[inline(always)]
-    pub fn at(&self, tables: &Tables, row: &Row, by: OfErrors) -> Lanes {
-        let m = tables.points;
+    pub fn at(&self, ranker: &Ranker, row: &Row, by: OfErrors) -> Lanes {
+        let m = ranker.points;
         let errors = row.power * row.power * row.read(&self.errors, m);
         let noises = row.read(&self.noises, m) / (row.drive * row.drive);
         match by {

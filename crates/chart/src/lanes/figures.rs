@@ -5,7 +5,7 @@ use super::estimate::Told;
 use super::rows::{MOST, Rows};
 use super::tally::Tally;
 use super::words::certain;
-use super::{LANES, Lanes, Scratch, Tables};
+use super::{LANES, Lanes, Ranker, Scratch};
 use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::{COMBINED, combined};
 use crate::reduce::{Errors, Spread};
@@ -24,10 +24,10 @@ pub struct Figures {
     pub peak: [f64; 2],
 }
 
-impl Tables {
+impl Ranker {
     /// Figures of easy `tuples`; `None` of rows to be solved. Slipped-off contacts count as if the taper continued, so that figures are smooth.
-    pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
-        by_lanes!(self.figures_lanes(tuples))
+    pub(crate) fn easy_figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
+        by_lanes!(self.has, self.figures_lanes(tuples))
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
@@ -44,26 +44,26 @@ impl Tables {
 
 impl Rows {
     #[inline(always)]
-    fn figures(&self, tables: &Tables, scratch: &Scratch, out: &mut Vec<Option<Figures>>) {
+    fn figures(&self, ranker: &Ranker, scratch: &Scratch, out: &mut Vec<Option<Figures>>) {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let (taps, row) = (&scratch.taps, self.row::<true>(tables, 0));
+        let (taps, row) = (&scratch.taps, self.row::<true>(ranker, 0));
         let mut tally = Tally::new(self.largest.if_less(Lanes::splat(MOST), zero, one), &mut []);
         let [mut strain_max, mut force_max, mut farthest] = [zero; 3];
         let mut nearest = of(1e30);
         let [mut errors, mut squares, mut largest, mut noises, mut read] = [zero; 5];
-        let (noise, words) = (self.noise(tables, &row), &self.design.words);
-        for (i, distance) in tables.distances.iter().enumerate() {
+        let (noise, words) = (self.noise(ranker, &row), &self.design.words);
+        for (i, distance) in ranker.distances.iter().enumerate() {
             let (tap, a) = (taps.at(i), Lanes::splat(distance.a));
             let (moved, q) = (row.power * tap.arc[0], self.miss(&row, tap, 1));
             let strain = tap.strain * row.drive / (one + row.power * tap.kappa[0]);
-            let force = self.linear_force(tables, distance) * (one + row.power * tap.force);
+            let force = self.linear_force(ranker, distance) * (one + row.power * tap.force);
             (strain_max, force_max) = (strain_max.max(strain), force_max.max(force));
             let arc = a + a * moved;
             (nearest, farthest) = (nearest.min(arc), farthest.max(arc));
 
             let bounds = words.bounds(tap.strain);
-            let told = Told::new(tables, (tap, distance), (q, bounds[2], noise));
+            let told = Told::new(ranker, (tap, distance), (q, bounds[2], noise));
             let results = certain(bounds, [q; 2]);
             let counted = one - told.none;
             let lost = q.if_less(words.farthest / tap.strain - one, one, told.lost);

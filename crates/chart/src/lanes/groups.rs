@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{Angle, ORDERS, PAIRS};
+use crate::reduce::range;
 
 pub(super) const TOGETHER: usize = 8;
 
@@ -18,11 +19,9 @@ pub(super) struct Group {
 }
 
 fn spans<'a, const N: usize>(values: impl Iterator<Item = &'a [f32; N]> + Clone) -> [[f32; N]; 2] {
-    let least: [f32; N] = std::array::from_fn(|k| values.clone().map(|v| v[k]).fold(f32::INFINITY, f32::min));
-    let most: [f32; N] =
-        std::array::from_fn(|k| values.clone().map(|v| v[k]).fold(f32::NEG_INFINITY, f32::max));
-    let of = |f: fn(f32, f32) -> f32| std::array::from_fn(|k| f(least[k], most[k]));
-    [of(|lo, hi| 0.5 * (lo + hi)), of(|lo, hi| 0.5 * (hi - lo) + SAFE)]
+    let ends = |k: usize| range(values.clone().map(|v| f64::from(v[k]))).map(|x| x as f32);
+    let of = |f: fn([f32; 2]) -> f32| std::array::from_fn(|k| f(ends(k)));
+    [of(|[lo, hi]| 0.5 * (lo + hi)), of(|[lo, hi]| 0.5 * (hi - lo) + SAFE)]
 }
 
 impl Group {

@@ -38,7 +38,7 @@ mod words;
 
 use between::Between;
 use choice::Choice;
-use dispatch::SET;
+use dispatch::Wide;
 use distance::{Charted, Distance};
 use groups::Group;
 use read::{Basis, Values};
@@ -46,33 +46,34 @@ use tap::Taps;
 
 use super::axis::{Map, ORDERS};
 use super::distance::DistanceChart;
-use super::function::over_drives;
+use super::function::variables;
 use super::scope::Scope;
-use crate::kernel::cpu::{Pack, Packed, VECTORS};
+use crate::kernel::cpu::{Pack, Packed, Vectors, WIDEST};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
-use crate::scene::{Convention, Drive, Foil, Per, Theory};
+use crate::scene::{Convention, Drive, Theory};
 use crate::statistic::OfErrors;
 
 pub use crate::kernel::ranking::{Found, Words};
-pub use dispatch::has_lanes;
 pub use figures::Figures;
 pub use outcome::{Read, Readings};
 
 /// Designs of a pack.
-pub const LANES: usize = VECTORS;
+pub const LANES: usize = WIDEST;
 
 /// Relative error of strain and arc allowed in a rough look.
 const ROUGH: f64 = 5e-4;
 
 const PAIRS: usize = ORDERS * (ORDERS + 1) / 2;
 
-type Lanes = Pack<f32, LANES, SET>;
+type Lanes = Pack<f32, LANES, Wide>;
 
-/// Constants of a scope in single precision.
+/// Charts of some distances of one rig, which rank its designs or give their rows, with constants in single precision.
 #[derive(Debug)]
-pub struct Tables {
+pub struct Ranker {
+    pub(crate) scope: Scope,
+    has: Vectors,
     distances: Vec<Distance>,
     /// One per distance, or those that `between` reads.
     charts: Vec<Charted>,
@@ -102,16 +103,10 @@ pub struct Tables {
     /// S/D² of the model.
     shear: f32,
     strain_limit: f32,
-    foil: Option<Foil>,
-    /// E, MPa.
-    modulus: f64,
     noise: f32,
     fixed: Option<f32>,
-    elongation: bool,
-    kind: Drive,
     /// The statistic that ranks; `None` is the spread of K.
     by: Option<OfErrors>,
-    per: Per,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -155,14 +150,12 @@ fn wide(v: &[f64]) -> [f32; ORDERS] {
     narrow(v)
 }
 
-impl Tables {
-    /// Tables of `scope`; `None` where its drives need more orders than lanes have, and on a CPU without lanes.
-    pub fn new(scope: &Scope) -> Option<Self> {
-        if !has_lanes() {
-            return None;
-        }
+impl Ranker {
+    /// `None` where the drives of `scope` need more orders than lanes have, and on a CPU without lanes.
+    pub(crate) fn over(scope: Scope) -> Option<Self> {
+        let has = Vectors::found()?;
         let setup = &scope.setup;
-        let by = OfErrors::of(scope.rank.by)?;
+        let by = OfErrors::of(scope.output.by)?;
         let power = scope.charts.first()?.power;
         // Taps that may stick have no series over the drive.
         let chooses = scope.charts.iter().any(|c| !c.ratios.is_empty());
@@ -177,7 +170,7 @@ impl Tables {
             return None;
         }
         let ends = [scope.drives.first(), scope.drives.last()].map(|d| d.map_or(f64::NAN, |d| d.0));
-        let map = over_drives(setup, power);
+        let [map, ..] = variables(setup, power);
         let common = ends.map(|d| map.of(d));
         let drives: Vec<f64> = points(n).into_iter().map(|x| map.back(placed(common, x))).collect();
         let shared = if own { Vec::new() } else { drives.clone() };
@@ -228,15 +221,17 @@ impl Tables {
             ends: scope.ends.map(|a| (1.0 / a) as f32),
             shear: if setup.model.shear { shear_length2(&unit, setup.model.nu) as f32 } else { 0.0 },
             strain_limit: setup.gauge.strain_limit as f32,
-            foil: setup.gauge.foil,
-            modulus: setup.model.material.e0(),
             noise: setup.gauge.noise_strain.unwrap_or(0.0) as f32,
             fixed: setup.estimate.k.map(|k| (k - 1.0) as f32),
-            elongation: setup.estimate.convention == Convention::Elongation,
-            kind: setup.drive,
             by,
-            per: scope.rank.per,
+            has,
+            scope,
         })
+    }
+
+    /// True if K is an elongation per unit of drive, mm.
+    fn elongation(&self) -> bool {
+        self.scope.setup.estimate.convention == Convention::Elongation
     }
 
     /// Coefficients of a series over the drive.
@@ -254,12 +249,23 @@ impl Tables {
     #[inline(always)]
     fn over_drives(&self, drive: Lanes) -> (Lanes, Lanes) {
         let [scale, shift] = self.affine.map(Lanes::splat);
-        match self.power {
-            _ if self.fourth => (drive.sqrt().sqrt().mul_add(scale, shift), Lanes::of(1.0)),
-            0 => (drive.mul_add(scale, shift), Lanes::of(1.0)),
-            1 => (drive.mul_add(scale, shift), drive),
-            _ => ((drive * drive).mul_add(scale, shift), drive * drive),
-        }
+        let power = powered(drive, self.power);
+        let variable = match self.power {
+            _ if self.fourth => drive.sqrt().sqrt(),
+            2 => power,
+            _ => drive,
+        };
+        (variable.mul_add(scale, shift), power)
+    }
+}
+
+/// driveᵉ, e = `power`.
+#[inline(always)]
+fn powered(drive: Lanes, power: i32) -> Lanes {
+    match power {
+        0 => Lanes::of(1.0),
+        1 => drive,
+        _ => drive * drive,
     }
 }
 
@@ -276,14 +282,14 @@ struct Scratch {
 
 impl Scratch {
     #[inline(always)]
-    pub fn new(tables: &Tables) -> Self {
-        let charts = if tables.between.is_some() { tables.charts.len() } else { 0 };
+    pub fn new(ranker: &Ranker) -> Self {
+        let charts = if ranker.between.is_some() { ranker.charts.len() } else { 0 };
         Self {
             basis: Box::new([[Lanes::default(); _]; _]),
-            products: Values::new(tables.charts.iter().chain(&tables.rough).map(|chart| &chart.products)),
-            taps: Taps::new(tables.distances.len(), tables.points),
-            charts: Taps::new(charts, tables.points),
-            edges: Vec::with_capacity(tables.distances.len()),
+            products: Values::new(ranker.charts.iter().chain(&ranker.rough).map(|chart| &chart.products)),
+            taps: Taps::new(ranker.distances.len(), ranker.points),
+            charts: Taps::new(charts, ranker.points),
+            edges: Vec::with_capacity(ranker.distances.len()),
             rootless: Vec::new(),
         }
     }

@@ -5,9 +5,10 @@ use super::dispatch::part;
 use super::rows::{Row, Rows};
 use super::tally::{Tally, times};
 use super::words::certain;
-use super::{LANES, Lanes, Scratch, Tables};
+use super::{LANES, Lanes, Ranker, Scratch};
 use crate::between;
 use crate::kernel::cpu::Packed;
+use crate::reduce::range;
 
 /// Orders over the distances that are bounded group by group; higher ones are small, and count with their largest value.
 const TOLD_APART: usize = 8;
@@ -25,10 +26,6 @@ pub(super) struct Neighbours {
     basis: [[f32; 2]; TOLD_APART],
 }
 
-fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
-}
-
 impl Neighbours {
     pub fn of(of: &between::Between, distances: &[f64]) -> Vec<Self> {
         let some = |from: usize| {
@@ -36,7 +33,7 @@ impl Neighbours {
             let (a, basis, weights) =
                 (&distances[these.clone()], &of.basis[these.clone()], &of.weights[these]);
             let of_order = |k: usize| {
-                let [lo, hi] = span(basis.iter().map(|t| t.get(k).copied().unwrap_or(0.0)));
+                let [lo, hi] = range(basis.iter().map(|t| t.get(k).copied().unwrap_or(0.0)));
                 [(0.5 * (lo + hi)) as f32, (0.5 * (hi - lo) + SAFE) as f32]
             };
             let of_chart = |i: usize| std::array::from_fn(|n| weights.get(n).map_or(0.0, |w| w[i] as f32));
@@ -44,7 +41,7 @@ impl Neighbours {
                 count: a.len(),
                 inverse: std::array::from_fn(|n| (1.0 / a[n.min(a.len() - 1)]) as f32),
                 weights: (0..of.mean.len()).map(of_chart).collect(),
-                ends: span(a.iter().copied()).map(|a| (1.0 / a) as f32),
+                ends: range(a.iter().copied()).map(|a| (1.0 / a) as f32),
                 basis: std::array::from_fn(of_order),
             }
         };
@@ -57,31 +54,19 @@ impl Rows {
     #[inline(always)]
     pub fn count_together(
         &self,
-        tables: &Tables,
+        ranker: &Ranker,
         row: &Row,
         scratch: &Scratch,
         tally: &mut Tally<'_>,
     ) -> bool {
-        let Some(between) = &tables.between else { return false };
-        if tables.by.is_some() || !self.still || !self.is_usual() {
+        let Some(between) = &ranker.between else { return false };
+        if ranker.by.is_some() || !self.still || !self.is_usual() {
             return false;
         }
-        self.count_between((tables, between), row, &scratch.charts.kappa, tally);
-        true
-    }
-
-    #[inline(always)]
-    fn count_between(
-        &self,
-        (tables, between): (&Tables, &Between),
-        row: &Row,
-        kappa: &[Lanes],
-        tally: &mut Tally<'_>,
-    ) {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let (limit, words, peak) = (self.passed.limit, &self.design.words, self.design.peak);
-        let bounds = [words.low, words.high, words.peak];
+        let (bounds, kappa) = ([words.low, words.high, words.peak], &scratch.charts.kappa[..]);
         let calibration = row.power.mul_add(self.mean[0], one);
         let mut coefficients = [zero; MOST_CHARTS];
         let coefficients = between.over_distances(kappa, &mut coefficients);
@@ -101,8 +86,8 @@ impl Rows {
             let k = [middle - around, middle + around];
             // f rises up to its peak, and falls from there.
             let (near, far) = (Lanes::splat(group.ends[0]), Lanes::splat(group.ends[1]));
-            let at_near = self.design.strain(tables, near);
-            let at_far = self.design.strain(tables, far);
+            let at_near = self.design.strain(ranker, near);
+            let at_far = self.design.strain(ranker, far);
             let highest = at_near.max(at_far);
             let highest = far.if_less(peak, peak.if_less(near, words.peak.max(highest), highest), highest);
             let f = [at_near.min(at_far) * of(1.0 - SAFE), highest * of(1.0 + SAFE)];
@@ -122,21 +107,22 @@ impl Rows {
                 places[waiting] = Place { lane, group: n };
                 waiting += 1;
                 if waiting == places.len() {
-                    part!(self.count_one_by_one((tables, between), row, (kappa, &places), tally));
+                    part!(self.count_one_by_one((ranker, between), row, (kappa, &places), tally));
                     waiting = 0;
                 }
             }
         }
         if waiting > 0 {
-            part!(self.count_one_by_one((tables, between), row, (kappa, &places[..waiting]), tally));
+            part!(self.count_one_by_one((ranker, between), row, (kappa, &places[..waiting]), tally));
         }
+        true
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     #[inline(never)]
     fn count_one_by_one(
         &self,
-        (tables, between): (&Tables, &Between),
+        (ranker, between): (&Ranker, &Between),
         row: &Row,
         (kappa, places): (&[Lanes], &[Place]),
         tally: &mut Tally<'_>,
@@ -156,7 +142,7 @@ impl Rows {
         }
         let design = self.design.picked(places);
         let power = picked(&row.power, places);
-        let f = design.strain(tables, inverse);
+        let f = design.strain(ranker, inverse);
         // Rounded as in `Rows::count` and `Rows::edges`.
         let q = (picked(&self.mean[0], places) - own) * power * (one / power.mul_add(own, one));
         let results = certain(design.words.bounds(f), [q; 2]);

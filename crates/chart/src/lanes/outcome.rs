@@ -3,10 +3,10 @@
 use super::choice::Choice;
 use super::dispatch::by_lanes;
 use super::read::{Basis, Values};
-use super::{Charted, LANES, Lanes};
+use super::{Charted, LANES, Lanes, powered};
 use crate::axis::AXES;
 use crate::distance::{DistanceChart, FUNCTIONS, Function};
-use crate::kernel::cpu::{Pack, Packed};
+use crate::kernel::cpu::{Pack, Packed, Vectors};
 use crate::scene::Drive;
 
 /// A tap read from a chart.
@@ -21,26 +21,24 @@ pub struct Read {
 /// Charts of some distances, to be read at single taps.
 #[derive(Debug)]
 pub struct Readings {
+    /// The charts, all of one model.
+    pub of: Vec<DistanceChart>,
     charts: Vec<Charted>,
     choice: Choice,
-    power: i32,
     displaced: bool,
+    has: Vectors,
 }
 
 impl Readings {
-    /// Readings of `charts`, all of one model.
-    pub fn new(charts: &[DistanceChart], kind: Drive) -> Self {
-        Self {
-            charts: charts.iter().map(|chart| Charted::new(chart, kind, &[])).collect(),
-            choice: Choice::new(),
-            power: charts.first().map_or(0, |chart| chart.power),
-            displaced: kind == Drive::Displacement,
-        }
+    /// Of charts `of` one model.
+    pub fn new(of: Vec<DistanceChart>, kind: Drive, has: Vectors) -> Self {
+        let charts = of.iter().map(|chart| Charted::new(chart, kind, &[])).collect();
+        Self { of, charts, choice: Choice::new(), displaced: kind == Drive::Displacement, has }
     }
 
     /// Taps at distance `i`; drive (rad or mm), x1/a, D/a, τa and x2/a of each, within its chart.
     pub fn read(&self, i: usize, quantities: &[[f64; AXES]]) -> Vec<Read> {
-        by_lanes!(self.read_lanes(i, quantities))
+        by_lanes!(self.has, self.read_lanes(i, quantities))
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
@@ -58,19 +56,14 @@ impl Readings {
                     column[lane] = *q as f32;
                 }
             }
-            let mut q = columns.map(Pack);
+            let mut q = columns.map(Pack::new);
             let drive = q[0];
             if self.displaced {
                 q[0] = drive * Lanes::splat(chart.inverse);
             }
             chart.polynomials::<true>(&q, Function::Force, &mut basis, &mut products);
             let (functions, share) = self.choice.read::<true>(&chart.functions, true, &products);
-            let power = Lanes::splat(chart.scale)
-                * match self.power {
-                    0 => of(1.0),
-                    1 => drive,
-                    _ => drive * drive,
-                };
+            let power = Lanes::splat(chart.scale) * powered(drive, self.of[i].power);
             let [strain, arc, force] = functions;
             let functions = [strain * power, arc * power, force * power];
             out.extend(

@@ -1,6 +1,6 @@
 //! The share of the strain that a gauge's foil passes on.
 
-use super::{Lanes, Tables};
+use super::{Lanes, Ranker};
 use crate::kernel::cpu::Packed;
 use crate::physics::{solid::Bonded, taper::Taper};
 use crate::scene::Tuple;
@@ -17,17 +17,18 @@ pub(super) struct Passed {
 
 impl Passed {
     #[inline(always)]
-    pub fn new(tables: &Tables, tuples: &[Tuple]) -> Self {
-        let (limit, fixed) = (Lanes::splat(tables.strain_limit), tables.fixed.map(Lanes::splat));
+    pub fn new(ranker: &Ranker, tuples: &[Tuple]) -> Self {
+        let (limit, fixed) = (Lanes::splat(ranker.strain_limit), ranker.fixed.map(Lanes::splat));
         let mut passed = Self { share: Lanes::of(1.0), limit, fixed };
-        let Some(foil) = &tables.foil else { return passed };
+        let Some(foil) = &ranker.scope.setup.gauge.foil else { return passed };
+        let modulus = ranker.scope.setup.model.material.e0();
         for (lane, t) in tuples.iter().enumerate() {
             let taper = Taper::new(t.D, t.d, t.L_a);
-            let share = Bonded::new(foil, &taper, taper.gauge(t.x_ss, t.l), tables.modulus).transfer;
+            let share = Bonded::new(foil, &taper, taper.gauge(t.x_ss, t.l), modulus).transfer;
             let own = foil.strain_limit.map_or(f32::INFINITY, |own| (own / share) as f32);
             passed.share.0[lane] = share as f32;
-            passed.limit.0[lane] = tables.strain_limit.min(own);
-            if let (Some(given), Some(fixed)) = (&mut passed.fixed, tables.fixed) {
+            passed.limit.0[lane] = ranker.strain_limit.min(own);
+            if let (Some(given), Some(fixed)) = (&mut passed.fixed, ranker.fixed) {
                 given.0[lane] = (share * (1.0 + f64::from(fixed)) - 1.0) as f32;
             }
         }

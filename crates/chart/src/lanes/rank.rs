@@ -2,13 +2,13 @@
 
 use super::dispatch::by_lanes;
 use super::rows::Rows;
-use super::{Found, LANES, Scratch, Tables};
+use super::{Found, LANES, Ranker, Scratch};
 use crate::scene::{Per, Tuple};
 
-impl Tables {
+impl Ranker {
     /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
-    pub fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        by_lanes!(self.rank_lanes(ks, tuples, bound, found));
+    pub(crate) fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
+        by_lanes!(self.has, self.rank_lanes(ks, tuples, bound, found));
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
@@ -84,7 +84,7 @@ impl Tables {
                 return;
             }
         }
-        if self.per == Per::Design {
+        if self.scope.output.per == Per::Design {
             all.complete = all.complete.min(1);
             all.rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
             all.rows.truncate(1);

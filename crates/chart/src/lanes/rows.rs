@@ -3,7 +3,7 @@
 use super::passed::Passed;
 use super::tap::TapSeries;
 use super::theory::Whisker;
-use super::{Charted, Distance, LANES, Lanes, ORDERS, PAIRS, Scratch, Stroke, Tables};
+use super::{Charted, Distance, LANES, Lanes, ORDERS, PAIRS, Ranker, Scratch, Stroke, powered};
 use crate::design::amount;
 use crate::kernel::cpu::{Pack, Packed};
 use crate::scene::Tuple;
@@ -17,7 +17,7 @@ const LARGEST: f32 = 0.3;
 /// The same with a soft contact, whose share of the deviation falls with the drive.
 const YIELDING: f32 = 0.7;
 
-impl Tables {
+impl Ranker {
     pub(super) fn largest(&self) -> f32 {
         if self.fourth { YIELDING } else { LARGEST }
     }
@@ -88,7 +88,7 @@ impl Rows {
     #[inline(never)]
     pub fn fill<const OWN: bool, const FORCE: bool>(
         &mut self,
-        (tables, set): (&Tables, &[Charted]),
+        (ranker, set): (&Ranker, &[Charted]),
         live: usize,
         tuples: &[Tuple],
         scratch: &mut Scratch,
@@ -97,27 +97,23 @@ impl Rows {
         let mut columns = [[0.0f32; LANES]; 6];
         for lane in 0..LANES {
             let t = &tuples[if lane < live { lane } else { 0 }];
-            let values = [t.D, t.D - t.d, t.L_a, t.x_ss, t.l, amount(tables.kind, t.drive)];
+            let values = [t.D, t.D - t.d, t.L_a, t.x_ss, t.l, amount(ranker.scope.setup.drive, t.drive)];
             for (column, value) in columns.iter_mut().zip(values) {
                 column[lane] = value as f32;
             }
         }
-        let [diameter, narrower, length, x1, grid, mut own] = columns.map(Pack);
+        let [diameter, narrower, length, x1, grid, mut own] = columns.map(Pack::new);
         let taper = narrower / length;
         let (tau, slope) = (taper / diameter, of(0.5) * taper);
         let x2 = x1 + grid / slope.mul_add(slope, of(1.0)).sqrt();
         if !OWN {
             // For slipped-off contacts the largest drive counts.
-            own = Lanes::splat(tables.angles[tables.angles.len() - 1].stroke.drive);
+            own = Lanes::splat(ranker.angles[ranker.angles.len() - 1].stroke.drive);
         }
-        self.passed = Passed::new(tables, &tuples[..live]);
-        let design = Whisker::new(tables, [diameter, tau, length], [x1, x2]);
-        let power = match tables.power {
-            0 => of(1.0),
-            1 => own,
-            _ => own * own,
-        };
-        let m = tables.orders::<OWN>();
+        self.passed = Passed::new(ranker, &tuples[..live]);
+        let design = Whisker::new(ranker, [diameter, tau, length], [x1, x2]);
+        let power = powered(own, ranker.power);
+        let m = ranker.orders::<OWN>();
         (self.live, self.design, self.own, self.largest) = (live, design, [own, power], of(0.0));
         (self.slack, self.still) = ([of(0.0); 2], true);
         self.mean[..m].fill(of(0.0));
@@ -125,7 +121,7 @@ impl Rows {
             *sum = of(0.0);
         }
         let Scratch { basis, products, taps, charts, .. } = &mut *scratch;
-        let each = tables.between.is_none();
+        let each = ranker.between.is_none();
         let into = if each { &mut *taps } else { &mut *charts };
         // Between charts an arc is read from those of all.
         let mut any = FORCE;
@@ -139,15 +135,15 @@ impl Rows {
             self.still &= !moves;
             let with_arc = moves || chart.slides != 0.0;
             let at = (&mut **basis, &mut *products);
-            tables.tap::<OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
+            ranker.tap::<OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
         }
-        match &tables.between {
-            None => taps.add_theory::<FORCE>(tables, &design),
+        match &ranker.between {
+            None => taps.add_theory::<FORCE>(ranker, &design),
             Some(between) => {
-                self.push_forms(tables, between, charts);
+                self.push_forms(ranker, between, charts);
                 match OWN && !FORCE {
                     true => return,
-                    false => self.read_between::<FORCE>(tables, scratch),
+                    false => self.read_between::<FORCE>(ranker, scratch),
                 }
             }
         }
@@ -160,11 +156,11 @@ impl Rows {
     }
 
     #[inline(always)]
-    pub fn read_between<const FORCE: bool>(&self, tables: &Tables, scratch: &mut Scratch) {
-        let Some(between) = &tables.between else { return };
+    pub fn read_between<const FORCE: bool>(&self, ranker: &Ranker, scratch: &mut Scratch) {
+        let Some(between) = &ranker.between else { return };
         let Scratch { taps, charts, .. } = scratch;
         between.fill::<FORCE>(charts, FORCE || !self.still, taps);
-        taps.add_theory::<FORCE>(tables, &self.design);
+        taps.add_theory::<FORCE>(ranker, &self.design);
     }
 
     #[inline(always)]
@@ -195,23 +191,23 @@ impl Rows {
 
     /// P of linear theory at `distance`, N.
     #[inline(always)]
-    pub fn linear_force(&self, tables: &Tables, distance: &Distance) -> Lanes {
+    pub fn linear_force(&self, ranker: &Ranker, distance: &Distance) -> Lanes {
         let (a, inverse) = (Lanes::splat(distance.a), Lanes::splat(distance.inverse));
         let (one, square) = (Lanes::of(1.0), self.design.diameter * self.design.diameter);
-        let lever = if tables.theory.displaced { one } else { a + Lanes::splat(tables.theory.hub) };
+        let lever = if ranker.theory.displaced { one } else { a + Lanes::splat(ranker.theory.hub) };
         let reach = (one - self.design.tau * a) * lever * inverse * inverse * inverse;
-        let yielding = one + Lanes::splat(tables.shear) * square * inverse * inverse;
-        self.own[0] * Lanes::splat(tables.stiffness) * square * square * reach / yielding
+        let yielding = one + Lanes::splat(ranker.shear) * square * inverse * inverse;
+        self.own[0] * Lanes::splat(ranker.stiffness) * square * square * reach / yielding
     }
 
     #[inline(always)]
-    pub fn row<const OWN: bool>(&self, tables: &Tables, j: usize) -> Row {
+    pub fn row<const OWN: bool>(&self, ranker: &Ranker, j: usize) -> Row {
         if OWN {
             let mut basis = [Lanes::of(0.0); ORDERS];
             basis[0] = Lanes::of(1.0);
             return Row { drive: self.own[0], power: self.own[1], basis };
         }
-        Row::at(&tables.angles[j].stroke, tables.points)
+        Row::at(&ranker.angles[j].stroke, ranker.points)
     }
 
     /// q = K̄/K − 1 of a tap of a row.

@@ -1,15 +1,23 @@
-//! Charts as numbers for a device: [`Tables`] in the order that `shaders/ranking` reads.
+//! Charts as numbers for a device: [`Ranker`] in the order that `shaders/ranking` reads.
+
+use std::fmt::Write;
 
 use super::rows::MOST;
-use super::{Charted, Distance, Tables};
+use super::{Charted, Distance, Ranker};
 use crate::axis::{AXES, Quantity};
 use crate::distance::{Function, lobatto, matrix_at};
 use crate::estimate::FAR;
-use crate::kernel::ranking::{BEYOND, FARTHEST, HEAD, Sheet};
+use crate::kernel::ranking::{BEYOND, FARTHEST, Sheet};
 use crate::scene::{Drive, Per};
-use crate::scope::Scope;
 use crate::series::Series;
 use crate::statistic::OfErrors;
+
+/// Numbers of a distance before the points of its gauge, by their names in the shader: factor of the functions, largest arc over driveᵉ, number of
+/// branches, where their matrix begins after CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
+const HEAD: [&str; 14] = crate::kernel::names![
+    SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
+    PLACE_AXIS PLACE_SHIFT A INVERSE
+];
 
 const GROUP: usize = 4;
 
@@ -59,10 +67,16 @@ impl Written {
     }
 }
 
-impl Tables {
-    /// The charts of `scope`, from which these tables were made, one for each distance.
-    pub fn sheet(&self, scope: &Scope) -> Sheet {
-        let charts = &scope.charts;
+impl Ranker {
+    /// The charts as a device reads them, one for each distance; `None` where it cannot: between charts, with a foil, or of other whiskers than cones.
+    pub(crate) fn sheet(&self) -> Option<Sheet> {
+        let (scope, charts) = (&self.scope, &self.scope.charts);
+        if self.between.is_some()
+            || scope.setup.gauge.foil.is_some()
+            || charts.iter().any(|c| c.weight.is_some())
+        {
+            return None;
+        }
         let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);
         let all = || {
             let built = charts.iter().flat_map(|chart| &chart.branches);
@@ -110,6 +124,7 @@ impl Tables {
         let (drives, pairs) = (self.angles.len().max(1), points * (points + 1) / 2);
         let own = self.angles.is_empty() || self.apart;
         let counts = [
+            ("HEAD", HEAD.len()),
             ("DISTANCES", n),
             ("DRIVES", drives),
             ("ROW_DRIVES", if own { 1 } else { drives }),
@@ -129,25 +144,22 @@ impl Tables {
             ("BACK", back),
             ("POWERS", powers),
             ("AT_POINTS", at_points),
-            ("BY", self.by.unwrap_or(OfErrors::Rms) as usize),
         ];
-        let counts =
-            counts.into_iter().chain(OfErrors::NAMED.map(|(name, by)| (name, by as usize))).collect();
-        let switches = vec![
+        let switches = [
             ("OWN", own),
             ("FOURTH", self.fourth),
             ("APART", own && !self.angles.is_empty()),
             ("PLAIN", self.theory.plain),
             ("DISPLACED", self.theory.displaced),
             ("ESTIMATES", self.by.is_some()),
-            ("PER_DESIGN", self.per == Per::Design),
-            ("ELONGATION", self.elongation),
+            ("PER_DESIGN", scope.output.per == Per::Design),
+            ("ELONGATION", self.elongation()),
             ("FIXED_GIVEN", self.fixed.is_some()),
         ];
         let [below, above] = [-SLACK, SLACK].map(|slack| move |x: f64| x + slack * x.abs());
         let [drive, _, base, tau, x] = scope.within;
         let [least, most] = BEYOND[usize::from(!own)];
-        let reals = vec![
+        let reals = [
             ("REACH", scope.reach[1]),
             ("D_LO", below(base[0])),
             ("D_HI", above(base[1])),
@@ -173,20 +185,32 @@ impl Tables {
             ("COMMON_SCALE", self.affine[0].into()),
             ("COMMON_SHIFT", self.affine[1].into()),
         ];
+        let rank = self.by.unwrap_or(OfErrors::Rms).wgsl();
+        let mut constants =
+            format!("fn rank_of(squares: f32, largest: f32, noises: f32) -> f32 {{ return {rank}; }}\n");
+        for (name, n) in HEAD.into_iter().zip(0..).chain(counts) {
+            let _ = writeln!(constants, "const {name} = {n}u;");
+        }
+        for (name, on) in switches {
+            let _ = writeln!(constants, "const {name} = {on};");
+        }
+        for (name, x) in reals {
+            // A number beyond single precision is as good as the largest.
+            let x = (x as f32).clamp(-f32::MAX, f32::MAX);
+            let _ = writeln!(constants, "const {name}: f32 = {x:?}f;");
+        }
         let tap = points * (points + 8) + gauge * places + 2 * places + 64;
         let read = written.shape.len() + at_points + n * tap;
         let ranked = drives * (2 * pairs + n * (points + 8));
-        Sheet {
-            counts,
-            switches,
-            reals,
+        Some(Sheet {
+            constants,
             numbers,
             shape: written.shape,
             rows: written.rows,
             kept: (points + KEPT) * n,
             rounds: if own { drives * (read + n * 16) } else { read + ranked },
-            unit: if self.kind == Drive::Angle { 1f32.to_radians() } else { 1.0 },
-        }
+            unit: if scope.setup.drive == Drive::Angle { 1f32.to_radians() } else { 1.0 },
+        })
     }
 }
 

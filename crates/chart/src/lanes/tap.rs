@@ -4,7 +4,7 @@ use super::dispatch::by_lanes;
 use super::read::{Basis, Values};
 use super::rows::Rows;
 use super::theory::{Growth, Whisker};
-use super::{Charted, LANES, Lanes, ORDERS, Scratch, Tables};
+use super::{Charted, LANES, Lanes, ORDERS, Ranker, Scratch};
 use crate::design::amount;
 use crate::distance::Function;
 use crate::kernel::cpu::Packed;
@@ -78,19 +78,19 @@ impl Taps {
 
     /// Adds the theory of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
     #[inline(always)]
-    pub fn add_theory<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker) {
-        for (strain, distance) in self.strain.iter_mut().zip(&tables.distances) {
-            *strain = design.strain(tables, Lanes::splat(distance.inverse));
+    pub fn add_theory<const FIGURES: bool>(&mut self, ranker: &Ranker, design: &Whisker) {
+        for (strain, distance) in self.strain.iter_mut().zip(&ranker.distances) {
+            *strain = design.strain(ranker, Lanes::splat(distance.inverse));
         }
-        if FIGURES || tables.by.is_some() {
-            for (growth, distance) in self.growth.iter_mut().zip(&tables.distances) {
-                *growth = design.growth(tables, distance);
+        if FIGURES || ranker.by.is_some() {
+            for (growth, distance) in self.growth.iter_mut().zip(&ranker.distances) {
+                *growth = design.growth(ranker, distance);
             }
         }
     }
 }
 
-impl Tables {
+impl Ranker {
     /// Reads `design` from `chart`, over the points or at its drive, without its theory; its arc if `with_arc`, with `FORCE` its force.
     #[inline(always)]
     pub(super) fn tap<const OWN: bool, const FORCE: bool>(
@@ -181,7 +181,7 @@ impl Tables {
 
     /// K − 1 of taps of easy designs, each with the place of its distance, as in the rows.
     pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        by_lanes!(self.deviations_lanes(taps))
+        by_lanes!(self.has, self.deviations_lanes(taps))
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
@@ -200,7 +200,7 @@ impl Tables {
             }
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();
-                let drive = amount(self.kind, tuple.drive) as f32;
+                let drive = amount(self.scope.setup.drive, tuple.drive) as f32;
                 let shared = self.angles.iter().map(|a| &a.stroke).find(|a| !own && a.drive == drive);
                 let deviation = match shared {
                     Some(a) => a.power * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),

@@ -2,7 +2,7 @@
 
 use super::dispatch::part;
 use super::neighbours::{Place, picked};
-use super::{Charted, Distance, Lanes, Tables};
+use super::{Charted, Distance, Lanes, Ranker};
 use crate::estimate::FAR;
 use crate::kernel::cpu::Packed;
 
@@ -35,30 +35,30 @@ pub(super) struct Thresholds {
 
 impl Whisker {
     #[inline(always)]
-    pub fn new(tables: &Tables, [diameter, tau, length]: [Lanes; 3], gauge: [Lanes; 2]) -> Self {
+    pub fn new(ranker: &Ranker, [diameter, tau, length]: [Lanes; 3], gauge: [Lanes; 2]) -> Self {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let [u1, u2] = [one - tau * gauge[0], one - tau * gauge[1]];
         let b = one / (u1 * u2);
         let form = [of(0.75) * diameter * b * b, u1 + u2, gauge[0] * u2 + gauge[1] * u1];
-        let peak = tables.peak(diameter, tau, gauge);
+        let peak = ranker.peak(diameter, tau, gauge);
         let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero, ends: [zero; 2] };
         let mut whisker = Self { diameter, tau, length, gauge, peak, form, words };
-        let highest = whisker.strain(tables, peak);
-        let [lo, hi] = tables.ends.map(Lanes::splat);
+        let highest = whisker.strain(ranker, peak);
+        let [lo, hi] = ranker.ends.map(Lanes::splat);
         let never = of(1e30);
-        let high = peak.if_less(hi, whisker.strain(tables, hi), never);
-        let farthest = whisker.strain(tables, zero);
+        let high = peak.if_less(hi, whisker.strain(ranker, hi), never);
+        let farthest = whisker.strain(ranker, zero);
         let mut ends = [-never; 2];
         if !farthest.all_at_most(zero) {
             for (end, reach) in ends.iter_mut().zip([FAR, 1.0]) {
                 let u = of(1.0 / reach) / length;
-                let least = peak.if_less(u, highest, whisker.strain(tables, u));
+                let least = peak.if_less(u, highest, whisker.strain(ranker, u));
                 *end = zero.if_less(farthest, least, -never);
             }
         }
         whisker.words = Thresholds {
-            low: lo.if_less(peak, never, whisker.strain(tables, lo)),
+            low: lo.if_less(peak, never, whisker.strain(ranker, lo)),
             high: high.min(highest),
             peak: highest,
             farthest,
@@ -93,20 +93,20 @@ impl Whisker {
 
     /// f per radian or mm at u = 1/a.
     #[inline(always)]
-    pub fn strain(&self, tables: &Tables, u: Lanes) -> Lanes {
+    pub fn strain(&self, ranker: &Ranker, u: Lanes) -> Lanes {
         let [scale, sum, moment] = self.form;
         let f = scale * (u - self.tau) * (sum - moment * u);
-        if tables.theory.plain {
+        if ranker.theory.plain {
             return f;
         }
         let one = Lanes::of(1.0);
-        let shear = Lanes::splat(tables.theory.shear) * self.diameter * self.diameter;
-        let lever = if tables.theory.displaced { u } else { one + Lanes::splat(tables.theory.hub) * u };
+        let shear = Lanes::splat(ranker.theory.shear) * self.diameter * self.diameter;
+        let lever = if ranker.theory.displaced { u } else { one + Lanes::splat(ranker.theory.hub) * u };
         f * lever / (one + shear * u * u)
     }
 
     #[inline(always)]
-    pub fn growth(&self, tables: &Tables, distance: &Distance) -> Growth {
+    pub fn growth(&self, ranker: &Ranker, distance: &Distance) -> Growth {
         let of = Lanes::of;
         let (one, inverse) = (of(1.0), Lanes::splat(distance.inverse));
         let [_, sum, moment] = self.form;
@@ -118,11 +118,11 @@ impl Whisker {
             shear: of(0.0),
             vertex: self.peak * Lanes::splat(distance.a) - one,
         };
-        if !tables.theory.plain {
-            let hub = Lanes::splat(tables.theory.hub) * inverse;
-            let shear = Lanes::splat(tables.theory.shear) * self.diameter * self.diameter;
+        if !ranker.theory.plain {
+            let hub = Lanes::splat(ranker.theory.hub) * inverse;
+            let shear = Lanes::splat(ranker.theory.shear) * self.diameter * self.diameter;
             growth.shear = shear * inverse * inverse;
-            growth.hub = if tables.theory.displaced { one } else { hub / (one + hub) };
+            growth.hub = if ranker.theory.displaced { one } else { hub / (one + hub) };
         }
         growth
     }
@@ -179,10 +179,10 @@ impl Growth {
 
     /// The growth, its slope and its curvature at η.
     #[inline(always)]
-    pub fn at(&self, tables: &Tables, eta: Lanes) -> [Lanes; 3] {
+    pub fn at(&self, ranker: &Ranker, eta: Lanes) -> [Lanes; 3] {
         let zero = Lanes::of(0.0);
         let all = grow([self.steep * eta, self.steep, zero], [-(self.gauge * eta), -self.gauge, zero]);
-        if tables.theory.plain {
+        if ranker.theory.plain {
             return all;
         }
         part!(self.beyond(all, eta))
@@ -212,7 +212,7 @@ fn grow(a: [Lanes; 3], b: [Lanes; 3]) -> [Lanes; 3] {
     [a[0] + b[0] + a[0] * b[0], a[1] * more_b + b[1] * more_a, a[2] * more_b + (both + both) + b[2] * more_a]
 }
 
-impl Tables {
+impl Ranker {
     /// u at the peak of the theory: that of the quadratic, then Newton's steps for the other terms.
     #[inline(always)]
     pub(super) fn peak(&self, diameter: Lanes, tau: Lanes, [x1, x2]: [Lanes; 2]) -> Lanes {

@@ -5,7 +5,7 @@ use super::rows::Rows;
 use super::tally::{Results, Tally, times};
 use super::tap::{TapSeries, Taps};
 use super::theory::Thresholds;
-use super::{Lanes, ORDERS, Tables};
+use super::{Lanes, ORDERS, Ranker};
 use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::BEYOND;
 
@@ -51,18 +51,18 @@ impl Rows {
     #[inline(always)]
     pub fn calibration_of<const OWN: bool>(
         &self,
-        tables: &Tables,
+        ranker: &Ranker,
         taps: &Taps,
         complete: Lanes,
     ) -> Calibration {
-        let (zero, half, all) = (Lanes::of(0.0), Lanes::of(0.5), Lanes::of(tables.drives::<OWN>() as f64));
+        let (zero, half, all) = (Lanes::of(0.0), Lanes::of(0.5), Lanes::of(ranker.drives::<OWN>() as f64));
         let mut known = Calibration { centre: [zero; ORDERS], radius: [zero; ORDERS], exact: true };
         if self.passed.fixed.is_some() {
             return known;
         }
         let partly = !all.all_at_most(complete);
         known.exact = !partly && self.slack[0].all_at_most(zero);
-        for k in 0..tables.orders::<OWN>() {
+        for k in 0..ranker.orders::<OWN>() {
             (known.centre[k], known.radius[k]) = (self.mean[k], self.slack[0]);
             if partly {
                 let [mut least, mut most] = [Lanes::of(1e30), Lanes::of(-1e30)];
@@ -111,7 +111,9 @@ impl Rows {
         let (mut less, mut more) = (of(0.99999) - self.largest, of(1.00001) + self.largest);
         if OWN {
             (powers, slack, apart) = ([self.own[1]; 2], zero, apart + tap.slack[0]);
-            let [least, most] = k_of(self.own[1], tap);
+            // Least and largest K at each design's drive.
+            let k = self.own[1].mul_add(tap.kappa[0], one);
+            let [least, most] = [k - self.own[1] * tap.slack[0], k + self.own[1] * tap.slack[0]];
             (less, more) = (one / most, zero.if_less(least, one / least, of(1e30)));
         }
         let fixed = self.passed.fixed.unwrap_or(zero);
@@ -125,15 +127,15 @@ impl Rows {
     #[inline(always)]
     pub fn count<const OWN: bool>(
         &self,
-        tables: &Tables,
+        ranker: &Ranker,
         (tap, a, edges): (TapSeries<'_>, f32, [Lanes; 2]),
         (complete, known): (Lanes, &Calibration),
         tally: &mut Tally<'_>,
     ) {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let (m, drives) = (tables.orders::<OWN>(), tables.drives::<OWN>());
-        let [whole_range, groups @ ..] = tables.groups.as_slice() else { return };
+        let (m, drives) = (ranker.orders::<OWN>(), ranker.drives::<OWN>());
+        let [whole_range, groups @ ..] = ranker.groups.as_slice() else { return };
         let bounds = self.design.words.bounds(tap.strain);
         let [least, most] = self.reach::<OWN>(whole_range, tap, known, m);
         let results = certain(bounds, [least, most]);
@@ -167,7 +169,7 @@ impl Rows {
             let is_free = of(group.drives.end as f64).all_at_most(edges[0].min(edges[1]));
             let mut free = [zero; 3];
             for j in group.drives.clone() {
-                let q = self.miss(&self.row::<OWN>(tables, j), tap, m);
+                let q = self.miss(&self.row::<OWN>(ranker, j), tap, m);
                 let results = certain(bounds, [q; 2]);
                 if is_free {
                     free = [free[0] + results[0], free[1] + results[1], free[2] + results[2]];
@@ -181,11 +183,4 @@ impl Rows {
             }
         }
     }
-}
-
-/// Least and largest K of a tap at each design's drive, θᵉ = `power`.
-#[inline(always)]
-fn k_of(power: Lanes, tap: TapSeries<'_>) -> Reach {
-    let (k, slack) = (power.mul_add(tap.kappa[0], Lanes::of(1.0)), power * tap.slack[0]);
-    [k - slack, k + slack]
 }

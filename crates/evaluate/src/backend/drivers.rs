@@ -131,29 +131,3 @@ pub fn adapters(needed: bool) -> Result<Vec<Adapter>, Error> {
     faults.iter().for_each(|why| gpu::hear(why));
     Ok(all)
 }
-
-#[cfg(all(test, unix))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_driver_that_crashes_or_hangs_is_told_in_words_and_leaves_the_others() {
-        const A: &str = r#"echo '["A","",false]'"#;
-        const B: &str = r#"echo '["B","",true]'; echo done"#;
-        for (script, seconds, fault, others) in [
-            ("kill -SEGV $$".to_owned(), 300.0, "crashed (signal: 11 (SIGSEGV)", &[][..]),
-            ("exec sleep 600".to_owned(), 0.4, "did not answer within 0.4 s when it was asked", &[]),
-            (format!("[ $1 = 0 ] && {A} && kill -ABRT $$; {B}"), 300.0, "the driver of A crashed", &["B"]),
-        ] {
-            let how = move || {
-                let mut command = Command::new("sh");
-                command.args(["-c", &script, "sh"]);
-                Some(command)
-            };
-            let (there, faults) =
-                found_by(&(Box::new(how) as How), Duration::from_secs_f64(seconds)).unwrap();
-            assert_eq!(there.iter().map(|a| a.0.as_str()).collect::<Vec<_>>(), others);
-            assert!(faults.len() == 1 && faults[0].contains(fault), "{faults:?}");
-        }
-    }
-}

@@ -287,14 +287,8 @@ fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &[String]) -
 
 /// The devices as JSON: `adapters`, the CPU, and driver faults.
 pub fn listed(adapters: &[Adapter], faults: &[String]) -> Value {
-    let one = |a: &Adapter| {
-        json!({
-            "name": a.name, "driver": a.driver, "api": a.api, "software": a.software, "f64": a.f64,
-            "max_binding_bytes": a.max_binding, "max_workgroups": a.max_workgroups, "features": a.features,
-        })
-    };
     let cpu = json!({ "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() });
-    json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "faults": faults, "cpu": cpu })
+    json!({ "adapters": adapters, "faults": faults, "cpu": cpu })
 }
 
 fn names(adapters: &[Adapter]) -> String {

@@ -29,10 +29,10 @@ const NARROW: f64 = 1e-3;
 const POINTS: (f64, [usize; 2]) = (1e-6, [12, NODES]);
 static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| POINTS.1.map(matrix));
 
-/// The extent of a wanted curve.
+/// The extent of a wanted curve: of distances asked, smallest and largest, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reach {
-    /// Around these distances (smallest and largest, mm) and the range of interest; to the tip where |ε| rises at the smallest.
+    /// Around them and the range of interest; to the tip where |ε| rises at the smallest.
     Asked([f64; 2]),
     /// The same, starting before the peak.
     Peak([f64; 2]),
@@ -44,6 +44,12 @@ impl Reach {
     /// For taps between these distances (mm) at a pole of this direction: readings of a tilted one may lie anywhere on the curve.
     pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
         if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
+    }
+
+    fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Asked(ends) | Self::Peak(ends) | Self::Whole(ends) => ends,
+        }
     }
 }
 
@@ -133,7 +139,7 @@ impl<'w, 'a> Work<'w, 'a> {
         let Ask { design, reach, .. } = self.asks[ask];
         let ends = ends(self.setup, &self.designs[design as usize], reach);
         // Next to the gauge taps are hard, and needed only for readings that no distance beyond the peak gives.
-        let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
+        let [least, _] = reach.ends();
         let rough = |far: f64| matches!(reach, Reach::Whole(_)) && far < least;
         let depth = |far| if rough(far) { HALVINGS - FEW } else { 0 };
         let open = |w: &[f64]| Open { ask, u: [1.0 / w[0], 1.0 / w[1]], depth: depth(w[0]) };
@@ -143,7 +149,7 @@ impl<'w, 'a> Work<'w, 'a> {
     /// The rest of the whisker, if |ε| rises at the smallest requested distance: a larger one may have the same strain.
     fn beyond(&self, ask: usize) -> Option<Open> {
         let Ask { design, reach, .. } = self.asks[ask];
-        let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
+        let [least, _] = reach.ends();
         let pieces = &self.pieces[ask];
         let near = pieces.iter().map(|p| p.u[1]).fold(0.0, f64::max);
         let far = pieces.iter().map(|p| p.u[0]).fold(f64::INFINITY, f64::min);
@@ -254,7 +260,7 @@ fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
     let Some(shared) = &design.shared else { return Vec::new() };
     let ([x1, x2], tip) = (shared.gauge, design.tuple.L_a);
     let start = x1 + 0.02 * (x2 - x1);
-    let (Reach::Asked([least, most]) | Reach::Peak([least, most]) | Reach::Whole([least, most])) = reach;
+    let [least, most] = reach.ends();
     let [from, to] = setup.estimate.range.unwrap_or([least, most]);
     let (least, most) = (least.min(from).max(start), most.max(to).min(tip));
     let whole = matches!(reach, Reach::Whole(_));

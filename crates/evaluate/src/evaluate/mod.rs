@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::gpu::ranking::DeviceRanker;
-use crate::kernel::ranking::Charts;
+use crate::kernel::ranking::{OnCpu, Sheet};
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::{NEVER, go_on};
@@ -157,16 +157,17 @@ impl<'a> Evaluator<'a> {
         std::mem::take(&mut self.sweeps)
     }
 
-    /// Ranks the designs of `layout` from `charts` on the solver's device, if it has one.
+    /// Ranks the designs of `layout` by charts as a `sheet` on the solver's device, if it has one and ranks them as `on_cpu` does.
     pub fn ranking(
         &mut self,
-        charts: &dyn Charts,
+        sheet: impl FnOnce() -> Option<Sheet>,
         layout: &Layout,
+        on_cpu: &OnCpu<'_>,
     ) -> Result<Option<DeviceRanker>, SolveError> {
         match &mut self.method {
             // Shaders have f of a cone only.
             Method::Fast { solver, .. } if self.setup.built.is_none() => {
-                solver.device().map_or(Ok(None), |device| device.ranking(charts, layout))
+                solver.device().map_or(Ok(None), |device| device.ranking(sheet, layout, on_cpu))
             }
             _ => Ok(None),
         }

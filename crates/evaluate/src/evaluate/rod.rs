@@ -7,6 +7,7 @@ use super::solve::ROUGH;
 use super::{Evaluator, Method, Outcome, Outcomes, Task, referred};
 use crate::design::{Design, Shared, radians};
 use crate::error::SolveError;
+use crate::kernel::Rung;
 use crate::kernel::rule::limits::EDGE;
 use crate::physics::onset::Grip;
 use crate::physics::pole::{Pole, Rig};
@@ -16,7 +17,7 @@ use crate::status::Status;
 use vibrissa_built::{Tap, solve_on};
 use vibrissa_rod::{Effects, Rod, Skin, Solution, Tilt};
 
-/// Distance, over a, from a corner or the tip within which the kernel cannot decide the contact's side.
+/// Distance, over a, from a corner or the tip within which it is not decided on which side the contact is.
 const CLOSE: f64 = 1e-6;
 
 enum Open {
@@ -62,10 +63,12 @@ impl Evaluator<'_> {
     ) -> Outcomes {
         let (setup, tolerance) = (self.setup, self.tolerance());
         let (samples, leaves) = (self.samples, self.leaves);
-        let rods: Vec<Option<Rod>> = designs
-            .par_iter()
-            .map(|design| design.shared.as_ref().map(|shared| rod(design.setup(setup), shared)))
-            .collect();
+        let mut named = vec![false; designs.len()];
+        tasks.iter().for_each(|task| named[task.design as usize] = true);
+        let rod = |(design, named): (&Design, bool)| {
+            design.shared.as_ref().filter(|_| named).map(|shared| rod(design.setup(setup), shared))
+        };
+        let rods: Vec<Option<Rod>> = designs.par_iter().zip(named).map(rod).collect();
         let first = match (grip, setup.model.contact) {
             (Some(grip), _) => grip,
             (None, Contact::Frictionless | Contact::Coulomb(0.0)) => Grip::Slide(0.0),
@@ -86,31 +89,49 @@ impl Evaluator<'_> {
             let those: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();
             let grips: Vec<Grip> = sliding.iter().map(|&i| held[i]).collect();
             let again = self.solve_rods((designs, &rods), &those, &grips)?;
-            for (&i, new) in sliding.iter().zip(again) {
-                solved[i] = new;
+            for (&i, (new, plane)) in sliding.iter().zip(again) {
+                let sweeps = solved[i].0.sweeps + new.sweeps;
+                solved[i] = (Solution { sweeps, ..new }, plane);
             }
             // Sticking must be certain, or the reference decides.
             for ((s, _), grip) in solved.iter_mut().zip(&held) {
                 if *grip == Grip::Stick && !is_plain(s, mu, tolerance) {
-                    *s = Solution::FAILED;
+                    *s = Solution { sweeps: s.sweeps, ..Solution::FAILED };
                 }
             }
         }
-        solved.iter().for_each(|(s, _)| self.sweeps.push(s.sweeps));
+        solved.iter().filter(|(s, _)| s.sweeps > 0.0).for_each(|(s, _)| self.sweeps.push(s.sweeps));
         let open = |(task, solved): (&Task, &Solved)| {
             check_answer(setup, &designs[task.design as usize], task, &solved.0, tolerance).map(|()| *solved)
         };
         let known: Vec<Result<Solved, Open>> = tasks.par_iter().zip(&solved).map(open).collect();
+        let whole = match &self.method {
+            Method::Fast { rungs, .. } => rungs.last().and_then(Rung::chart).is_none_or(|chart| chart.whole),
+            Method::Reference => true,
+        };
+        // What becomes of a tap that the solver leaves open; None: the reference is asked.
+        let without = |i: usize| {
+            let task = &tasks[i];
+            let far = leaves && setup.built.is_none() && task.is_far(&designs[task.design as usize]);
+            match () {
+                () if grip.is_some() => Some(Status::NOT_CONVERGED),
+                () if far && solved[i].0.is_astray() => Some(Status::NOT_CONVERGED),
+                () if samples && whole && held[i] == Grip::Slide(0.0) => Some(Status::NOT_CONVERGED),
+                () => None,
+            }
+        };
         if self.spare < usize::MAX {
-            let asked =
-                |i: &usize| Asked::new(setup, &designs[tasks[*i].design as usize], &tasks[*i]).is_some();
-            let unsure = (0..tasks.len()).filter(|&i| matches!(known[i], Err(Open::Unsure)));
-            let left = unsure.filter(asked).count();
+            let left = |i: &usize| {
+                matches!(known[*i], Err(Open::Unsure))
+                    && without(*i).is_none()
+                    && Asked::new(setup, &designs[tasks[*i].design as usize], &tasks[*i]).is_some()
+            };
+            let left = (0..tasks.len()).filter(left).count();
             self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         }
         let stop = self.stop;
         let finish = |i: usize| {
-            let (task, grip) = (&tasks[i], held[i]);
+            let task = &tasks[i];
             let design = &designs[task.design as usize];
             let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
             match &known[i] {
@@ -140,16 +161,20 @@ impl Evaluator<'_> {
                         normal: s.normal,
                         tangential: s.tangential,
                         arc: shared.start + s.arc,
-                        sticking: grip == Grip::Stick,
+                        sticking: held[i] == Grip::Stick,
                     };
                     Outcome { sweeps: s.sweeps as f32, ..asked.outcome(found) }
                 }
                 Err(Open::Ended(why)) => asked.unsolved(*why),
-                _ if leaves && setup.built.is_none() && task.is_far(design) => {
-                    Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING }
-                }
-                _ if samples && matches!(grip, Grip::Slide(_)) => asked.unsolved(Status::NOT_CONVERGED),
-                _ => referred(stop, expected.map(|known| &known[i]), (setup, design, task)),
+                Err(Open::Unsure) => match without(i) {
+                    Some(why) => asked.unsolved(why),
+                    None => {
+                        // Taps of tilted poles that the solver does not know are not left to the reference, but its own.
+                        let own = setup.built.is_some() && !task.direction.is_upright();
+                        let known = expected.map(|known| &known[i]);
+                        Outcome { referred: !own, ..referred(stop, known, (setup, design, task)) }
+                    }
+                },
             }
         };
         Ok((0..tasks.len()).into_par_iter().map(finish).collect())
@@ -175,7 +200,10 @@ impl Evaluator<'_> {
         };
         let framed: Vec<Option<Tap<'_>>> = tasks.par_iter().zip(grips).map(tap).collect();
         let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
-        let chart = rungs.iter().rev().find_map(|rung| rung.chart());
+        if taps.is_empty() {
+            return Ok(vec![lost; tasks.len()]);
+        }
+        let chart = rungs.last().and_then(Rung::chart);
         let solved = if setup.built.is_some() {
             let precision = rungs.first().map_or(Precision::F64, |rung| rung.precision());
             solve_on(solver.as_mut(), &taps, effects, (precision, *tolerance), chart)?

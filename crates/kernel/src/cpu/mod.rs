@@ -2,7 +2,6 @@
 
 // Index loops read like their WGSL twins, and vectorise where packs are not vectors.
 #![allow(clippy::needless_range_loop)]
-#![cfg_attr(test, allow(dead_code, unused_variables, unreachable_code))]
 
 mod exact;
 pub mod law;
@@ -14,7 +13,7 @@ use rayon::prelude::*;
 
 use exact::Tables;
 pub use exact::series;
-pub use pack::{AVX2, COMMON, Pack, Packed, Scalar, UNFUSED, VECTORS};
+pub use pack::{Instructions, Pack, Packed, Plain, Scalar, Set, WIDEST};
 
 use super::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
@@ -37,20 +36,42 @@ impl Cpu {
 
     /// Instruction set in use, for `devices` and `run.json`.
     pub fn instructions() -> &'static str {
-        if fused() { "avx2+fma" } else { std::env::consts::ARCH }
+        match Vectors::found() {
+            Some(_) if cfg!(target_arch = "x86_64") => "avx2+fma",
+            _ => std::env::consts::ARCH,
+        }
     }
 }
 
-/// True if lanes have fused multiply–add and 256 bits.
-#[cfg(target_arch = "x86_64")]
-pub fn fused() -> bool {
-    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+/// Proof that this CPU has the instructions [`Self::HAVE`] of wide packs: on x86-64 AVX2 and FMA, elsewhere those that every CPU has.
+#[derive(Debug, Clone, Copy)]
+pub struct Vectors(());
+
+impl Vectors {
+    /// The instructions.
+    pub const HAVE: Instructions = match () {
+        () if cfg!(target_arch = "x86_64") => Instructions::Avx2,
+        () if cfg!(target_arch = "aarch64") => Instructions::Fused,
+        () => Instructions::Unfused,
+    };
+
+    /// The proof, if the CPU has them.
+    pub fn found() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        let has = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+        #[cfg(not(target_arch = "x86_64"))]
+        let has = true;
+        has.then_some(Self(()))
+    }
 }
 
-/// True if lanes have fused multiply–add and 256 bits.
-#[cfg(not(target_arch = "x86_64"))]
-pub fn fused() -> bool {
-    false
+/// The set of [`block`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wide;
+
+// SAFETY: its packs are made in `block`, which needs the proof.
+unsafe impl Set for Wide {
+    const HAS: Instructions = Vectors::HAVE;
 }
 
 impl Solver for Cpu {
@@ -82,22 +103,22 @@ impl Solver for Cpu {
 macro_rules! by_nodes {
     ($name:ident, $t:ty, $lanes:literal, plain $($n:literal)*, sizes $($size:literal)*, most $most:literal) => {
         fn $name(job: &Job<'_>, taps: &[Tap], out: &mut [Solution]) -> Result<(), SolveError> {
-            match job.rule.nodes {
-                $($n if job.effects.plain() && wide() => {
+            match (job.rule.nodes, Vectors::found()) {
+                $(($n, Some(has)) if job.effects.plain() => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    // SAFETY: `wide` holds.
-                    parallel(taps, out, |t, o| unsafe { block::<$t, $n, $lanes, true>(&tables, job, t, o) });
+                    // SAFETY: the CPU has the vectors.
+                    parallel(taps, out, |t, o| unsafe { block::<$t, $n, $lanes, true>(has, &tables, job, t, o) });
                 })*
-                $(2..=$size if wide() => {
+                $((2..=$size, Some(has)) => {
                     let tables = Tables::<$t, $size>::new(job.rule, job.chart);
-                    // SAFETY: `wide` holds.
-                    parallel(taps, out, |t, o| unsafe { block::<$t, $size, $lanes, false>(&tables, job, t, o) });
+                    // SAFETY: the CPU has the vectors.
+                    parallel(taps, out, |t, o| unsafe { block::<$t, $size, $lanes, false>(has, &tables, job, t, o) });
                 })*
-                2..=$most => {
+                (2..=$most, _) => {
                     let tables = Tables::<$t, $most>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| lanes::<Pack<$t, 1, UNFUSED>, 1, $most, false>(&tables, job, t, o));
+                    parallel(taps, out, |t, o| lanes::<Pack<$t, 1, Plain>, 1, $most, false>(&tables, job, t, o));
                 }
-                n => return Err(SolveError::Nodes(n)),
+                (n, _) => return Err(SolveError::Nodes(n)),
             }
             Ok(())
         }
@@ -106,26 +127,21 @@ macro_rules! by_nodes {
 by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10, most 10);
 by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
 
-fn wide() -> bool {
-    fused() || cfg!(not(target_arch = "x86_64"))
-}
-
 fn parallel(taps: &[Tap], out: &mut [Solution], f: impl Fn(&[Tap], &mut [Solution]) + Sync) {
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
 }
 
-const WIDE: u8 = if cfg!(target_arch = "x86_64") { AVX2 } else { COMMON };
-
 /// # Safety
-/// [`wide`] holds.
+/// As its first argument proves.
 #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
 unsafe fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
+    _: Vectors,
     tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap],
     out: &mut [Solution],
 ) {
-    lanes::<Pack<T, L, WIDE>, L, N, PLAIN>(tables, job, taps, out);
+    lanes::<Pack<T, L, Wide>, L, N, PLAIN>(tables, job, taps, out);
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap. `PLAIN`: all effects are off, and the rule has N nodes.

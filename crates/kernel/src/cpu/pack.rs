@@ -1,5 +1,7 @@
 //! Lanes: `L` numbers in the same arithmetic, as vectors of an instruction set that the caller enables; for other sizes, left to the auto-vectoriser.
 
+use std::fmt::Debug;
+use std::marker::PhantomData;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 #[cfg(target_arch = "x86_64")]
@@ -122,50 +124,75 @@ pub trait Packed:
     fn all_at_most(self, o: Self) -> bool;
 }
 
-/// Value of `SET`: instructions that every CPU has.
-pub const UNFUSED: u8 = 0;
-/// With fused multiply–add; without it a fused operation would be a library call per lane.
-pub const FUSED: u8 = 1;
-/// The same, with packs of [`VECTORS`] or 16 f32, or of 8 f64, as AVX2 vectors: the auto-vectoriser uses vectors of two for some sums.
-pub const AVX2: u8 = 2;
-/// Instructions that every CPU of this architecture has.
-pub const COMMON: u8 = if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED };
+/// Instructions of packs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instructions {
+    /// Those that every CPU has.
+    Unfused,
+    /// With fused multiply–add; without it a fused operation would be a library call per lane.
+    Fused,
+    /// The same, with packs of [`WIDEST`] or 16 f32, or of 8 f64, as AVX2 vectors: the auto-vectoriser uses vectors of two for some sums.
+    Avx2,
+}
+
+/// A set of instructions, by which its packs compute.
+///
+/// # Safety
+/// Packs of this type must exist only where the CPU has the instructions: behind a [`Vectors`](super::Vectors), or where every CPU has them.
+pub unsafe trait Set: Debug + Copy + PartialEq {
+    /// The instructions.
+    const HAS: Instructions;
+}
+
+/// The set that every CPU has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plain;
+
+// SAFETY: every CPU has it.
+unsafe impl Set for Plain {
+    const HAS: Instructions = Instructions::Unfused;
+}
 
 /// f32 of the widest packs that are vectors.
-pub const VECTORS: usize = 32;
+pub const WIDEST: usize = 32;
 
-/// `L` lanes of `T`, by the instructions of `SET`, which the caller must enable.
+/// `L` lanes of `T`, by the instructions of `S`, which the caller must enable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
-pub struct Pack<T, const L: usize, const SET: u8>(pub [T; L]);
+pub struct Pack<T, const L: usize, S>(pub [T; L], PhantomData<S>);
 
-impl<T: Scalar, const L: usize, const SET: u8> Default for Pack<T, L, SET> {
+impl<T: Scalar, const L: usize, S: Set> Default for Pack<T, L, S> {
     fn default() -> Self {
         Packed::of(0.0)
     }
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
+impl<T: Scalar, const L: usize, S: Set> Pack<T, L, S> {
     #[inline(always)]
-    fn map2(self, o: Self, f: impl Fn(T, T) -> T) -> Self {
-        let mut r = self.0;
+    fn map2(mut self, o: Self, f: impl Fn(T, T) -> T) -> Self {
         if const { L == 1 } {
-            r[0] = f(self.0[0], o.0[0]);
-            return Self(r);
+            self.0[0] = f(self.0[0], o.0[0]);
+            return self;
         }
         for i in 0..L {
-            r[i] = f(self.0[i], o.0[i]);
+            self.0[i] = f(self.0[i], o.0[i]);
         }
-        Self(r)
+        self
+    }
+
+    /// Of these numbers.
+    #[inline(always)]
+    pub fn new(numbers: [T; L]) -> Self {
+        Self(numbers, PhantomData)
     }
 }
 
-impl<T: Scalar, const L: usize, const SET: u8> Packed for Pack<T, L, SET> {
+impl<T: Scalar, const L: usize, S: Set> Packed for Pack<T, L, S> {
     type Scalar = T;
 
     #[inline(always)]
     fn gather(mut of: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(|i| T::of(of(i))))
+        Self::new(std::array::from_fn(|i| T::of(of(i))))
     }
 
     #[inline(always)]
@@ -176,31 +203,31 @@ impl<T: Scalar, const L: usize, const SET: u8> Packed for Pack<T, L, SET> {
     #[inline(always)]
     fn splat(x: T) -> Self {
         kinds!(same, x);
-        Self([x; L])
+        Self::new([x; L])
     }
 
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         kinds!(vectors, mul_add(self, b, c));
-        let mut r = self.0;
+        let mut r = self;
         for i in 0..L {
-            r[i] = if const { SET != UNFUSED } {
-                self.0[i].fma(b.0[i], c.0[i])
-            } else {
+            r.0[i] = if const { matches!(S::HAS, Instructions::Unfused) } {
                 self.0[i] * b.0[i] + c.0[i]
+            } else {
+                self.0[i].fma(b.0[i], c.0[i])
             };
         }
-        Self(r)
+        r
     }
 
     #[inline(always)]
     fn sqrt(self) -> Self {
         kinds!(vectors, sqrt(self));
-        let mut r = self.0;
-        for x in &mut r {
+        let mut r = self;
+        for x in &mut r.0 {
             *x = x.sqrt();
         }
-        Self(r)
+        r
     }
 
     #[inline(always)]
@@ -218,11 +245,11 @@ impl<T: Scalar, const L: usize, const SET: u8> Packed for Pack<T, L, SET> {
     #[inline(always)]
     fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
         kinds!(vectors, if_less(self, o, yes, no));
-        let mut r = no.0;
+        let mut r = no;
         for i in 0..L {
-            r[i] = if self.0[i] < o.0[i] { yes.0[i] } else { no.0[i] };
+            r.0[i] = if self.0[i] < o.0[i] { yes.0[i] } else { no.0[i] };
         }
-        Self(r)
+        r
     }
 
     #[inline(always)]
@@ -238,7 +265,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Packed for Pack<T, L, SET> {
 
 macro_rules! operator {
     ($trait:ident, $name:ident) => {
-        impl<T: Scalar, const L: usize, const SET: u8> $trait for Pack<T, L, SET> {
+        impl<T: Scalar, const L: usize, S: Set> $trait for Pack<T, L, S> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, o: Self) -> Self {
@@ -253,7 +280,7 @@ operator!(Sub, sub);
 operator!(Mul, mul);
 operator!(Div, div);
 
-impl<T: Scalar, const L: usize, const SET: u8> Neg for Pack<T, L, SET> {
+impl<T: Scalar, const L: usize, S: Set> Neg for Pack<T, L, S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -262,7 +289,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Neg for Pack<T, L, SET> {
 }
 
 /// Closed forms of several taps: no operation is fused.
-impl<const L: usize> Number for Pack<f64, L, UNFUSED> {
+impl<const L: usize> Number for Pack<f64, L, Plain> {
     #[inline(always)]
     fn of(x: f64) -> Self {
         Packed::of(x)

@@ -2,7 +2,7 @@
 
 pub use std::arch::x86_64::{__m256, __m256d};
 
-use super::pack::AVX2;
+use super::pack::Instructions;
 
 /// A pack and its vectors. A union has no checks, which would cost a debug build minutes.
 #[derive(Clone, Copy)]
@@ -12,50 +12,37 @@ pub union Same<P: Copy, V: Copy> {
 }
 
 /// Operations of vectors of AVX2, under the same names for f32 and f64.
-pub mod of_256 {
-    use std::arch::x86_64::{
-        __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_movemask_ps,
-    };
-    pub use std::arch::x86_64::{
-        _mm256_add_ps as add, _mm256_div_ps as div, _mm256_fmadd_ps as mul_add, _mm256_max_ps as max,
-        _mm256_min_ps as min, _mm256_mul_ps as mul, _mm256_set1_ps as set, _mm256_sqrt_ps as sqrt,
-        _mm256_sub_ps as sub,
-    };
+macro_rules! operations {
+    ($name:ident, $vector:ident, $all:literal, $compare:ident $blend:ident $mask:ident, $($operation:ident = $short:ident),+) => {
+        pub mod $name {
+            use std::arch::x86_64::{$vector, _CMP_LE_OQ, _CMP_LT_OQ, $compare, $blend, $mask};
+            pub use std::arch::x86_64::{$($operation as $short),+};
 
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
-        unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
-    }
+            #[inline(always)]
+            pub unsafe fn if_less(a: $vector, b: $vector, yes: $vector, no: $vector) -> $vector {
+                unsafe { $blend(no, yes, $compare::<_CMP_LT_OQ>(a, b)) }
+            }
 
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m256, b: __m256) -> bool {
-        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
-    }
+            #[inline(always)]
+            pub unsafe fn all_at_most(a: $vector, b: $vector) -> bool {
+                unsafe { $mask($compare::<_CMP_LE_OQ>(a, b)) == $all }
+            }
+        }
+    };
 }
+operations!(
+    of_256, __m256, 0xff, _mm256_cmp_ps _mm256_blendv_ps _mm256_movemask_ps,
+    _mm256_add_ps = add, _mm256_div_ps = div, _mm256_fmadd_ps = mul_add, _mm256_max_ps = max, _mm256_min_ps = min,
+    _mm256_mul_ps = mul, _mm256_set1_ps = set, _mm256_sqrt_ps = sqrt, _mm256_sub_ps = sub
+);
+operations!(
+    of_256_double, __m256d, 0xf, _mm256_cmp_pd _mm256_blendv_pd _mm256_movemask_pd,
+    _mm256_add_pd = add, _mm256_div_pd = div, _mm256_fmadd_pd = mul_add, _mm256_max_pd = max, _mm256_min_pd = min,
+    _mm256_mul_pd = mul, _mm256_set1_pd = set, _mm256_sqrt_pd = sqrt, _mm256_sub_pd = sub
+);
 
-pub mod of_256_double {
-    use std::arch::x86_64::{
-        __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_pd, _mm256_cmp_pd, _mm256_movemask_pd,
-    };
-    pub use std::arch::x86_64::{
-        _mm256_add_pd as add, _mm256_div_pd as div, _mm256_fmadd_pd as mul_add, _mm256_max_pd as max,
-        _mm256_min_pd as min, _mm256_mul_pd as mul, _mm256_set1_pd as set, _mm256_sqrt_pd as sqrt,
-        _mm256_sub_pd as sub,
-    };
-
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m256d, b: __m256d, yes: __m256d, no: __m256d) -> __m256d {
-        unsafe { _mm256_blendv_pd(no, yes, _mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m256d, b: __m256d) -> bool {
-        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)) == 0xf }
-    }
-}
-
-pub const fn are<T, const L: usize>(set: u8, size: usize, bytes: usize) -> bool {
-    set == AVX2 && size_of::<T>() == size && L * size == bytes
+pub const fn are<T, const L: usize>(has: Instructions, size: usize, bytes: usize) -> bool {
+    matches!(has, Instructions::Avx2) && size_of::<T>() == size && L * size == bytes
 }
 
 /// Calls `$each` with the size of a number, the vectors, their operations, and their places. No operation is a loop: LLVM takes minutes for thousands
@@ -70,8 +57,8 @@ macro_rules! kinds {
 
 macro_rules! same {
     ($size:literal, $vectors:ty, $of:ident, [$($k:literal)+], $x:expr) => {
-        if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
-            // SAFETY: such packs are only made where the CPU has the instructions, and these are as many numbers of this type.
+        if const { are::<T, L>(S::HAS, $size, size_of::<$vectors>()) } {
+            // SAFETY: packs of this set exist only where the CPU has its instructions, and these are as many numbers of this type.
             unsafe {
                 let x = $of::set(Same::<T, _> { pack: $x }.vectors);
                 let all: $vectors = [$({ let _ = $k; x }),+];
@@ -83,7 +70,7 @@ macro_rules! same {
 
 macro_rules! vectors {
     ($size:literal, $vectors:ty, $of:ident, $which:tt, $operation:ident $packs:tt) => {
-        if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
+        if const { are::<T, L>(S::HAS, $size, size_of::<$vectors>()) } {
             // SAFETY: as above.
             unsafe {
                 let all: $vectors = each!($which, $vectors, $of, $operation $packs);
@@ -95,7 +82,7 @@ macro_rules! vectors {
 
 macro_rules! all_vectors {
     ($size:literal, $vectors:ty, $of:ident, $which:tt, $holds:ident $packs:tt) => {
-        if const { are::<T, L>(SET, $size, size_of::<$vectors>()) } {
+        if const { are::<T, L>(S::HAS, $size, size_of::<$vectors>()) } {
             // SAFETY: as above.
             unsafe {
                 return each!(all $vectors, $of, $which, $holds $packs);

@@ -6,8 +6,9 @@ use super::lie::Lie;
 use vibrissa_core::error::SolveError;
 
 /// An adapter and its properties.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize)]
 pub struct Adapter {
+    #[serde(skip)]
     inner: wgpu::Adapter,
     /// Name, as the driver gives it.
     pub name: String,
@@ -20,12 +21,14 @@ pub struct Adapter {
     /// Shaders may use f64.
     pub f64: bool,
     /// Largest storage buffer binding, bytes.
+    #[serde(rename = "max_binding_bytes")]
     pub max_binding: u64,
     /// Largest number of workgroups in one dimension.
     pub max_workgroups: u32,
     /// Features of interest that are present.
     pub features: Vec<&'static str>,
     /// Faults to simulate, in tests.
+    #[serde(skip)]
     pub(super) lie: Lie,
 }
 

@@ -62,13 +62,18 @@ impl Device {
         said.map_or(Ok(()), |words| Err(failed(words)))
     }
 
-    /// Compiles `wgsl`, whose entry point is `main`. Without `checks` its loops are bounded by constants and its indices by array lengths. Fails on
+    /// Compiles `wgsl`, whose entry point is `main`; without checks at run time if it is [`bounded`](super::dispatch::Program::bounded). Fails on
     /// invalid text, or if the driver refuses or is too slow.
-    pub fn compile(&self, name: &str, wgsl: &str, checks: bool) -> Result<wgpu::ComputePipeline, SolveError> {
+    pub fn compile(
+        &self,
+        name: &str,
+        wgsl: &str,
+        bounded: bool,
+    ) -> Result<wgpu::ComputePipeline, SolveError> {
         let wgsl = self.adapter.lie.text(wgsl);
         validate(name, &wgsl)?;
         let label = name.to_owned();
-        self.call(&format!("compiling kernel {name}"), move |device| pipeline(device, &label, &wgsl, checks))
+        self.call(&format!("compiling kernel {name}"), move |device| pipeline(device, &label, &wgsl, bounded))
     }
 
     /// A buffer of `size` bytes, at least 16.
@@ -161,15 +166,15 @@ fn pipeline(
     device: &wgpu::Device,
     name: &str,
     wgsl: &str,
-    checks: bool,
+    bounded: bool,
 ) -> Result<wgpu::ComputePipeline, String> {
     // Scopes belong to a thread: it begins and ends on this one.
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let source =
         wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(wgsl.into()) };
     let checks =
-        if checks { wgpu::ShaderRuntimeChecks::checked() } else { wgpu::ShaderRuntimeChecks::unchecked() };
-    // SAFETY: the text is ours and validated; without checks its loops are bounded by constants and its indices by array lengths.
+        if bounded { wgpu::ShaderRuntimeChecks::unchecked() } else { wgpu::ShaderRuntimeChecks::checked() };
+    // SAFETY: the text is ours and validated; without checks its loops and indices are bounded.
     let module = unsafe { device.create_shader_module_trusted(source, checks) };
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(name),

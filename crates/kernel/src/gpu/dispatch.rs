@@ -12,7 +12,7 @@ use super::log::Log;
 use super::ranking::DeviceRanker;
 use super::shader::{Variant, WORKGROUP};
 use crate::cpu::Cpu;
-use crate::ranking::Charts;
+use crate::ranking::{OnCpu, Sheet};
 use crate::rule::limits::LOST;
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
@@ -41,6 +41,8 @@ pub struct Program<'a> {
     pub words: usize,
     /// Index of a number that is at least 1 in every answer: zero shows that it was not written.
     pub counted: usize,
+    /// True if its loops are bounded by constants, and its indices by constants or by lengths of arrays: it is compiled without checks of them.
+    pub bounded: bool,
 }
 
 /// A device with its compiled pipelines and buffers.
@@ -133,12 +135,11 @@ impl Gpu {
     /// # Errors
     /// A device that fails; answers that it has not written.
     pub fn compute(&mut self, program: &Program<'_>) -> Result<Vec<f64>, SolveError> {
-        let Program { name, wgsl, taps, shared, count, words, counted } = *program;
+        let Program { name, wgsl, taps, shared, count, words, counted, bounded } = *program;
         let pipeline = match self.pipelines.get(wgsl) {
             Some(pipeline) => pipeline.clone(),
             None => {
-                // Loops over shared numbers have lengths that are data.
-                let pipeline = self.device.compile(name, wgsl, !shared.is_empty())?;
+                let pipeline = self.device.compile(name, wgsl, bounded)?;
                 self.pipelines.insert(wgsl.to_owned(), pipeline.clone());
                 pipeline
             }
@@ -183,6 +184,7 @@ impl Gpu {
             count: taps.len(),
             words,
             counted: SWEEPS,
+            bounded: true,
         })?;
         let read = |answer: &[f64]| match answer.iter().all(|x| x.is_finite()) {
             true => Solution::gather(|k| answer.get(k).copied().unwrap_or(0.0)),
@@ -191,19 +193,18 @@ impl Gpu {
         Ok(numbers.par_chunks_exact(words).with_min_len(GRAIN).map(read).collect())
     }
 
-    /// Ranks the designs of `layout` from `charts`; `None` where they do not fit, or the CPU must rank.
+    /// Ranks the designs of `layout` by charts as a `sheet`, if it ranks them as `on_cpu` does; `None` where they do not fit, or the CPU must rank.
     ///
     /// # Errors
     /// A device that is not watched and fails.
     pub fn ranking(
         &mut self,
-        charts: &dyn Charts,
+        sheet: impl FnOnce() -> Option<Sheet>,
         layout: &Layout,
+        on_cpu: &OnCpu<'_>,
     ) -> Result<Option<DeviceRanker>, SolveError> {
-        if !self.device.adapter.ranks() {
-            return Ok(None);
-        }
-        let call = |gpu: &mut Self| DeviceRanker::new(&gpu.device, charts, layout);
+        let Some(sheet) = self.device.adapter.ranks().then(sheet).flatten() else { return Ok(None) };
+        let call = |gpu: &mut Self| DeviceRanker::new(&gpu.device, &sheet, layout, on_cpu);
         Ok(self.attempt(0, call, |_| Ok(Passed::default()))?.flatten())
     }
 }

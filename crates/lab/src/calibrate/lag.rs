@@ -4,7 +4,6 @@
 use std::sync::Arc;
 
 use vibrissa_learned::fit::{Fit, From, Task, fit};
-use vibrissa_learned::joint::simplex;
 use vibrissa_learned::rows::Row;
 
 use super::{Calibrated, SideResult};
@@ -40,7 +39,7 @@ pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     for _ in 0..2 {
         let (_, fits) = search.likelihood(Some(&lag), true)?;
         search.fits = fits;
-        lag = search.finer(lag);
+        lag = search.finer(lag)?;
     }
     let (value, _) = search.likelihood(Some(&lag), true)?;
     (value > none + WORTH).then(|| search.with_errors(lag))
@@ -49,7 +48,7 @@ pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
 /// Refined lag from rows judged and learned without it.
 pub fn again(data: &Data, found: &Calibrated, lag: Lag) -> Lag {
     let search = Search::new(data, found);
-    search.with_errors(search.finer(lag))
+    search.finer(lag).map_or(lag, |lag| search.with_errors(lag))
 }
 
 /// Trial time constants within the resolution of the times, seconds.
@@ -147,15 +146,30 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The most likely lag near this one; the learned numbers are held.
-    fn finer(&self, lag: Lag) -> Lag {
-        let at = |[gain, ln_tau]: [f64; 2]| Lag { gain, tau_s: ln_tau.exp(), ..lag };
-        let near = |lag: &Lag, tau_s: f64| (tau_s / FACTOR..tau_s * FACTOR).contains(&lag.tau_s);
-        let unlikely = |place: [f64; 2]| {
-            let tried = Some(at(place)).filter(|tried| tried.gain.abs() < MOST && near(tried, lag.tau_s));
-            tried.and_then(|tried| self.likelihood(Some(&tried), false)).map_or(f64::INFINITY, |l| -2.0 * l.0)
-        };
-        at(simplex(&unlikely, [lag.gain, lag.tau_s.ln()], [lag.sigma_gain, 0.3]).0)
+    fn finer(&self, lag: Lag) -> Option<Lag> {
+        const GOLDEN: f64 = 0.381_966;
+        let peak = |x: f64| self.peak(x.exp(), lag.gain);
+        let (mut lo, mut hi) = (lag.tau_s.ln() - FACTOR.ln(), lag.tau_s.ln() + FACTOR.ln());
+        let mut best = self.peak(lag.tau_s, lag.gain)?;
+        let [mut p, mut q] = [lo + GOLDEN * (hi - lo), hi - GOLDEN * (hi - lo)];
+        let (mut of_p, mut of_q) = (peak(p)?, peak(q)?);
+        for _ in 0..8 {
+            for found in [of_p, of_q] {
+                if found.0 > best.0 {
+                    best = found;
+                }
+            }
+            if of_p.0 > of_q.0 {
+                (hi, q, of_q) = (q, p, of_p);
+                p = lo + GOLDEN * (hi - lo);
+                of_p = peak(p)?;
+            } else {
+                (lo, p, of_p) = (p, q, of_q);
+                q = hi - GOLDEN * (hi - lo);
+                of_q = peak(q)?;
+            }
+        }
+        Some(best.1)
     }
 }
 

@@ -1,12 +1,11 @@
 //! Ranks some designs of a sweep on the device and in CPU lanes, and compares, before the device ranks all.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 
 use super::DeviceRanker;
-use crate::ranking::{Batch, Case, Charts, Found, Words};
+use crate::ranking::{Batch, Found, OnCpu, Words};
 use vibrissa_core::error::SolveError;
-use vibrissa_core::scene::{Layout, Tuple};
+use vibrissa_core::scene::Layout;
 
 /// Stretches of designs that are compared, and designs of each.
 const STRETCHES: [u64; 2] = [8, 32];
@@ -17,36 +16,18 @@ const MARGIN: [f32; 2] = [5e-3, 2e-7];
 /// Share of the taps whose words may differ: those next to an edge.
 const EDGES: f64 = 0.01;
 
-fn expected(charts: &dyn Charts, layout: &Layout, range: &Range<u64>, bound: f32) -> Found {
-    let mut found = Found::default();
-    let mut easy: (Vec<u64>, Vec<Tuple>) = (Vec::new(), Vec::new());
-    for k in range.clone() {
-        let tuple = layout.design(k);
-        match charts.case(&tuple) {
-            Case::Easy => {
-                easy.0.push(k);
-                easy.1.push(tuple);
-            }
-            Case::Hard => found.hard.push(k),
-            Case::Void => found.words.invalid += layout.block(),
-        }
-    }
-    charts.rank(&easy.0, &easy.1, bound, &mut found);
-    found
-}
-
 /// Ranks some designs of `layout` twice, with a bound below all of their ranks and one above; fails if they differ from the CPU's.
 pub(super) fn check(
     ranker: &mut DeviceRanker,
-    charts: &dyn Charts,
     layout: &Layout,
+    on_cpu: &OnCpu<'_>,
 ) -> Result<(), SolveError> {
     let [stretches, length] = STRETCHES;
     let n = layout.n_designs;
     for s in 0..stretches {
         let from = (n.saturating_sub(length) / (stretches - 1)).saturating_mul(s);
         let range = from..(from + length.min(ranker.most())).min(n);
-        let every = expected(charts, layout, &range, f32::INFINITY);
+        let every = on_cpu(&range.clone().collect::<Vec<_>>(), f32::INFINITY);
         let mut best: BTreeMap<u64, f32> = BTreeMap::new();
         for (rank, k, _) in &every.rows {
             let least = best.entry(*k).or_insert(f32::INFINITY);
@@ -73,7 +54,7 @@ fn compare(
     let of = batch.range.end - batch.range.start;
     let wrong = |why: String| Err(SolveError::Device(format!("it ranks otherwise than the CPU: {why}")));
     let [hard, found, left] =
-        [&batch.hard, &batch.best, &every.hard].map(|ks| ks.iter().copied().collect::<BTreeSet<u64>>());
+        [&batch.found.hard, &batch.best, &every.hard].map(|ks| ks.iter().copied().collect::<BTreeSet<u64>>());
     let below = |k: &u64| best.get(k).is_some_and(|rank| *rank < bound);
     let missed = best.keys().filter(|k| below(k) && !found.contains(k) && !hard.contains(k)).count();
     let added = found.iter().filter(|k| !below(k) && !left.contains(k)).count();
@@ -86,7 +67,7 @@ fn compare(
     // A design next to the border of the chart may be hard here and easy there.
     let unlike = hard.symmetric_difference(&left).count() as u64;
     let most = (EDGES * (of * block) as f64) as u64 + 2 + unlike * block;
-    let apart = counts(&batch.words).zip(counts(&every.words)).map(|(a, b)| a.abs_diff(b)).max();
+    let apart = counts(&batch.found.words).zip(counts(&every.words)).map(|(a, b)| a.abs_diff(b)).max();
     if apart > Some(most) || unlike > 1 + of / 16 {
         return wrong(format!(
             "the words of {} of {} taps differ, and {unlike} of {of} designs are to be solved otherwise",

@@ -11,7 +11,7 @@ mod tuples;
 use std::collections::VecDeque;
 
 use crate::gpu::device::Device;
-use crate::ranking::{Batch, COMBINED, Charts, Words};
+use crate::ranking::{Batch, COMBINED, Found, OnCpu, Sheet, Words};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
 
@@ -66,16 +66,17 @@ fn words(bytes: &[u8]) -> Vec<u32> {
 }
 
 impl DeviceRanker {
-    /// Ranks the designs of `layout` from `charts` on `device`; `None` where they do not fit. Fails if it differs from the CPU.
+    /// Ranks the designs of `layout` by `sheet` on `device`; `None` where they do not fit. Fails if it differs from `on_cpu`.
     pub(super) fn new(
         device: &Device,
-        charts: &dyn Charts,
+        sheet: &Sheet,
         layout: &Layout,
+        on_cpu: &OnCpu<'_>,
     ) -> Result<Option<Self>, SolveError> {
-        let shader = charts.sheet().and_then(|sheet| Shader::new(&sheet, layout));
-        let Some(shader) = shader.filter(|shader| shader.rounds <= MOST_ROUNDS) else { return Ok(None) };
+        let shader = Shader::new(sheet, layout).filter(|_| sheet.rounds <= MOST_ROUNDS);
+        let Some(shader) = shader else { return Ok(None) };
         // The lengths of its loops are data.
-        let pipeline = device.compile("ranking", &shader.wgsl, true)?;
+        let pipeline = device.compile("ranking", &shader.wgsl, false)?;
         use wgpu::BufferUsages as U;
         let uploaded = |bytes: &[u8]| {
             let of = device.buffer(bytes.len(), U::STORAGE | U::UNIFORM | U::COPY_DST);
@@ -85,7 +86,7 @@ impl DeviceRanker {
         let charts_there = [
             uploaded(bytemuck::cast_slice(&shader.numbers)),
             uploaded(bytemuck::cast_slice(&shader.shape)),
-            uploaded(bytemuck::cast_slice(&shader.rows)),
+            uploaded(bytemuck::cast_slice(&sheet.rows)),
             uploaded(bytemuck::cast_slice(&shader.axes)),
         ];
         let most = most(layout.block());
@@ -111,7 +112,7 @@ impl DeviceRanker {
             flying: VecDeque::new(),
             most,
         };
-        check::check(&mut ranker, charts, layout)?;
+        check::check(&mut ranker, layout, on_cpu)?;
         Ok(Some(ranker))
     }
 
@@ -139,7 +140,8 @@ impl DeviceRanker {
         let (best, hard) = (list(&slot.best, tally[0])?, list(&slot.hard, tally[1])?);
         let taps = std::array::from_fn(|k| u64::from(tally[2 + k]));
         let [invalid, complete] = [0, 1].map(|k| u64::from(tally[2 + COMBINED + k]));
-        Ok(Batch { range, complete, words: Words { taps, invalid }, best, hard })
+        let found = Found { rows: Vec::new(), complete, words: Words { taps, invalid }, hard };
+        Ok(Batch { range, best, found })
     }
 
     /// Most designs of a batch.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::COUNTERS;
 use super::tuples::Tuples;
-use crate::ranking::{COMBINED, HEAD, Sheet};
+use crate::ranking::{COMBINED, Sheet};
 use vibrissa_core::scene::Layout;
 
 pub const WORKGROUP: u32 = 64;
@@ -29,9 +29,7 @@ pub struct Shader {
     pub numbers: Vec<[f32; 4]>,
     /// Starts of series, and their numbers of orders.
     pub shape: Vec<[u32; 4]>,
-    pub rows: Vec<[f32; 4]>,
     pub axes: Vec<f32>,
-    pub rounds: usize,
     pub lengths: Vec<u32>,
 }
 
@@ -41,24 +39,9 @@ impl Shader {
         if sheet.kept > MOST_KEPT {
             return None;
         }
-        let counts = [
-            ("WORKGROUP", WORKGROUP as usize),
-            ("COMBINED", COMBINED),
-            ("COUNTERS", COUNTERS),
-            ("HEAD", HEAD.len()),
-        ];
-        let mut text = String::new();
-        let heads = HEAD.into_iter().zip(0..);
-        for (name, n) in counts.into_iter().chain(heads).chain(sheet.counts.iter().copied()) {
+        let mut text = sheet.constants.clone();
+        for (name, n) in [("WORKGROUP", WORKGROUP as usize), ("COMBINED", COMBINED), ("COUNTERS", COUNTERS)] {
             let _ = writeln!(text, "const {name} = {n}u;");
-        }
-        for (name, on) in &sheet.switches {
-            let _ = writeln!(text, "const {name} = {on};");
-        }
-        for (name, x) in &sheet.reals {
-            // A number beyond single precision is as good as the largest.
-            let x = (*x as f32).clamp(-f32::MAX, f32::MAX);
-            let _ = writeln!(text, "const {name}: f32 = {x:?}f;");
         }
         let tuples = Tuples::new(layout, sheet.unit)?;
         let (numbers, shape) = (in_fours(&sheet.numbers), in_fours(&sheet.shape));
@@ -74,15 +57,7 @@ impl Shader {
             );
         }
         text += &TEXT.concat();
-        Some(Self {
-            wgsl: text + &tuples.wgsl,
-            numbers,
-            shape,
-            rows: sheet.rows.clone(),
-            axes: tuples.tables,
-            rounds: sheet.rounds,
-            lengths: tuples.lengths,
-        })
+        Some(Self { wgsl: text + &tuples.wgsl, numbers, shape, axes: tuples.tables, lengths: tuples.lengths })
     }
 }
 
