@@ -140,7 +140,7 @@ pub fn cite(args: &Cite) -> Result<Reply, Error> {
     let on = if on.is_empty() { String::new() } else { format!(" on {}", on.join(", ")) };
     let tolerance = backend["tolerance"].as_f64().map_or(String::new(), |t| format!(", tolerance {t:e}"));
     let result = format!(
-        "Computed by Vibrissa {version}{commit}: `vibrissa {}` of {}{on}{tolerance}. BLAKE3 of its cite.json: {}.",
+        "Computed by Vibrissa {version}{commit}: `vibrissa {}` of {}{on}{tolerance}. BLAKE3 of its run.json: {}.",
         source.command, source.name, source.hash
     );
     let program = format!(

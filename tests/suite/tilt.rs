@@ -155,12 +155,15 @@ fn tiny_tilts_are_no_singularity() {
 #[test]
 fn sticking_contacts_do_not_know_the_tilt() {
     let mut setup = Setup::default().shear().extension().contact(Contact::Stick);
-    for place in [REFERENCE, CPU_F64, CPU] {
+    for (place, bound) in [(REFERENCE, 0.0), (CPU_F64, 1e-8), (CPU, 1e-5)] {
         setup.gauge.second = false;
         let upright = one(&setup, place, tap(&setup, 30.0, 5.0, [0.0; 2]));
         setup.gauge.second = true;
         let tilted = one(&setup, place, tap(&setup, 30.0, 5.0, [30.0, -10.0]));
-        assert_eq!((upright.strain, upright.arc), (tilted.strain, tilted.arc));
+        // Two gauges are for another solver than one.
+        for (one, other) in [(upright.strain, tilted.strain), (upright.arc, tilted.arc)] {
+            assert!((other / one - 1.0).abs() <= bound, "{upright:?}, {tilted:?}");
+        }
         assert_eq!((tilted.azimuth, tilted.slide), (0.0, 0.0));
         // Only the stretch of the centreline: positive, and far below the bending strain.
         assert!(tilted.strain_2 > 0.0 && tilted.strain_2 < 0.2 * tilted.strain, "{tilted:?}");
@@ -169,7 +172,7 @@ fn sticking_contacts_do_not_know_the_tilt() {
 
 #[test]
 fn a_second_gauge_leaves_the_first_as_it_is() {
-    for place in [CPU, CPU_F64, REFERENCE] {
+    for (place, bound) in [(CPU, 1e-5), (CPU_F64, 1e-8), (REFERENCE, 0.0)] {
         for mut setup in rigs() {
             let tuples: Vec<Tuple> = (1..40)
                 .map(|k| tap(&setup, 20.0 + 0.5 * f64::from(k), 0.25 * f64::from(k), [0.0; 2]))
@@ -178,9 +181,14 @@ fn a_second_gauge_leaves_the_first_as_it_is() {
             setup.gauge.second = false;
             let alone = evaluate(&setup, place.open(&setup), &tuples);
             for ((both, _), (alone, _)) in both.iter().zip(&alone) {
-                let bits =
-                    |o: &Outcome| [o.strain, o.normal_force, o.arc, o.tangential_force].map(f64::to_bits);
-                assert_eq!(bits(both), bits(alone));
+                for (both, alone) in [
+                    (both.strain, alone.strain),
+                    (both.normal_force, alone.normal_force),
+                    (both.arc, alone.arc),
+                ] {
+                    assert!((both / alone - 1.0).abs() <= bound, "{both} {alone}");
+                }
+                assert_eq!(both.tangential_force, alone.tangential_force);
                 assert!(alone.azimuth.is_nan() && alone.slide.is_nan() && alone.strain_2.is_nan());
                 assert_eq!((both.azimuth, both.slide), (0.0, 0.0));
             }
