@@ -89,7 +89,7 @@ pub struct Scope {
     pub ends: [f64; 2],
     /// Shared drives, rad or mm, ascending, each as requested (degrees or mm) and with its place in the layout; empty if each design has its drive.
     pub drives: Vec<(f64, f64, u32)>,
-    /// What is ranked, and by what.
+    /// The kept rows, and the statistic that ranks them.
     pub output: Output,
     /// Smallest and largest distance, mm.
     pub(crate) reach: [f64; 2],

@@ -86,7 +86,7 @@ pub struct Batch {
     pub found: Found,
 }
 
-/// What the CPU finds among designs below a bound.
+/// The ranking of some designs on the CPU, below a bound.
 pub type OnCpu<'a> = dyn Fn(&[u64], f32) -> Found + 'a;
 
 /// Bounds on q beyond which a design is solved tap by tap: of one reading, known exactly, and of many, known by bounds.

@@ -156,7 +156,7 @@ pub mod limits {
         LEFT = 0.25;
         /// Growth of the distance between contact and gauge from which on a step may be small by chance.
         GROWN = 2.0;
-        /// Largest growth of the lever that is told apart.
+        /// Largest growth of the lever; the kernel takes larger ones for this.
         MOST_GROWTH = 1e10;
         /// Error from which on an iteration has not come near any equilibrium.
         ASTRAY = 1e-2;

@@ -148,7 +148,7 @@ pub struct Tap<'a, T = f64> {
     pub soft: [T; 2],
     /// The skin, where sections distort.
     pub skin: Option<Skin<T>>,
-    /// The pole of another direction; a, the turn and the arms are those of the plane of [`Tilt::azimuth`].
+    /// The pole, if it is not upright: a and the turn are then those of the planar tap at [`Tilt::azimuth`].
     pub tilt: Option<Tilt<T>>,
     /// Least strain that errors are relative to.
     pub least: T,
@@ -225,15 +225,15 @@ const MANY: [Rung; 2] = [[7, 4], [12, 6]];
 const PIECES: usize = 5;
 
 /// Tolerance of the lanes where a larger one is asked, at least this share of it: at small drives SD(K) is the difference of nearly equal numbers.
-/// Of 20 000 practical cones to 10° K − 1 is then right to 1e-6 at 1e-5, and to 10° takes 0.89 of the time at 1e-8, to 30° 0.79.
+/// At a tolerance of 1e-5, K − 1 of 20 000 practical cones to 10° is then right to 1e-6. They take 0.89 of the time that 1e-8 takes; to 30°, 0.79.
 const FINE: f64 = 1e-8;
 const SHARE: f64 = 0.01;
 
-/// Errors of the section chart below which no tolerance is asked of a rung.
-const CHARTED: f64 = 4.0;
-
-/// The same where components of the wrench are asked.
+/// Tolerance of the lanes where components of the wrench are asked, as they may nearly cancel.
 const CANCELLING: f64 = 1e-9;
+
+/// Least tolerance of the lanes in units of the error of the section chart, which more nodes do not reduce.
+const CHARTED: f64 = 4.0;
 
 /// Length of a gauge over a up to which four points serve.
 const LONG: f64 = 0.2;

@@ -30,7 +30,7 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Of charts `of` one model.
+    /// Reads the charts `of` one model.
     pub fn new(of: Vec<DistanceChart>, kind: Drive, has: Vectors) -> Self {
         let charts = of.iter().map(|chart| Charted::new(chart, kind, &[])).collect();
         Self { of, charts, choice: Choice::new(), displaced: kind == Drive::Displacement, has }

@@ -109,7 +109,7 @@ impl Evaluator<'_> {
             Method::Fast { rungs, .. } => rungs.last().and_then(Rung::chart).is_none_or(|chart| chart.whole),
             Method::Reference => true,
         };
-        // What becomes of a tap that the solver leaves open; None: the reference is asked.
+        // The status of a tap that the solver leaves open; None where the reference solves it.
         let without = |i: usize| {
             let task = &tasks[i];
             let far = leaves && setup.built.is_none() && task.is_far(&designs[task.design as usize]);
@@ -169,7 +169,7 @@ impl Evaluator<'_> {
                 Err(Open::Unsure) => match without(i) {
                     Some(why) => asked.unsolved(why),
                     None => {
-                        // Taps of tilted poles that the solver does not know are not left to the reference, but its own.
+                        // The solver has no tilted poles of built whiskers: the reference is their only solver.
                         let own = setup.built.is_some() && !task.direction.is_upright();
                         let known = expected.map(|known| &known[i]);
                         Outcome { referred: !own, ..referred(stop, known, (setup, design, task)) }

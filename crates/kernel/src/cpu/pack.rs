@@ -180,7 +180,7 @@ impl<T: Scalar, const L: usize, S: Set> Pack<T, L, S> {
         self
     }
 
-    /// Of these numbers.
+    /// A pack of these numbers.
     #[inline(always)]
     pub fn new(numbers: [T; L]) -> Self {
         Self(numbers, PhantomData)
