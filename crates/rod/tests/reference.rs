@@ -26,6 +26,25 @@ const MODEL: Model = Model {
 /// Tolerance of the strain, relative. Estimates are no bounds: one tap at 0.5 rad is 1.13e-8 off, so twice this passes.
 const TOLERANCE: f64 = 1e-8;
 
+/// A frictionless or sticking tap at `a`, mm, by `turn`, rad, with a hub of 4 mm.
+fn tap<'a>(rod: &'a Rod, (a, turn): (f64, f64), model: &Model, tilt: Option<Tilt>) -> Tap<'a> {
+    let (pole, soft) = (model.pole_radius, [0.0; 2]);
+    Tap {
+        rod,
+        a,
+        hub: 4.0,
+        turn,
+        lift: 0.0,
+        ratio: 0.0,
+        pole,
+        softer: 1.0,
+        soft,
+        skin: None,
+        tilt,
+        least: 0.0,
+    }
+}
+
 /// Compares taps at some distances and angles, rad; most of them must be solved.
 fn compare(built: &Built, model: &Model, angles: &[f64]) {
     let (mut asked, mut told) = (0, 0);
@@ -50,20 +69,7 @@ fn compare(built: &Built, model: &Model, angles: &[f64]) {
             };
             let Ok(known) = problem.solve() else { continue };
             let rod = Rod::built(&body, gauge, None);
-            let tap = Tap {
-                rod: &rod,
-                a,
-                hub: 4.0,
-                turn: amount,
-                lift: 0.0,
-                ratio: 0.0,
-                pole: model.pole_radius,
-                softer: 1.0,
-                soft: [0.0; 2],
-                skin: None,
-                tilt: None,
-                least: 0.0,
-            };
+            let tap = tap(&rod, (a, amount), model, None);
             let effects = Effects::of(model, Side::Contact, model.contact == Contact::Stick);
             let found = solve(&[tap], effects, TOLERANCE, chart.as_ref())[0];
             asked += 1;
@@ -167,20 +173,8 @@ fn tilted_poles() {
                 let azimuth = pole.azimuth(alpha).expect("a plane");
                 let planar = pole.planar(azimuth).expect("a pole that can be touched");
                 let rod = Rod::cone(&taper, [3.2, model.nu], gauge, None);
-                let tap = Tap {
-                    rod: &rod,
-                    a: planar.distance,
-                    hub: 4.0,
-                    turn: planar.angle,
-                    lift: 0.0,
-                    ratio: 0.0,
-                    pole: model.pole_radius,
-                    softer: 1.0,
-                    soft: [0.0; 2],
-                    skin: None,
-                    tilt: Some(Tilt { pole, azimuth }),
-                    least: 0.0,
-                };
+                let seen = Some(Tilt { pole, azimuth });
+                let tap = tap(&rod, (planar.distance, planar.angle), &model, seen);
                 let found =
                     solve(&[tap], Effects::of(&model, Side::Contact, false), TOLERANCE, chart.as_ref())[0];
                 asked += 1;

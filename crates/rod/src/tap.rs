@@ -1,0 +1,181 @@
+//! A tap as the solver takes it, and its answer.
+
+use vibrissa_core::physics::number::Number;
+use vibrissa_core::physics::pole::Pole;
+use vibrissa_core::physics::real::Real;
+use vibrissa_core::physics::solid::{HALVED, is_solid};
+use vibrissa_core::physics::taper::Taper;
+use vibrissa_core::scene::{Contact, Material, Model, Side};
+use vibrissa_kernel::rule::limits::{ASTRAY, EDGE, HOPELESS};
+
+use super::Rod;
+
+/// Effects of the model and of the whiskers, equal for all taps of a pack; an effect that is off costs nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Effects {
+    /// Timoshenko shear.
+    pub shear: bool,
+    /// Stretch of the centreline.
+    pub extension: bool,
+    /// Contact on the surface.
+    pub surface: bool,
+    /// The contact stays at its arc length.
+    pub stick: bool,
+    /// A contact that sticks rolls on its pole.
+    pub roll: bool,
+    /// A hyperelastic section law, read from a chart.
+    pub law: bool,
+    /// The gauge is on the far side.
+    pub far: bool,
+    /// The contact gives way.
+    pub soft: bool,
+    /// The pole is tilted.
+    pub tilt: bool,
+    /// The strain of the skin is not that of the rod.
+    pub distorting: bool,
+    /// The resting whisker is curved.
+    pub curved: bool,
+    /// The whisker has a core or a bore.
+    pub inner: bool,
+    /// The diameter is a power of the distance from the tip.
+    pub power: bool,
+    /// The gauge is long.
+    pub long: bool,
+    /// Components of the wrench are asked: one may nearly cancel.
+    pub wrench: bool,
+}
+
+impl Effects {
+    /// Those of `model`, with a gauge on `side` and a contact that sticks or slides.
+    pub fn of(model: &Model, side: Side, stick: bool) -> Self {
+        Self {
+            shear: model.shear,
+            extension: model.extension,
+            surface: model.surface,
+            stick,
+            roll: stick && model.pole_radius > 0.0,
+            law: !matches!(model.material, Material::Hooke(_)),
+            far: side == Side::Far,
+            soft: is_solid(model) && model.contact == Contact::Frictionless,
+            distorting: model.distorting,
+            ..Self::default()
+        }
+    }
+}
+
+/// The skin next to the clamp (model §8).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Skin<T = f64> {
+    /// The whisker from the face of its clamp on.
+    pub taper: Taper<T>,
+    /// From there to where the rod begins, mm.
+    pub start: T,
+    /// Loss on both sides, in (κR)².
+    pub halved: f64,
+}
+
+impl<T: Real> Skin<T> {
+    /// The skin of `model` on the cone `taper`, measured from the face of its clamp, whose rod begins at `start`.
+    pub fn new(model: &Model<T>, taper: &Taper<T>, start: T) -> Self {
+        let halved = if matches!(model.material, Material::Hooke(_)) { 0.0 } else { HALVED };
+        Self { taper: *taper, start, halved }
+    }
+}
+
+/// A pole that is not upright (model §6).
+#[derive(Debug, Clone, Copy)]
+pub struct Tilt<T = f64> {
+    /// The pole, mm.
+    pub pole: Pole<T>,
+    /// Azimuth φ of a plane in which the pole can be touched, rad: that in which the iteration begins.
+    pub azimuth: T,
+}
+
+/// One tap; mm, N, rad.
+#[derive(Debug, Clone, Copy)]
+pub struct Tap<'a, T = f64> {
+    /// The whisker.
+    pub rod: &'a Rod<T>,
+    /// Contact distance a.
+    pub a: T,
+    /// Hub radius r₀; 0 where the object moves.
+    pub hub: T,
+    /// θ; 0 where the object moves.
+    pub turn: T,
+    /// δ; 0 where the base turns.
+    pub lift: T,
+    /// T/P of a sliding contact.
+    pub ratio: T,
+    /// Pole radius ρ.
+    pub pole: T,
+    /// 1/kG over that of model §3.
+    pub softer: T,
+    /// δ(P) of a contact that gives way: parts in P^⅔ and in P.
+    pub soft: [T; 2],
+    /// The skin, where sections distort.
+    pub skin: Option<Skin<T>>,
+    /// The pole, if it is not upright: a and the turn are then those of the planar tap at [`Tilt::azimuth`].
+    pub tilt: Option<Tilt<T>>,
+    /// Least strain that errors are relative to.
+    pub least: T,
+}
+
+impl<T: Number> Tap<'_, T> {
+    /// `f` of each number, for the whisker `rod`.
+    pub fn map<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(T) -> U) -> Tap<'b, U> {
+        let Self { a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least, .. } = *self;
+        let skin =
+            skin.map(|skin| Skin { taper: skin.taper.map(&f), start: f(skin.start), halved: skin.halved });
+        let tilt = tilt.map(|tilt| Tilt { pole: tilt.pole.map(&f), azimuth: f(tilt.azimuth) });
+        let soft = soft.map(&f);
+        let [a, hub, turn, lift, ratio, pole, softer, least] =
+            [a, hub, turn, lift, ratio, pole, softer, least].map(f);
+        Tap { rod, a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least }
+    }
+}
+
+/// The answer to a tap; mm, N, N mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution {
+    /// Mean strain of the gauge's fibre, in the plane of bending.
+    pub strain: f64,
+    /// Mean strain of the centreline over the gauge.
+    pub axial: f64,
+    /// Turn of the contact against the base, rad.
+    pub turned: f64,
+    /// Normal force P.
+    pub normal: f64,
+    /// Friction T.
+    pub tangential: f64,
+    /// Contact arc c.
+    pub arc: f64,
+    /// Base moment and forces M₀, F_x, F_y.
+    pub wrench: [f64; 3],
+    /// Estimated error relative to the strain, or to the tap's `least` where that is larger.
+    pub error: f64,
+    /// Largest load of a fibre; above 1 it is outside the range of the law.
+    pub load: f64,
+    /// Number of passes over the rod.
+    pub sweeps: f64,
+}
+
+impl Solution {
+    /// True if the iteration came near no equilibrium.
+    pub fn is_astray(&self) -> bool {
+        self.error >= ASTRAY && self.error != HOPELESS && (self.load - 1.0).abs() > EDGE
+    }
+
+    /// No equilibrium was found.
+    pub const FAILED: Self = Self {
+        strain: f64::NAN,
+        axial: f64::NAN,
+        turned: f64::NAN,
+        normal: f64::NAN,
+        tangential: f64::NAN,
+        arc: f64::NAN,
+        wrench: [f64::NAN; 3],
+        error: f64::INFINITY,
+        load: 0.0,
+        sweeps: 0.0,
+    };
+}
