@@ -2,9 +2,8 @@
 
 use crate::common::cases::{Kind, evaluate, known};
 use crate::common::configuration;
-use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};
-use vibrissa::census::{cases, sample};
+use vibrissa::census::cases;
 use vibrissa::design::{Design, amount};
 use vibrissa::kernel::cpu::Cpu;
 use vibrissa::kernel::gpu::{self, Gpu};
@@ -12,8 +11,6 @@ use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{Contact, Precision, Tuple};
-use vibrissa_built::on_device;
-use vibrissa_rod::Rod;
 
 /// Largest relative strain error allowed at the default `--tolerance`; for the reference, the error it must meet.
 fn promised(place: Place) -> f64 {
@@ -110,86 +107,5 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
         cpu.solve(&job, &asked, &mut wanted).expect("answers");
         let numbers = |s: &Solution| (s.error, s.values().to_vec());
         are_the_same(name, found.iter().map(numbers).zip(wanted.iter().map(numbers)));
-    }
-}
-
-/// The shader of built whiskers and the solver of the CPU share no method: their answers differ by their errors.
-#[test]
-fn devices_and_the_cpu_agree_on_built_whiskers() {
-    let mut gpu = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
-    for (whisker, model) in [
-        (
-            "bore = [[0, 3], [12, 2], [20, 1]]",
-            "surface = true\nshear = true\nextension = true\npole_radius = 2",
-        ),
-        (
-            "curvature = 0.006\ncurvature_slope = -1e-4",
-            "surface = true\nmaterial = { yeoh = [0.5, -0.08, 0.02] }",
-        ),
-        ("core = { diameter = 0.5, modulus = 60000 }", "extension = true"),
-        (
-            "root = { k_theta = 500, k_y = 20, k_x = 30 }\nhub = 5",
-            "extension = true\ncontact = \"stick\"\nmaterial = { mooney-rivlin = [0.35, 0.15] }",
-        ),
-    ] {
-        let text = format!(
-            "[whisker]\nD = 10\nd = 5\nL_a = 50\n{whisker}\n[gauge]\nx_ss = 5\nl = 2\n\
-             [tap]\na = [6, 12, 23, 34, 45]\ntheta = {{ from = 0.01, to = 50, steps = 40 }}\n[model]\n{model}\n"
-        );
-        let study = specs::parse(&text).expect("a spec").study;
-        let (setup, model) = (&study.setup, &study.setup.model);
-        let tuples = sample::random(&study.space, 1000, 0);
-        let shared = Design::new(setup, tuples[0]).shared.expect("a whisker");
-        let rod = Rod::built(shared.body.as_deref().expect("a body"), shared.gauge, None);
-        let tap = |t: &Tuple| {
-            let turn = amount(setup.drive, t.drive);
-            let tap = vibrissa_rod::Tap {
-                rod: &rod,
-                a: t.a,
-                hub: setup.hub,
-                turn,
-                lift: 0.0,
-                ratio: 0.0,
-                pole: model.pole_radius,
-                softer: 1.0,
-                soft: [0.0; 2],
-                skin: None,
-                tilt: None,
-                least: 1e-3 * turn * shared.peak,
-            };
-            vibrissa_built::Tap { tap, force: turn * shared.model.force(model.material.e0(), t.a) }
-        };
-        let asked: Vec<vibrissa_built::Tap<'_>> = tuples.iter().map(tap).collect();
-        let effects = vibrissa_rod::Effects::of(model, setup.gauge.side, model.contact == Contact::Stick);
-        let rungs = Rung::ladder(Precision::F64, &model.material, 1e-8);
-        let chart = rungs.iter().rev().find_map(|rung| rung.chart());
-        let device = on_device(&mut gpu, &asked, effects, 1e-6, chart).expect("answers");
-        let plain: Vec<vibrissa_rod::Tap<'_>> = asked.iter().map(|tap| tap.tap).collect();
-        let lanes = vibrissa_rod::solve(&plain, effects, 1e-8, chart);
-        let mut compared = 0;
-        for ((tap, one), other) in plain.iter().zip(&device).zip(&lanes) {
-            if one.error > 1e-6 || other.error > 1e-8 {
-                continue;
-            }
-            compared += 1;
-            let force = other.normal.hypot(other.tangential);
-            let strain = (one.strain - other.strain) / other.strain.abs().max(tap.least);
-            let apart = [
-                (one.normal - other.normal) / force,
-                (one.tangential - other.tangential) / force,
-                (one.arc - other.arc) / tap.a,
-                (one.wrench[0] - other.wrench[0]) / (force * tap.a),
-                (one.wrench[1] - other.wrench[1]) / force,
-                (one.wrench[2] - other.wrench[2]) / force,
-            ];
-            // Estimates are no bounds.
-            let errors = 2.0 * (one.error + other.error);
-            assert!(strain.abs() <= errors, "{text}: {strain} for {tap:?}, {errors}");
-            assert!(
-                apart.iter().all(|x| x.abs() <= 10.0 * errors),
-                "{text}: {apart:?} for {tap:?}, {errors}"
-            );
-        }
-        assert!(3 * compared > plain.len(), "{text}: {compared} taps were solved by both");
     }
 }

@@ -12,10 +12,9 @@ use crate::kernel::rule::limits::EDGE;
 use crate::physics::onset::Grip;
 use crate::physics::pole::{Pole, Rig};
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
-use crate::scene::{Contact, Drive, Geometry, Precision, Setup};
+use crate::scene::{Contact, Drive, Geometry, Setup};
 use crate::status::Status;
-use vibrissa_built::{Tap, solve_on};
-use vibrissa_rod::{Effects, Rod, Skin, Solution, Tilt};
+use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt};
 
 /// Distance, over a, from a corner or the tip within which it is not decided on which side the contact is.
 const CLOSE: f64 = 1e-6;
@@ -188,7 +187,7 @@ impl Evaluator<'_> {
     ) -> Result<Vec<Solved>, SolveError> {
         let setup = self.setup;
         let lost = (Solution::FAILED, Plane::default());
-        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
+        let Method::Fast { rungs, tolerance, .. } = &self.method else {
             return Ok(vec![lost; tasks.len()]);
         };
         let model = &setup.model;
@@ -204,20 +203,14 @@ impl Evaluator<'_> {
             return Ok(vec![lost; tasks.len()]);
         }
         let chart = rungs.last().and_then(Rung::chart);
-        let solved = if setup.built.is_some() {
-            let precision = rungs.first().map_or(Precision::F64, |rung| rung.precision());
-            solve_on(solver.as_mut(), &taps, effects, (precision, *tolerance), chart)?
-        } else {
-            let taps: Vec<vibrissa_rod::Tap<'_>> = taps.iter().map(|tap| tap.tap).collect();
-            vibrissa_rod::solve(&taps, effects, *tolerance, chart)
-        };
+        let solved = vibrissa_rod::solve(&taps, effects, *tolerance, chart);
         // Only the reference can roll a contact along a skin whose slope changes.
-        let left = |tap: &Tap<'_>| effects.roll && tap.tap.rod.turns(model.surface);
+        let left = |tap: &Tap<'_>| effects.roll && tap.rod.turns(model.surface);
         let told = |(tap, s): (&Tap<'_>, Solution)| {
-            let Some(Tilt { pole, .. }) = tap.tap.tilt.filter(|_| !left(tap)) else {
+            let Some(Tilt { pole, .. }) = tap.tilt.filter(|_| !left(tap)) else {
                 return if left(tap) { lost } else { (s, Plane::default()) };
             };
-            let alpha = pole.azimuth(s.turned + normal(setup, tap.tap.rod));
+            let alpha = pole.azimuth(s.turned + normal(setup, tap.rod));
             alpha.map_or(lost, |azimuth| (s, Plane { azimuth, slide: pole.slide(azimuth) }))
         };
         let mut solved = taps.iter().zip(solved).map(told);
@@ -252,7 +245,7 @@ fn framed<'a>(asked: &Asked<'_>, rod: &'a Rod, grip: Grip) -> Option<Tap<'a>> {
         (a, turn, lift) = (planar.distance, planar.angle, 0.0);
         tilt = Some(Tilt { pole, azimuth });
     }
-    let tap = vibrissa_rod::Tap {
+    Some(Tap {
         rod,
         a,
         hub,
@@ -265,8 +258,7 @@ fn framed<'a>(asked: &Asked<'_>, rod: &'a Rod, grip: Grip) -> Option<Tap<'a>> {
         skin: model.distorting.then(|| Skin::new(model, &shared.taper, shared.start)),
         tilt,
         least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
-    };
-    Some(Tap { tap, force: amount * shared.model.force(model.material.e0(), task.a) })
+    })
 }
 
 /// True if it is certain whether the sticking contact of `s` would slide at `mu`.

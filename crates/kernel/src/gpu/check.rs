@@ -22,45 +22,14 @@ const FORCE: f64 = 10.0;
 
 /// A comparison that passed.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Passed {
+pub(super) struct Passed {
     /// Taps compared.
     pub taps: usize,
     /// Largest error of the strain, relative to the tolerance.
     pub worst: f64,
 }
 
-/// Device answers compared with known ones.
-#[derive(Debug, Default)]
-pub struct Seen {
-    compared: usize,
-    apart: usize,
-    worst: [f64; 3],
-}
-
-impl Seen {
-    /// Adds an answer with these `errors` of strain, force and arc, in tolerances; the first may be up to `most`.
-    pub fn add(&mut self, errors: [f64; 3], most: f64) {
-        self.compared += 1;
-        self.worst = std::array::from_fn(|k| self.worst[k].max(errors[k]));
-        self.apart += usize::from(!(errors[0] <= most && errors[1].max(errors[2]) <= FORCE));
-    }
-
-    /// The comparison, if it passed.
-    ///
-    /// # Errors
-    /// Wrong answers, with figures.
-    pub fn passed(&self, tolerance: f64) -> Result<Passed, SolveError> {
-        let Self { compared, apart, worst: [strain, force, arc] } = self;
-        match apart {
-            0 => Ok(Passed { taps: *compared, worst: *strain }),
-            _ => Err(SolveError::Device(format!(
-                "answers differ from those of the CPU: {apart} of {compared} are wrong, at worst the strain by {strain:.3e} times the tolerance of \
-                 {tolerance:e}, the force by {force:.3e} times and the contact arc by {arc:.3e} times"
-            ))),
-        }
-    }
-}
-
+/// Compares answers with those of the CPU. Fails, with figures, where one is wrong.
 pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result<Passed, SolveError> {
     let believed = |s: &Solution| s.within(trusted(&job.effects) * job.tolerance);
     let key = |t: &Tap| key(&[t.angle, t.near, t.rest, t.strain, t.arc]);
@@ -71,13 +40,23 @@ pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result
     let finest = Job { rule, tolerance: KNOWN * job.tolerance, ..*job };
     let mut known = Vec::new();
     Cpu::new(Precision::F64).solve(&finest, &those, &mut known)?;
-    let mut seen = Seen::default();
-    for ((tap, known), &i) in those.iter().zip(&known).zip(&places) {
-        if known.within(finest.tolerance) {
-            seen.add(errors(tap, known, &found[i]).map(|e| e / job.tolerance), 1.0 + KNOWN);
-        }
+    let told = those.iter().zip(&known).zip(&places).filter(|((_, known), _)| known.within(finest.tolerance));
+    let (mut compared, mut apart, mut worst) = (0, 0, [0.0_f64; 3]);
+    for ((tap, known), &i) in told {
+        let errors = errors(tap, known, &found[i]).map(|e| e / job.tolerance);
+        compared += 1;
+        worst = std::array::from_fn(|k| worst[k].max(errors[k]));
+        apart += usize::from(!(errors[0] <= 1.0 + KNOWN && errors[1].max(errors[2]) <= FORCE));
     }
-    seen.passed(job.tolerance)
+    let [strain, force, arc] = worst;
+    match apart {
+        0 => Ok(Passed { taps: compared, worst: strain }),
+        _ => Err(SolveError::Device(format!(
+            "answers differ from those of the CPU: {apart} of {compared} are wrong, at worst the strain by {strain:.3e} times the tolerance of \
+             {:e}, the force by {force:.3e} times and the contact arc by {arc:.3e} times",
+            job.tolerance
+        ))),
+    }
 }
 
 fn errors(tap: &Tap, known: &Solution, found: &Solution) -> [f64; 3] {

@@ -62,7 +62,7 @@ impl Device {
         said.map_or(Ok(()), |words| Err(failed(words)))
     }
 
-    /// Compiles `wgsl`, whose entry point is `main`; without checks at run time if it is [`bounded`](super::dispatch::Program::bounded). Fails on
+    /// Compiles `wgsl`, whose entry point is `main`; without checks at run time if it is `bounded`. Fails on
     /// invalid text, or if the driver refuses or is too slow.
     pub fn compile(
         &self,

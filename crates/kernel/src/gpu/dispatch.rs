@@ -24,35 +24,14 @@ const BATCH: usize = 1 << 18;
 /// Least numbers per host thread in conversions.
 pub(super) const GRAIN: usize = 1 << 12;
 
-/// A kernel that maps taps to answers. Bindings: 0 uniform `vec4<u32>` (count), 1 taps, 2 answers, 3 shared data, if any.
-#[derive(Debug, Clone, Copy)]
-pub struct Program<'a> {
-    /// Name in messages.
-    pub name: &'a str,
-    /// Its text; the entry point is `main`.
-    pub wgsl: &'a str,
-    /// All numbers of the taps, tap by tap.
-    pub taps: &'a [f64],
-    /// Data that the taps share.
-    pub shared: &'a [f64],
-    /// Number of taps.
-    pub count: usize,
-    /// Numbers of an answer.
-    pub words: usize,
-    /// Index of a number that is at least 1 in every answer: zero shows that it was not written.
-    pub counted: usize,
-    /// True if its loops are bounded by constants, and its indices by constants or by lengths of arrays: it is compiled without checks of them.
-    pub bounded: bool,
-}
-
 /// A device with its compiled pipelines and buffers.
 #[derive(Debug)]
 pub struct Gpu {
     device: Device,
     precision: Precision,
     pipelines: HashMap<String, wgpu::ComputePipeline>,
-    /// Count, taps, answers, shared data and read-back of the last batch.
-    buffers: [Option<wgpu::Buffer>; 5],
+    /// Count, taps, answers and read-back of the last batch.
+    buffers: [Option<wgpu::Buffer>; 4],
     cpu: Cpu,
     /// Faults and checks, if the device is watched.
     log: Option<Log>,
@@ -82,7 +61,7 @@ impl Gpu {
     }
 
     /// The result of `call` for `taps` taps, if `compare` passes; `None` where the CPU must answer.
-    pub fn attempt<T>(
+    fn attempt<T>(
         &mut self,
         taps: usize,
         call: impl FnOnce(&mut Self) -> Result<T, SolveError>,
@@ -117,9 +96,9 @@ impl Gpu {
         buffer
     }
 
-    fn uploaded(&mut self, slot: usize, numbers: &[f64]) -> wgpu::Buffer {
+    fn uploaded(&mut self, numbers: &[f64]) -> wgpu::Buffer {
         use wgpu::BufferUsages as U;
-        let buffer = self.buffer(slot, size_of_val(numbers), U::STORAGE | U::COPY_DST);
+        let buffer = self.buffer(1, size_of_val(numbers), U::STORAGE | U::COPY_DST);
         match self.precision {
             Precision::F64 => self.device.write(&buffer, bytemuck::cast_slice(numbers)),
             Precision::F32 => {
@@ -130,17 +109,15 @@ impl Gpu {
         buffer
     }
 
-    /// The answers of `program`, one after the other.
-    ///
-    /// # Errors
-    /// A device that fails; answers that it has not written.
-    pub fn compute(&mut self, program: &Program<'_>) -> Result<Vec<f64>, SolveError> {
-        let Program { name, wgsl, taps, shared, count, words, counted, bounded } = *program;
-        let pipeline = match self.pipelines.get(wgsl) {
+    /// Numbers of the answers to `taps`, one answer after the other. Bindings: 0 uniform `vec4<u32>` (count), 1 taps, 2 answers.
+    fn answers(&mut self, job: &Job<'_>, taps: &[Tap]) -> Result<Vec<f64>, SolveError> {
+        let variant = Variant { job: *job, precision: self.precision };
+        let (wgsl, count, words) = (variant.wgsl(), taps.len(), Solution::<f64>::FIELDS.len());
+        let pipeline = match self.pipelines.get(&wgsl) {
             Some(pipeline) => pipeline.clone(),
             None => {
-                let pipeline = self.device.compile(name, wgsl, bounded)?;
-                self.pipelines.insert(wgsl.to_owned(), pipeline.clone());
+                let pipeline = self.device.compile(&variant.name(), &wgsl, true)?;
+                self.pipelines.insert(wgsl, pipeline.clone());
                 pipeline
             }
         };
@@ -149,14 +126,12 @@ impl Gpu {
         let bytes = count * words * word;
         let head = self.buffer(0, 16, U::UNIFORM | U::COPY_DST);
         self.device.write(&head, bytemuck::bytes_of(&[count as u32, 0, 0, 0]));
-        let taps = self.uploaded(1, taps);
+        let taps = self.uploaded(bytemuck::cast_slice(taps));
         let answers = self.buffer(2, bytes, U::STORAGE | U::COPY_SRC | U::COPY_DST);
-        let shared = (!shared.is_empty()).then(|| self.uploaded(3, shared));
-        let readback = self.buffer(4, bytes, U::MAP_READ | U::COPY_DST);
+        let readback = self.buffer(3, bytes, U::MAP_READ | U::COPY_DST);
         self.device.heard()?;
-        let buffers: Vec<_> = [&head, &taps, &answers].into_iter().chain(&shared).collect();
         let copy = (&answers, &readback, bytes);
-        let at = self.device.submit(&pipeline, &buffers, count as u32, &[&answers], copy);
+        let at = self.device.submit(&pipeline, &[&head, &taps, &answers], count as u32, &[&answers], copy);
         let numbers: Vec<f64> = self.device.read(&readback, bytes, at, |view| match word {
             8 => bytemuck::pod_collect_to_vec(view),
             _ => {
@@ -164,7 +139,7 @@ impl Gpu {
                 narrow.par_iter().with_min_len(GRAIN).map(|x| f64::from(*x)).collect()
             }
         })?;
-        match numbers.chunks_exact(words).filter(|answer| answer[counted] == 0.0).count() {
+        match numbers.chunks_exact(words).filter(|answer| answer[SWEEPS] == 0.0).count() {
             0 => Ok(numbers),
             n => Err(SolveError::Device(format!("{n} of {count} answers were not written"))),
         }
@@ -174,23 +149,12 @@ impl Gpu {
         if job.rule.full {
             return Err(SolveError::Device("devices have no kernel of full Newton".into()));
         }
-        let variant = Variant { job: *job, precision: self.precision };
-        let words = Solution::<f64>::FIELDS.len();
-        let numbers = self.compute(&Program {
-            name: &variant.name(),
-            wgsl: &variant.wgsl(),
-            taps: bytemuck::cast_slice(taps),
-            shared: &[],
-            count: taps.len(),
-            words,
-            counted: SWEEPS,
-            bounded: true,
-        })?;
+        let numbers = self.answers(job, taps)?;
         let read = |answer: &[f64]| match answer.iter().all(|x| x.is_finite()) {
             true => Solution::gather(|k| answer.get(k).copied().unwrap_or(0.0)),
             false => Solution { error: LOST, sweeps: answer[SWEEPS], ..Solution::default() },
         };
-        Ok(numbers.par_chunks_exact(words).with_min_len(GRAIN).map(read).collect())
+        Ok(numbers.par_chunks_exact(Solution::<f64>::FIELDS.len()).with_min_len(GRAIN).map(read).collect())
     }
 
     /// Ranks the designs of `layout` by charts as a `sheet`, if it ranks them as `on_cpu` does; `None` where they do not fit, or the CPU must rank.

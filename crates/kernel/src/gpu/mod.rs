@@ -12,5 +12,5 @@ pub mod shader;
 
 pub use adapter::{Adapter, SOFTWARE_RANKS, adapters, forked, pick};
 pub use clock::{hear, left_behind, quietly, tell};
-pub use dispatch::{Gpu, Program};
+pub use dispatch::Gpu;
 pub use log::{Log, Told};

@@ -72,7 +72,7 @@ pub fn reals(precision: Precision, named: impl IntoIterator<Item = (&'static str
 }
 
 /// Structures of numbers, by their names and those of their fields.
-pub fn structures(all: &[(&str, &[&str])]) -> String {
+fn structures(all: &[(&str, &[&str])]) -> String {
     let member = |field: &&str| format!("{field}: real");
     let fields = |fields: &[&str]| fields.iter().map(member).collect::<Vec<_>>().join(", ");
     all.iter().map(|(name, of)| format!("struct {name} {{ {} }}\n", fields(of))).collect()
@@ -138,11 +138,6 @@ fn turns(precision: Precision, terms: usize) -> String {
         );
     }
     text
-}
-
-/// Functions shared by kernels of rods: `one_minus_cos`, `x_minus_sin` with `terms` terms, `section` by `chart` and CHART_ERROR.
-pub fn library(precision: Precision, terms: usize, chart: Option<&Chart>) -> String {
-    turns(precision, terms) + &section(chart, &|x| literal(precision, x))
 }
 
 fn switches(e: &Effects, job: &Job<'_>) -> String {
