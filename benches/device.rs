@@ -55,10 +55,6 @@ impl Solver for Probe {
         self.0.device()
     }
 
-    fn has_full_newton(&self) -> bool {
-        self.0.has_full_newton()
-    }
-
     fn batch_limit(&self) -> usize {
         self.0.batch_limit()
     }
@@ -123,10 +119,9 @@ fn solved(name: &str, precision: Precision) {
     let mut line = format!("{name} {precision:?}:");
     for backend in [BackendChoice::Gpu, BackendChoice::Cpu] {
         let choice = Choice::new(&options(backend, precision)).expect("a backend");
-        let rungs = vibrissa::kernel::Rung::ladder(precision, &many.setup.model.material, tolerance);
         let account = Account::default();
         let probe = Probe(choice.solver().expect("it opens"), account.clone());
-        let method = Method::Fast { solver: Box::new(probe), rungs, tolerance };
+        let method = Method::fast(Box::new(probe), precision, &many.setup.model.material, tolerance);
         let mut evaluator = Evaluator::new(&many.setup, method);
         let first = seconds(|| evaluator.run(&few.designs, &few.tasks).expect("it answers")).1;
         account.take();

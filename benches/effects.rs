@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use vibrissa::census::{Place, present};
 use vibrissa::chart::{ranges::Wanted, reader::Reader};
 use vibrissa::design::{Design, amount};
-use vibrissa::evaluate::{Evaluator, Method, Task, foreseen};
+use vibrissa::evaluate::{Evaluator, Method, Task};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::physics::onset::Grip;
@@ -118,7 +118,7 @@ fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
         Contact::Stick => vec![(effects(true), taps(Grip::Stick, &all))],
         Contact::Coulomb(mu) if mu > 0.0 => {
             let frames: Vec<Frame> = all.iter().filter_map(|index| framed(*index, Grip::Stick)).collect();
-            let held = foreseen(setup, frames.iter(), mu).expect("the CPU looks");
+            let held: Vec<Grip> = frames.iter().map(|frame| frame.foreseen(mu)).collect();
             let those = |grip: Grip| -> Vec<u32> {
                 all.iter().zip(&held).filter(|(_, held)| **held == grip).map(|(index, _)| *index).collect()
             };
@@ -139,14 +139,14 @@ struct Ready {
 
 impl Ready {
     fn run(&mut self) {
-        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
+        let Method::Fast { solver, ladder, tolerance } = &mut self.method else {
             unreachable!("no reference here")
         };
         let mut out = Vec::new();
         let (mut seconds, mut sweeps, mut lost) = (0.0, 0.0, 0);
         for (effects, taps) in &self.batches {
             let start = Instant::now();
-            kernel::solve(solver.as_mut(), *effects, rungs, *tolerance, taps, &mut out)
+            kernel::solve(solver.as_mut(), *effects, &ladder.rungs, *tolerance, taps, &mut out)
                 .expect("the backend answers");
             seconds += start.elapsed().as_secs_f64();
             sweeps += out.iter().map(|s| s.sweeps).sum::<f64>() / f64::from(*TAPS);

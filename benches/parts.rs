@@ -6,7 +6,7 @@ use vibrissa::census::bench::{exact, taps};
 use vibrissa::census::cases::{Configuration, all};
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
-use vibrissa::kernel::{Rung, Solver, cpu::Cpu};
+use vibrissa::kernel::cpu::Cpu;
 use vibrissa::physics::inverse::Inverse;
 use vibrissa::reduce::Spread;
 use vibrissa::scene::{Precision, Tuple};
@@ -20,9 +20,7 @@ fn main() {
 const TAPS: usize = 1 << 13;
 
 fn method(taps: &Taps, precision: Precision, tolerance: f64) -> Method {
-    let rungs = Rung::ladder(precision, &taps.setup.model.material, tolerance);
-    let solver: Box<dyn Solver> = Box::new(Cpu::new(precision));
-    Method::Fast { solver, rungs, tolerance }
+    Method::fast(Box::new(Cpu::new(precision)), precision, &taps.setup.model.material, tolerance)
 }
 
 fn outcomes(taps: &Taps) -> Vec<Outcome> {

@@ -78,7 +78,7 @@ fn strains(setup: &Setup, precision: Precision, tuples: &[Tuple]) -> [Vec<f64>; 
     let options =
         RunOptions { backend: Some(BackendChoice::Cpu), precision: Some(precision), ..RunOptions::default() };
     let taps = Taps::new(setup.clone(), &options).expect("the CPU opens");
-    let Method::Fast { mut solver, rungs, tolerance } = taps.method().expect("the CPU opens") else {
+    let Method::Fast { mut solver, ladder, tolerance } = taps.method().expect("the CPU opens") else {
         unreachable!("no reference here")
     };
     let effects = Effects::new(&setup.model, setup.gauge.side, false);
@@ -88,8 +88,8 @@ fn strains(setup: &Setup, precision: Precision, tuples: &[Tuple]) -> [Vec<f64>; 
     for _ in 0..=ROUNDS {
         times[0].push(spent(|| {
             for some in all.chunks(PART) {
-                let solved = kernel::solve(solver.as_mut(), effects, &rungs, tolerance, some, &mut solutions);
-                solved.expect("the CPU answers");
+                kernel::solve(solver.as_mut(), effects, &ladder.rungs, tolerance, some, &mut solutions)
+                    .expect("the CPU answers");
             }
         }));
         times[1].push(spent(|| taps.strains(|i| tuples[i], &mut found).expect("the CPU answers")));

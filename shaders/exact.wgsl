@@ -1,6 +1,6 @@
 // The exact rod: collocation in deviation form. Twin of crates/kernel/src/cpu/exact/mod.rs, where the equations are derived.
 //
-// Emitted from Rust before this text: real, Nodes, N, POINTS, GAUGE_POINTS, GAUGE_WEIGHTS, the switches PLAIN, SHEAR, EXTENSION, OFFSET, STICK, LAW,
+// Emitted from Rust before this text: real, Nodes, N, POINTS, GAUGE_POINTS, GAUGE_WEIGHTS, the switches PLAIN, SHEAR, EXTENSION, OFFSET, LAW,
 // FAR, the sums weigh, integrate and coefficients over the nodes, one_minus_cos, x_minus_sin, primitive, legendre and section.
 
 // State passed between sweeps; see the Rust twin.
@@ -63,8 +63,5 @@ fn solve(tap: Tap) -> Solution {
 }
 
 fn shows(felt: Shares, moved: real, force: real, other: real) -> real {
-    if STICK {
-        return felt.across * abs(force) + felt.along * abs(other);
-    }
     return abs(force) + felt.across * moved * abs(other);
 }

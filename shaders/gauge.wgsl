@@ -14,16 +14,15 @@ fn sensitivity(tap: Tap, x: real) -> real {
     return 1.0 + weight * select(clear, on_gauge, far < 0.0);
 }
 
-// Change of the strain per relative error of W and of H (per W0); see the Rust twin.
+// Change of the strain per relative error of W, and of the section law; see the Rust twin.
 struct Shares {
     across: real,
-    along: real,
     strains: real,
 }
 
 fn shares(tap: Tap) -> Shares {
     if !OFFSET {
-        return Shares(ONE, ONE, ONE);
+        return Shares(ONE, ONE);
     }
     let b1 = 1.0 / fma(tap.taper, tap.near, tap.rest);
     let b2 = 1.0 / max(fma(tap.taper, tap.far, tap.rest), TINY);
@@ -37,10 +36,8 @@ fn shares(tap: Tap) -> Shares {
     }
     let scale = tap.weight * tap.radius / max(abs(tap.strain), TINY);
     let across = scale * abs(tap.force * lever);
-    let moving = scale * abs(tap.force * along);
     let held = scale * abs(tap.along * along);
-    let strains = across + select(held, max(moving, held), STICK);
-    return Shares(max(across, ONE), max(moving, ONE), max(strains, ONE));
+    return Shares(max(across, ONE), max(across + held, ONE));
 }
 
 fn past(end: real, b2: real, g2: real, width: real) -> real {

@@ -267,15 +267,14 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     var dx = ZERO;
     if OFFSET {
         let bent = Bent(x, w_force, contact_radius, base, pole_x, pole_y, x0, y0, cosine, sine);
-        let step = newton(tap, bent, state, y, density, heights, across, along, noise_across, noise_along);
+        let step = newton(tap, bent, state, y, density, across, along, noise_across, noise_along);
         dw = step.force;
         dx = step.other;
         state.noise_force = step.noise_force;
         state.noise_other = step.noise_other;
         let b1 = eta1 + hub * psi1;
-        let held = a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1;
         let sliding = (a1 + tap.ratio * (a0 + y0 * f)) * s1 - (y0 + x0 * tap.slope) * (tap.ratio * x0 * f + y0 * (b1 + tap.ratio * b0));
-        state.fold = step.fold * select(sliding * tap.force, held, STICK);
+        state.fold = step.fold * sliding * tap.force;
     } else {
         let m12 = w_force * (a1 + d_a1) * (3.0 / c + tap.taper * ig2) - tap.angle * s1;
         let m11 = tap.force * (a1 + d_a1);
@@ -286,13 +285,9 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     }
     state.step_force = dw;
     state.step_other = dx;
-    state.force = clamp(state.force - dw, select(LEAST_FORCE, MOST_PULL, STICK), MOST_FORCE);
-    if STICK {
-        state.along -= dx;
-    } else {
-        state.arc = clamp(state.arc - dx, LEAST_ARC, MOST_ARC);
-        if OFFSET {
-            state.along = tap.ratio * state.force;
-        }
+    state.force = clamp(state.force - dw, LEAST_FORCE, MOST_FORCE);
+    state.arc = clamp(state.arc - dx, LEAST_ARC, MOST_ARC);
+    if OFFSET {
+        state.along = tap.ratio * state.force;
     }
 }

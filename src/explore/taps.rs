@@ -9,7 +9,6 @@ use crate::chart::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared, amount, is_whisker};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
-use crate::kernel::Rung;
 use crate::kernel::cpu::Cpu;
 use crate::physics::inverse::Inverse;
 use crate::physics::linear::{StrainCurve, shear_length2};
@@ -99,8 +98,7 @@ pub fn skin(setup: &Setup, q: &[f64; AXES]) -> f64 {
 
 /// Single f64 taps on the CPU, to `tolerance`.
 pub fn f64_method(setup: &Setup, tolerance: f64) -> Method {
-    let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
-    Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance }
+    Method::fast(Box::new(Cpu::new(Precision::F64)), Precision::F64, &setup.model.material, tolerance)
 }
 
 /// δ = ε/(θ f) − 1, if the tap has a strain.

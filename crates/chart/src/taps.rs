@@ -11,7 +11,7 @@ use super::ranges::shaped;
 use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
-use crate::kernel::{Rung, cpu::Cpu};
+use crate::kernel::cpu::Cpu;
 use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, onset::Grip, taper::Taper};
 use crate::reduce::Sweeps;
 use crate::scene::{Direction, Drive, Precision, Setup, Tuple};
@@ -34,8 +34,8 @@ pub struct Taps<'a> {
 impl<'a> Taps<'a> {
     /// Taps of `setup` at `a` mm with contact `grip`, to `tolerance`.
     pub fn new(setup: &'a Setup, a: f64, grip: Option<Grip>, tolerance: f64) -> Self {
-        let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
-        let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
+        let cpu = Box::new(Cpu::new(Precision::F64));
+        let method = Method::fast(cpu, Precision::F64, &setup.model.material, tolerance);
         let (evaluator, sweeps) = (Evaluator::new(setup, method).sparing(usize::MAX), Sweeps::default());
         Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, grid: None, sweeps }
     }

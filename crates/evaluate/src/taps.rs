@@ -13,7 +13,7 @@ use crate::error::{Error, InputError};
 use crate::evaluate::{
     Evaluator, Input, Method, Outcome, Task, closed, closed_gradient, gradient, is_closed,
 };
-use crate::kernel::Rung;
+use crate::kernel::Ladder;
 use crate::kernel::frames::{Framed, Framing};
 use crate::scene::{RunOptions, Setup, Tuple};
 
@@ -29,8 +29,8 @@ pub struct Taps {
     framing: Option<Framing>,
     /// Opened and idle.
     workers: Mutex<Vec<Worker>>,
-    /// Shared, with the chart of the first rung.
-    rungs: OnceLock<Vec<Rung>>,
+    /// Shared, as are its charts.
+    ladder: OnceLock<Ladder>,
 }
 
 /// Refuses tilted and leaning poles where `setup` has no taps at them, with the reason as the error.
@@ -55,7 +55,7 @@ impl Taps {
     pub fn new(setup: Setup, options: &RunOptions) -> Result<Self, Error> {
         let choice = Choice::new(options)?;
         let framing = Framing::new(&setup).filter(|_| choice.backend.adapter.is_none());
-        Ok(Self { setup, choice, framing, workers: Mutex::default(), rungs: OnceLock::new() })
+        Ok(Self { setup, choice, framing, workers: Mutex::default(), ladder: OnceLock::new() })
     }
 
     /// The setup of all taps.
@@ -74,12 +74,8 @@ impl Taps {
     /// A device that does not open.
     pub fn method(&self) -> Result<Method, Error> {
         let mut method = self.choice.open(&self.setup.model)?;
-        if let Method::Fast { rungs, .. } = &mut method {
-            let charted = || {
-                rungs.first().map(Rung::chart);
-                rungs.clone()
-            };
-            *rungs = self.rungs.get_or_init(charted).clone();
+        if let Method::Fast { ladder, .. } = &mut method {
+            *ladder = self.ladder.get_or_init(|| ladder.clone()).clone();
         }
         Ok(method)
     }

@@ -12,9 +12,9 @@ pub struct Effects {
     pub extension: bool,
     /// The force does not act on the centreline across it: surface contact, pole radius, friction, or a soft contact or clamp.
     pub offset: bool,
-    /// The contact does not slip.
+    /// The contact does not slip. Such taps are solved on the CPU, in f64.
     pub stick: bool,
-    /// It rolls on a pole. Such taps are solved on the CPU, in f64.
+    /// It rolls on a pole.
     pub rolls: bool,
     /// A hyperelastic section law, read from a chart.
     pub law: bool,
@@ -40,13 +40,12 @@ impl Effects {
     }
 
     /// Its switches in a shader, which the device's compiler folds.
-    pub fn switches(&self) -> [(&'static str, bool); 6] {
+    pub fn switches(&self) -> [(&'static str, bool); 5] {
         [
             ("PLAIN", self.plain()),
             ("SHEAR", self.shear),
             ("EXTENSION", self.extension),
             ("OFFSET", self.offset),
-            ("STICK", self.stick),
             ("LAW", self.law),
         ]
     }

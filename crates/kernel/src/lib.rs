@@ -6,9 +6,9 @@
 //! full relative precision in f32. The derivation is in `cpu::exact`.
 //!
 //! Taps are dimensionless ([`Tap`]; unit of length is the contact distance, E drops out) and solved in batches by a [`Solver`], on a small rule
-//! first; taps whose error estimate exceeds the tolerance climb to a larger one ([`Rule`]), the last in f64 on the CPU. The estimate includes the
-//! iteration, the truncation of the rule, the section chart, and rounding of terms that cancel. An equilibrium at which the material may fail, or
-//! that may not lie on the path from the unloaded whisker, is [unsure](Solution::unsure): the reference decides.
+//! first; taps whose error estimate exceeds the tolerance climb to a larger one ([`Rule`]). The estimate includes the iteration, the truncation of the
+//! rule, the section chart, and rounding of terms that cancel. What no rung solves, and an equilibrium at which the material may fail or that may not
+//! lie on the path from the unloaded whisker, is left to the solver of every whisker.
 //!
 //! Frictionless Hooke taps of 0.5–10° take 3.3 sweeps of 6 nodes in f32 at 1e-5 and 4.2 of 10 nodes in f64 at 1e-8, all rungs together (`sweeps_mean`
 //! of `vibrissa bench`): with the gauge 3381 and 8115 floating-point operations a tap.
@@ -38,7 +38,7 @@ pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
 pub use vibrissa_core::physics::nodes;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use vibrissa_core::error::SolveError;
@@ -57,78 +57,93 @@ pub struct Job<'a> {
     pub chart: Option<&'a Chart>,
 }
 
-/// A rung of the ladder with the section law that belongs to it.
+/// The section law of a material over a range of loads, charted on first use; clones share the chart.
+#[derive(Debug, Clone)]
+pub struct Section {
+    /// The law, largest loads, and errors of the chart; `None` for Hooke's.
+    of: Option<(Material, (f64, [f64; 2]), [f64; 2])>,
+    chart: Arc<OnceLock<Option<Chart>>>,
+}
+
+impl Section {
+    fn new(material: &Material, range: (f64, [f64; 2]), errors: [f64; 2]) -> Self {
+        let law = !matches!(material, Material::Hooke(_));
+        Self { of: law.then_some((*material, range, errors)), chart: Arc::default() }
+    }
+
+    /// The same for another material.
+    fn of(&self, material: &Material) -> Self {
+        let (_, range, errors) = self.of.unwrap_or_default();
+        Self::new(material, range, errors)
+    }
+
+    /// Its chart; `None` for Hooke's law.
+    pub fn chart(&self) -> Option<&Chart> {
+        let made =
+            || self.of.and_then(|(material, range, errors)| Chart::new(&material, range.0, range.1, errors));
+        self.chart.get_or_init(made).as_ref()
+    }
+}
+
+/// A rung of the kernel's ladder.
 #[derive(Debug, Clone)]
 pub struct Rung {
     /// Nodes, terms, sweeps.
     pub rule: Rule,
-    /// Solved on the CPU in f64, far below the tolerance, for the few taps that the other rungs cannot solve.
-    pub spare: bool,
     precision: Precision,
-    /// Law of the sections, and the tolerance of its chart; None for Hooke's.
-    law: Option<(Material, f64)>,
-    chart: OnceLock<Option<Chart>>,
+    section: Section,
 }
 
-/// Spare rungs solve to this share of the tolerance: they are few.
+impl Rung {
+    /// Section law over the range of this rung.
+    pub fn chart(&self) -> Option<&Chart> {
+        self.section.chart()
+    }
+}
+
+/// How taps of a material are solved to a tolerance.
+#[derive(Debug, Clone)]
+pub struct Ladder {
+    /// Rungs of the kernel, cheapest first; after those in f32 come those in f64, for contacts that stick.
+    pub rungs: Vec<Rung>,
+    /// The section law over its whole range, for taps that the kernel does not solve.
+    pub section: Section,
+}
+
+/// Where few taps use it, the section law is right to this share of the tolerance.
 const SPARE: f64 = 0.01;
 
 const SCANNED: usize = 1 << 14;
 
-impl Rung {
-    /// The rung of `rule` for `material`, at `tolerance`.
-    pub fn new(rule: Rule, precision: Precision, material: &Material, tolerance: f64) -> Self {
-        let law = (!matches!(material, Material::Hooke(_))).then_some((*material, tolerance));
-        Self { rule, spare: false, precision, law, chart: OnceLock::new() }
-    }
-
-    /// The same rung for another material of a law, its chart not yet made.
-    pub fn of(&self, material: &Material) -> Self {
-        let law = self.law.map(|(_, tolerance)| (*material, tolerance));
-        Self { law, chart: OnceLock::new(), ..*self }
-    }
-
-    /// The rungs for `tolerance`, cheapest first.
-    pub fn ladder(precision: Precision, material: &Material, tolerance: f64) -> Vec<Self> {
-        let rules = rule::ladder(precision, tolerance);
-        let mut rungs: Vec<Self> =
-            rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect();
-        let finest = rule::smallest_tolerance(Precision::F64);
-        if SPARE * tolerance >= finest {
-            // A finer section chart covers a smaller range of strain. After f32 no other rung covers the rest: the chart is as fine as the tolerance.
-            let fine = if precision == Precision::F32 { 1.0 } else { SPARE };
-            let spare = |rule: &Rule| Self {
-                spare: true,
-                ..Self::new(*rule, Precision::F64, material, fine * tolerance)
-            };
-            rungs.extend(rule::ladder(Precision::F64, SPARE * tolerance).iter().map(spare));
-        }
-        rungs
-    }
-
-    /// Type of its numbers.
-    pub fn precision(&self) -> Precision {
-        self.precision
-    }
-
-    /// True if taps with these effects climb it: sticking contacts lack precision in f32, others lack nodes.
-    fn suits(&self, effects: &Effects) -> bool {
-        effects.stick || !self.spare || self.rule.nodes > rule::every_rule(Precision::F64)[0].nodes
-    }
-
-    fn is_for_the_cpu(&self, solver: &dyn Solver) -> bool {
-        self.spare || self.rule.full && !solver.has_full_newton()
-    }
-
-    /// Section law over the range of this rung, charted on first use: few taps climb.
-    pub fn chart(&self) -> Option<&Chart> {
-        let chart = || {
-            let (material, tolerance) = self.law.as_ref()?;
-            let (axial, bending) = rule::chart_range(self.precision, &self.rule);
-            let errors = rule::chart_shares(self.precision, &self.rule).map(|share| share * tolerance);
-            Chart::new(material, axial, bending, errors)
+impl Ladder {
+    /// For taps in `precision`.
+    pub fn new(precision: Precision, material: &Material, tolerance: f64) -> Self {
+        let rungs = |precision, tolerance: f64| {
+            rule::ladder(precision, tolerance).into_iter().map(move |rule| {
+                let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
+                let section = Section::new(material, rule::chart_range(precision, &rule), errors);
+                Rung { rule, precision, section }
+            })
         };
-        self.chart.get_or_init(chart).as_ref()
+        let mut all: Vec<Rung> = rungs(precision, tolerance).collect();
+        if precision == Precision::F32 {
+            all.extend(rungs(Precision::F64, tolerance));
+        }
+        let fine = SPARE * tolerance;
+        let fine = if precision == Precision::F64 && fine >= rule::smallest_tolerance(precision) {
+            fine
+        } else {
+            tolerance
+        };
+        let section =
+            Section::new(material, rule::WHOLE_RANGE, rule::COARSE_SHARES.map(|share| share * fine));
+        Self { rungs: all, section }
+    }
+
+    /// The same for another material of a law, its charts not yet made.
+    pub fn of(&self, material: &Material) -> Self {
+        let rung = |rung: &Rung| Rung { section: rung.section.of(material), ..rung.clone() };
+        Self { rungs: self.rungs.iter().map(rung).collect(), section: self.section.of(material) }
     }
 }
 
@@ -140,16 +155,6 @@ pub trait Solver: Send {
     /// Most taps of one call.
     fn batch_limit(&self) -> usize;
 
-    /// True if it has kernels for rungs of full Newton. Devices have none.
-    fn has_full_newton(&self) -> bool {
-        false
-    }
-
-    /// Place of the rung on which taps with these effects begin; the first, unless that rung does not pay.
-    fn begin(&self, _effects: &Effects, _rungs: &[Rung]) -> usize {
-        0
-    }
-
     /// Its device, if any: for other kernels, and to rank.
     fn device(&mut self) -> Option<&mut gpu::Gpu> {
         None
@@ -157,7 +162,7 @@ pub trait Solver: Send {
 }
 
 /// Share of the tolerance above which a tap climbs: with an offset force, estimates are up to three times too small.
-pub(crate) fn trusted(effects: &Effects) -> f64 {
+pub fn trusted(effects: &Effects) -> f64 {
     match effects {
         effects if effects.offset => 0.3,
         effects if !effects.plain() => 0.6,
@@ -165,17 +170,9 @@ pub(crate) fn trusted(effects: &Effects) -> f64 {
     }
 }
 
-/// The answer to keep after a finer rung. Estimates of full Newton are generous: converged, it beats an answer whose estimate is not trusted.
-fn finer(old: &Solution, new: Solution, tolerance: f64) -> Solution {
-    match (old.within(tolerance), new.within(10.0 * tolerance)) {
-        (true, true) => Solution { error: new.error.min(old.error), ..new },
-        (true, false) => *old,
-        (false, _) => new,
-    }
-}
-
 /// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. `out` has the order of `taps`; a tap that no
-/// rung solved keeps an `error` above the tolerance.
+/// rung solved keeps an `error` above the trusted share of the tolerance. Contacts that stick are solved on the CPU in f64: the small stretch that
+/// holds them is a difference, which f32 loses for half of them.
 pub fn solve(
     solver: &mut dyn Solver,
     effects: Effects,
@@ -185,33 +182,15 @@ pub fn solve(
     out: &mut Vec<Solution>,
 ) -> Result<(), SolveError> {
     out.clear();
-    let trusted = trusted(&effects);
-    let mut cpu = Cpu::new(Precision::F64);
-    let mut part = Vec::new();
-    // A rolling contact is solved on the CPU in f64: the small stretch that holds it is the difference of two rolled lengths.
-    let double = |rung: &Rung| rung.precision == Precision::F64;
-    let begin = match effects.rolls {
-        true => rungs.iter().position(double).unwrap_or(rungs.len()),
-        false => solver.begin(&effects, rungs),
+    let enough = trusted(&effects) * tolerance;
+    let (mut cpu, mut part) = (Cpu::new(Precision::F64), Vec::new());
+    let (solver, precision): (&mut dyn Solver, _) = match (effects.stick, rungs.first()) {
+        (false, Some(first)) => (solver, first.precision),
+        _ => (&mut cpu, Precision::F64),
     };
-    let climbed = rungs[begin..].iter().filter(|rung| rung.suits(&effects));
-    for (step, rung) in climbed.enumerate() {
-        // A material that has ended has ended in any precision.
-        let open = |s: &Solution| !(s.within(trusted * tolerance) || rung.spare && s.ended());
-        let hard: Vec<usize> =
-            (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(|&i| open(&out[i])).collect();
-        if step > 0 && hard.is_empty() {
-            continue;
-        }
-        let alone = effects.rolls || rung.is_for_the_cpu(solver);
-        let solver: &mut dyn Solver = if alone { &mut cpu } else { &mut *solver };
-        let limit = solver.batch_limit();
-        let share = if rung.spare { SPARE } else { 1.0 };
-        let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };
-        if step == 0 && taps.len() <= limit {
-            solver.solve(&job, taps, out)?;
-            continue;
-        }
+    let limit = solver.batch_limit();
+    for (step, rung) in rungs.iter().filter(|rung| rung.precision == precision).enumerate() {
+        let job = Job { effects, rule: &rung.rule, tolerance, chart: rung.chart() };
         if step == 0 {
             for chunk in taps.chunks(limit) {
                 solver.solve(&job, chunk, &mut part)?;
@@ -219,12 +198,13 @@ pub fn solve(
             }
             continue;
         }
+        let open = |i: &usize| !out[*i].is_told(enough);
+        let hard: Vec<usize> = (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(open).collect();
         for indices in hard.chunks(limit) {
             let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
             solver.solve(&job, &again, &mut part)?;
             for (&i, new) in indices.iter().zip(part.drain(..)) {
-                let sweeps = out[i].sweeps + new.sweeps;
-                out[i] = Solution { sweeps, ..finer(&out[i], new, tolerance) };
+                out[i] = Solution { sweeps: out[i].sweeps + new.sweeps, ..new };
             }
         }
     }

@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::pose::Pose;
-use super::rule::limits::{ASTRAY, EDGE, HOPELESS};
+use super::rule::limits::EDGE;
 use vibrissa_core::physics::linear::StrainCurve;
 use vibrissa_core::physics::onset::Grip;
 use vibrissa_core::scene::{Model, Side};
@@ -135,30 +135,10 @@ impl Solution {
             && [self.force, self.along, self.arc, self.strain].iter().all(|x| x.is_finite())
     }
 
-    /// True if at the equilibrium a fibre has surely left the range of its law.
-    pub fn ended(&self) -> bool {
-        self.load > 1.0 + EDGE
-    }
-
-    /// True if the kernel has an answer: a strain within `tolerance`, or a material that has surely ended.
+    /// True if the kernel has an answer: a strain within `tolerance` from a material that has surely not ended.
     pub fn is_told(&self, tolerance: f64) -> bool {
-        !self.unsure() && (self.ended() || self.within(tolerance))
+        self.within(tolerance) && self.load < 1.0 - EDGE
     }
-
-    /// True if an equilibrium may be outside the series or chart, beyond a fold of the path, or close to the end of the law; also if unknown.
-    pub fn unsure(&self) -> bool {
-        self.error == f64::MAX
-            || self.error == HOPELESS && self.load <= 1.0 + EDGE
-            || (self.load - 1.0).abs() <= EDGE
-    }
-
-    /// True if the iteration came near no equilibrium: none exists once the tip has flicked past the object.
-    pub fn is_astray(&self) -> bool {
-        !self.unsure() && !self.ended() && !self.within(ASTRAY)
-    }
-
-    /// A tap not solved yet; the reference is asked.
-    pub const UNKNOWN: Self = Self { error: f64::MAX, ..Self::FAILED };
 
     /// A tap that has no solution.
     pub const FAILED: Self = Self {
@@ -268,5 +248,11 @@ impl Frame {
     /// Shift of the contact along the whisker: c/a − 1.
     pub fn moved(&self, s: &Solution) -> f64 {
         self.tap.moved(s)
+    }
+
+    /// Whether the contact of a tap framed as sticking sticks or slides at `mu`, to first order in the drive.
+    pub fn foreseen(&self, mu: f64) -> Grip {
+        let Response { tangential, normal, .. } = self.response(&Solution::default());
+        if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }
     }
 }

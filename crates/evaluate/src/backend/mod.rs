@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::{
-    Rung, Solver,
+    Solver,
     cpu::Cpu,
     gpu::{self, Adapter, Gpu, Log},
     rule::smallest_tolerance,
@@ -245,10 +245,7 @@ impl Choice {
     /// Solves taps of `model` with `solver` from [`Self::solver`]; the reference uses none.
     pub fn method(&self, solver: Box<dyn Solver>, model: &Model) -> Method {
         match self.backend.tolerance {
-            Some(tolerance) => {
-                let rungs = Rung::ladder(self.precision, &model.material, tolerance);
-                Method::Fast { solver, rungs, tolerance }
-            }
+            Some(tolerance) => Method::fast(solver, self.precision, &model.material, tolerance),
             None => Method::Reference,
         }
     }

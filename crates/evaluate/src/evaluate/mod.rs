@@ -19,18 +19,17 @@ use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::kernel::ranking::{OnCpu, Sheet};
-use crate::kernel::{Rung, Solution, Solver, Tap};
+use crate::kernel::{Ladder, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::{NEVER, go_on};
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Geometry, Layout, Material, Setup};
+use crate::scene::{Geometry, Layout, Material, Precision, Setup};
 use crate::status::Status;
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
+use outcome::{Asked, Verdict, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
-use outcome::{fast, linear_share, reference};
 use solve::Solved;
-pub use solve::foreseen;
 pub use strains::{closed, closed_gradient, is_closed};
 pub use task::{Outcome, Outcomes, Task};
 
@@ -48,8 +47,8 @@ pub struct Evaluator<'a> {
     /// True if taps far from the base without an equilibrium get no answer: the reference takes seconds to confirm each. Not of built whiskers.
     pub leaves: bool,
     reader: Option<Arc<dyn Source>>,
-    /// Rungs for materials of rigs that differ.
-    laws: Vec<(Material, Vec<Rung>)>,
+    /// Ladders for materials of rigs that differ.
+    laws: Vec<(Material, Ladder)>,
     guard: Option<Box<Guard<'a>>>,
     /// Set from outside to stop early: work then fails with [`SolveError::Stopped`].
     pub stop: &'a AtomicBool,
@@ -67,13 +66,20 @@ pub enum Method {
     Fast {
         /// The backend.
         solver: Box<dyn Solver>,
-        /// Rungs for the tolerance.
-        rungs: Vec<Rung>,
+        /// How it climbs to the tolerance.
+        ladder: Ladder,
         /// Bound on the strain error.
         tolerance: f64,
     },
     /// f64 shooting.
     Reference,
+}
+
+impl Method {
+    /// Taps of `material` by `solver`, in `precision`, with strains to `tolerance`.
+    pub fn fast(solver: Box<dyn Solver>, precision: Precision, material: &Material, tolerance: f64) -> Self {
+        Self::Fast { solver, ladder: Ladder::new(precision, material, tolerance), tolerance }
+    }
 }
 
 impl<'a> Evaluator<'a> {
@@ -211,23 +217,8 @@ impl<'a> Evaluator<'a> {
                 false => reference(setup, &designs[t.design as usize], t),
             };
             tasks.par_iter().map(answer).collect()
-        } else if rod::asked(setup) || tasks.iter().all(|task| !task.direction.is_upright()) {
-            self.rods(designs, tasks, None, expected)?
-        } else if tasks.iter().all(|task| task.direction.is_upright()) {
-            let solved = self.solutions(designs, tasks)?;
-            self.outcomes(designs, tasks, &solved, expected)?
         } else {
-            // Each alone, so that no tap depends on its neighbours.
-            let (upright, tilted): (Vec<usize>, Vec<usize>) =
-                (0..tasks.len()).partition(|&i| tasks[i].direction.is_upright());
-            let mut all = vec![Outcome::NOTHING; tasks.len()];
-            for places in [upright, tilted] {
-                let those: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-                let known: Option<Vec<Outcome>> = expected.map(|e| places.iter().map(|&i| e[i]).collect());
-                let outcomes = self.run_alike(designs, &those, known.as_deref())?;
-                places.iter().zip(outcomes).for_each(|(&i, outcome)| all[i] = outcome);
-            }
-            all
+            self.outcomes(designs, tasks, None, expected)?
         };
         go_on(self.stop)?;
         Ok(outcomes)
@@ -237,69 +228,61 @@ impl<'a> Evaluator<'a> {
     /// contact, to the strain of linear theory, as charts hold their ratio.
     pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip) -> Outcomes {
         go_on(self.stop)?;
-        if rod::asked(self.setup) {
-            return self.rods(designs, tasks, Some(grip), None);
-        }
-        let solved = self.solve(designs, tasks, &|_| grip)?;
-        solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
-        let (setup, tolerance) = (self.setup, self.tolerance());
-        let read = |(task, s): (&Task, &Option<Solved>)| {
-            let design = &designs[task.design as usize];
-            let share = s.as_ref().map_or(1.0, |s| linear_share(setup, design, task, s));
-            fast(setup, tolerance * share.max(1.0), design, task, s.as_ref())
-        };
-        Ok(tasks.par_iter().zip(&solved).map(read).collect())
-    }
-
-    /// True if kernels give up on taps that others solve: with friction, and where a law softens until its tangent vanishes, where its chart ends.
-    fn ends_early(&self) -> bool {
-        let Method::Fast { rungs, .. } = &self.method else { return false };
-        let last = rungs.iter().rfind(|rung| !rung.spare);
-        matches!(self.setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..))
-            || last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
+        self.outcomes(designs, tasks, Some(grip), None)
     }
 
     fn outcomes(
         &mut self,
         designs: &[Design],
         tasks: &[Task],
-        solved: &[Option<Solved>],
+        grip: Option<Grip>,
         expected: Option<&[Outcome]>,
     ) -> Outcomes {
+        let solved = self.solutions(designs, tasks, grip)?;
+        solved.iter().filter(|s| s.sweeps > 0.0).for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance, stop, leaves) = (self.setup, self.tolerance(), self.stop, self.leaves);
-        let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
-        let asked = missed && (!self.samples || self.ends_early());
-        let open = |s: &Solved| s.solution.unsure() || asked && !s.solution.is_told(tolerance);
-        let left = solved.iter().flatten().filter(|s| open(s)).count();
-        self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
-        let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
+        let whole = match &self.method {
+            Method::Fast { ladder, .. } => ladder.section.chart().is_none_or(|chart| chart.whole),
+            Method::Reference => true,
+        };
+        let samples = self.samples && whole;
+        // The status of a tap that is left open; `None` where the reference solves it.
+        let without = |task: &Task, design: &Design, s: &Solved| {
+            let far = || leaves && setup.built.is_none() && s.astray && task.is_far(design);
+            let unsolved = grip.is_some() || samples && s.grip == Grip::Slide(0.0) || far();
+            unsolved.then_some(Status::NOT_CONVERGED)
+        };
+        let verdict = |(task, s): (&Task, &Solved)| {
             let design = &designs[task.design as usize];
-            let astray = |s: &Solved| open(s) && s.solution.is_astray();
-            if leaves && task.is_far(design) && solved.as_ref().is_some_and(astray) {
-                return Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING };
-            }
-            match solved.as_ref().is_some_and(open) {
-                true => referred(stop, expected.map(|known| &known[i]), (setup, design, task)),
-                false => fast(setup, tolerance, design, task, solved.as_ref()),
+            let Some(asked) = Asked::new(setup, design, task) else { return Verdict::Outside };
+            match asked.verdict(s, tolerance) {
+                Verdict::Open => without(task, design, s).map_or(Verdict::Open, Verdict::Unsolved),
+                other => other,
             }
         };
-        let outcomes = tasks.par_iter().zip(solved).enumerate().map(finish).collect();
-        go_on(self.stop)?;
+        let verdicts: Vec<Verdict> = tasks.par_iter().zip(&solved).map(verdict).collect();
+        let left = verdicts.iter().filter(|verdict| matches!(verdict, Verdict::Open)).count();
+        self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
+        let finish = |i: usize| {
+            let (task, design) = (&tasks[i], &designs[tasks[i].design as usize]);
+            let known = Asked::new(setup, design, task);
+            match (&verdicts[i], known) {
+                (Verdict::Outside, _) | (_, None) => Outcome::OUTSIDE,
+                (Verdict::Told, Some(asked)) => {
+                    Outcome { sweeps: solved[i].sweeps as f32, ..asked.outcome(solved[i].found) }
+                }
+                (Verdict::Unsolved(why), Some(asked)) => asked.unsolved(*why),
+                (Verdict::Open, _) if stop.load(Ordering::Relaxed) => Outcome::NOTHING,
+                (Verdict::Open, _) => {
+                    let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
+                    // No other solver has tilted poles of built whiskers.
+                    let referred = setup.built.is_none() || task.direction.is_upright();
+                    Outcome { referred, ..answer }
+                }
+            }
+        };
+        let outcomes = (0..tasks.len()).into_par_iter().map(finish).collect();
+        go_on(stop)?;
         Ok(outcomes)
-    }
-}
-
-/// The answer of the reference, if it is not known, to a tap that a kernel leaves open; nothing once work must stop.
-fn referred(
-    stop: &AtomicBool,
-    known: Option<&Outcome>,
-    (setup, design, task): (&Setup, &Design, &Task),
-) -> Outcome {
-    match stop.load(Ordering::Relaxed) {
-        true => Outcome::NOTHING,
-        false => {
-            let answer = known.copied().unwrap_or_else(|| reference(setup, design, task));
-            Outcome { referred: true, ..answer }
-        }
     }
 }

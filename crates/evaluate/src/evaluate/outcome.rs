@@ -3,11 +3,15 @@
 use super::solve::Solved;
 use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount, radians};
-use crate::physics::onset::Grip;
+use crate::kernel::rule::limits::EDGE;
 use crate::physics::rod::RodProblem;
 use crate::scene::{Direction, Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
+/// Distance, over a, from a corner or the tip within which it is not decided on which side the contact is.
+const CLOSE: f64 = 1e-6;
+
+/// A tap of the domain.
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'a> {
     pub setup: &'a Setup,
@@ -34,39 +38,13 @@ impl<'a> Asked<'a> {
     }
 }
 
-pub(super) fn fast(
-    setup: &Setup,
-    tolerance: f64,
-    design: &Design,
-    task: &Task,
-    solved: Option<&Solved>,
-) -> Outcome {
-    let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
-    let Some(Solved { frame, solution, grip, .. }) = solved.filter(|s| s.solution.within(tolerance)) else {
-        let limit = solved.is_some_and(|s| s.solution.ended());
-        return asked.unsolved(if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED });
-    };
-    let response = frame.response(solution);
-    // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
-    let ratio = asked.linear / frame.tap().strain - 1.0;
-    let found = Found {
-        strain: response.strain,
-        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
-        wrench: [f64::NAN; 3],
-        beside: None,
-        normal: response.normal,
-        tangential: response.tangential,
-        arc: response.arc,
-        sticking: *grip == Grip::Stick,
-    };
-    Outcome { sweeps: solution.sweeps as f32, ..asked.outcome(found) }
-}
-
-/// |θ f/ε| of a tap, f of the estimator's theory; 1 if undefined.
-pub(super) fn linear_share(setup: &Setup, design: &Design, task: &Task, solved: &Solved) -> f64 {
-    let Some(Asked { linear, .. }) = Asked::known(setup, design, task) else { return 1.0 };
-    let share = (linear / solved.frame.response(&solved.solution).strain).abs();
-    if share.is_finite() { share } else { 1.0 }
+/// What is known of a tap.
+pub(super) enum Verdict {
+    Outside,
+    Told,
+    Unsolved(Status),
+    /// The reference must decide.
+    Open,
 }
 
 /// The outcome of chart values: δ = ε/(θ f cos² β) − 1 of the strain before a foil, c/a − 1, P (N) and T/P; with a second gauge also its differences
@@ -194,6 +172,7 @@ pub fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) ->
 }
 
 /// A solved tap before its status is known; strain as on the contact side.
+#[derive(Clone, Copy)]
 pub(super) struct Found {
     pub strain: f64,
     /// θ f/ε − 1 of the first gauge.
@@ -207,6 +186,7 @@ pub(super) struct Found {
 }
 
 /// Values of a tap out of plane; strain as on the contact side.
+#[derive(Clone, Copy)]
 pub(super) struct Beside {
     pub strain_2: f64,
     pub axial: f64,
@@ -223,6 +203,18 @@ pub(super) struct Plane {
 }
 
 impl Found {
+    /// No values.
+    pub const NOTHING: Self = Self {
+        strain: f64::NAN,
+        deviation: f64::NAN,
+        beside: None,
+        wrench: [f64::NAN; 3],
+        normal: f64::NAN,
+        tangential: f64::NAN,
+        arc: f64::NAN,
+        sticking: false,
+    };
+
     /// Linear theory of a tilted pole: the rod bends by θ cos β towards its contact, at the azimuth β.
     fn tilted(self, &Asked { setup, task, amount, .. }: &Asked<'_>) -> Self {
         let cos = radians(task.direction)[0].cos();
@@ -272,6 +264,32 @@ pub(super) fn is_behind(arc: f64) -> bool {
 }
 
 impl Asked<'_> {
+    /// Whether `s` tells the tap to `tolerance`.
+    pub fn verdict(&self, s: &Solved, tolerance: f64) -> Verdict {
+        let Self { setup, shared, task, .. } = self;
+        let near = |place: f64| (s.found.arc - place).abs() <= CLOSE * task.a;
+        let told = s.error <= tolerance && (s.load - 1.0).abs() > EDGE;
+        if !told || s.load > 1.0 {
+            return if told { Verdict::Unsolved(Status::MATERIAL_LIMIT) } else { Verdict::Open };
+        }
+        let Some(body) = shared.body.as_deref().filter(|_| setup.built.is_some()) else {
+            return Verdict::Told;
+        };
+        let [begin, end] = body.piece(task.a);
+        // A blunt tip has no slope: a contact that begins there has no normal.
+        let blunt = setup.model.surface && body.power().is_some_and(|[_, _, n]| n < 1.0);
+        match () {
+            () if near(body.length) || blunt && task.a >= (1.0 - CLOSE) * body.length => Verdict::Open,
+            // Beyond the tip of a power the diameter stays constant: the path may have ended before.
+            () if s.found.arc > body.length && body.power().is_some() => Verdict::Open,
+            () if s.found.arc > body.length => Verdict::Unsolved(Status::SLIPPED_OFF),
+            () if !setup.model.surface => Verdict::Told,
+            () if near(begin) && begin > 0.0 || near(end) => Verdict::Open,
+            () if !(begin..=end).contains(&s.found.arc) => Verdict::Unsolved(Status::AT_KNOT),
+            () => Verdict::Told,
+        }
+    }
+
     fn unread(&self, arc: f64) -> bool {
         self.setup.signal == Signal::Strain && off_gauge(self.shared.gauge[0], self.task.a, arc)
     }

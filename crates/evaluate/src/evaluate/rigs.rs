@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::{Evaluator, Method, Outcome, Outcomes, Task};
 use crate::design::Design;
-use crate::kernel::Rung;
 use crate::scene::built::{Inner, Profile, Root};
 use crate::scene::{Material, Setup};
 
@@ -89,15 +88,15 @@ impl Evaluator<'_> {
         let law = setup.model.material;
         let mut method = std::mem::replace(&mut self.method, Method::Reference);
         let mut first = None;
-        if let Method::Fast { rungs, .. } = &mut method
+        if let Method::Fast { ladder, .. } = &mut method
             && !matches!(law, Material::Hooke(_))
         {
             let known = self.laws.iter().position(|(other, _)| *other == law);
             let place = known.unwrap_or_else(|| {
-                self.laws.push((law, rungs.iter().map(|rung| rung.of(&law)).collect::<Vec<Rung>>()));
+                self.laws.push((law, ladder.of(&law)));
                 self.laws.len() - 1
             });
-            first = Some((place, std::mem::replace(rungs, std::mem::take(&mut self.laws[place].1))));
+            first = Some(std::mem::replace(ladder, self.laws[place].1.clone()));
         }
         let mut other = Evaluator::new(setup, method).stopping(self.stop);
         (other.spare, other.samples, other.leaves) = (self.spare, self.samples, self.leaves);
@@ -105,8 +104,8 @@ impl Evaluator<'_> {
         self.spare = other.spare;
         self.sweeps.merge(&other.take_sweeps());
         self.method = other.into_method();
-        if let (Method::Fast { rungs, .. }, Some((place, own))) = (&mut self.method, first) {
-            self.laws[place].1 = std::mem::replace(rungs, own);
+        if let (Method::Fast { ladder, .. }, Some(own)) = (&mut self.method, first) {
+            *ladder = own;
         }
         done
     }

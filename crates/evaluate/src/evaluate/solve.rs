@@ -1,177 +1,237 @@
-//! Frames and solutions of taps on a fast kernel.
+//! Solutions of taps: of cones by their kernel; of the others, and of what the kernel leaves open, by the solver of every whisker.
 
 use rayon::prelude::*;
 
+use super::outcome::{Asked, Found};
+use super::rod::{Rods, takes_all};
 use super::{Evaluator, Method, Task};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::{
-    self, Effects, Rule, Rung, Solution, Tap,
-    cpu::Cpu,
-    rule::{every_rule, limits::ASTRAY},
-    tap::{Ask, Frame, Response},
+    self, Effects, Solution,
+    rule::limits::ASTRAY,
+    tap::{Ask, Frame},
+    trusted,
 };
 use crate::physics::onset::Grip;
-use crate::scene::{Contact, Material, Precision, Setup};
+use crate::scene::{Contact, Setup};
 
 /// Largest error of the forces of a sticking contact, per error of the strain.
-pub(super) const ROUGH: f64 = 100.0;
-
-/// Tolerance of the guess of the grip.
-const COARSE: f64 = 1e-2;
+const ROUGH: f64 = 100.0;
 
 /// Motion of a contact, in a and per error of the strain, that makes its direction certain: an error of the arc shows at least as large.
 const SURELY: f64 = 10.0;
 
+/// Least frames per thread.
 const FRAMES: usize = 1024;
 
-#[derive(Debug, Clone, Copy)]
+/// A tap whose contact is held by `grip`.
+#[derive(Clone, Copy)]
 pub(super) struct Solved {
-    pub frame: Frame,
-    pub solution: Solution,
+    pub found: Found,
     pub grip: Grip,
+    /// c/a − 1, from where the rod begins.
+    pub moved: f64,
+    /// Estimated error of the strain, relative; infinite without a solution.
+    pub error: f64,
+    /// Largest load of a fibre; above 1 the material law ends.
+    pub load: f64,
+    /// True if the iteration came near no equilibrium.
+    pub astray: bool,
     /// Sweeps spent on it, also for another grip.
     pub sweeps: f64,
 }
 
-type Grips<'g> = &'g (dyn Fn(usize) -> Grip + Sync);
+impl Solved {
+    /// No solution.
+    pub const LOST: Self = Self {
+        found: Found::NOTHING,
+        grip: Grip::Slide(0.0),
+        moved: f64::NAN,
+        error: f64::INFINITY,
+        load: 0.0,
+        astray: false,
+        sweeps: 0.0,
+    };
 
-pub(super) type Solutions = Result<Vec<Option<Solved>>, SolveError>;
+    /// True if the contact surely moved along the whisker against its friction.
+    fn moves(&self) -> bool {
+        let Grip::Slide(friction) = self.grip else { return false };
+        self.error <= ASTRAY && self.moved * friction.signum() > SURELY * self.error
+    }
+
+    /// The contact condition at `mu` from a sticking solution; `None` if that is too inaccurate.
+    fn decided(&self, mu: f64) -> Option<Grip> {
+        let Found { normal, tangential, .. } = self.found;
+        let spare = mu * normal - tangential.abs();
+        let rough = ROUGH * self.error * tangential.abs().max(normal.abs());
+        match spare {
+            _ if !(self.error <= ASTRAY && spare.abs() > rough) => None,
+            _ if spare > 0.0 => Some(Grip::Stick),
+            _ => Some(Grip::Slide(mu.copysign(tangential))),
+        }
+    }
+}
+
+/// Taps to solve, with their contacts.
+#[derive(Clone, Copy)]
+pub(super) struct Question<'a> {
+    pub setup: &'a Setup,
+    pub designs: &'a [Design],
+    pub tasks: &'a [Task],
+    /// All stick, or none.
+    pub grips: &'a [Grip],
+    /// Where the strain crosses zero next to the contact, errors are relative to that of linear theory, as charts hold their ratio.
+    pub charted: bool,
+}
+
+impl<'a> Question<'a> {
+    fn stick(&self) -> bool {
+        self.grips.first() == Some(&Grip::Stick)
+    }
+
+    /// The tap of task `i`; `None` outside the domain.
+    pub fn asked(&self, i: usize) -> Option<Asked<'a>> {
+        Asked::new(self.setup, self.design(i), &self.tasks[i])
+    }
+
+    fn design(&self, i: usize) -> &'a Design {
+        &self.designs[self.tasks[i].design as usize]
+    }
+
+    /// By how much errors may exceed those relative to the strain.
+    pub fn share(&self, linear: f64, strain: f64) -> f64 {
+        let share = (linear / strain).abs();
+        if self.charted && share.is_finite() { share.max(1.0) } else { 1.0 }
+    }
+}
+
+pub(super) type Solutions = Result<Vec<Solved>, SolveError>;
 
 impl Evaluator<'_> {
-    /// Solutions of `tasks` with any contact; `None` outside the domain or at the apex.
-    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
-        let solved = match self.setup.model.contact {
-            Contact::Frictionless | Contact::Coulomb(0.0) => {
-                self.solve(designs, tasks, &|_| Grip::Slide(0.0))
-            }
-            Contact::Stick => self.solve(designs, tasks, &|_| Grip::Stick),
-            Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu),
-        }?;
-        solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
-        Ok(solved)
-    }
-
-    pub(super) fn solve(&mut self, designs: &[Design], tasks: &[Task], grip: Grips<'_>) -> Solutions {
-        self.solve_framed(&frames(self.setup, designs, tasks, grip), grip)
-    }
-
-    pub(super) fn solve_framed(&mut self, frames: &[Option<Frame>], grip: Grips<'_>) -> Solutions {
-        let setup = self.setup;
-        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
-            return Ok(vec![None; frames.len()]);
+    /// Solutions of `tasks` with all contacts of `grip`, for charts, or as the model says.
+    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task], grip: Option<Grip>) -> Solutions {
+        let held = match (grip, self.setup.model.contact) {
+            (Some(grip), _) => grip,
+            (None, Contact::Frictionless | Contact::Coulomb(0.0)) => Grip::Slide(0.0),
+            (None, Contact::Stick) => Grip::Stick,
+            (None, Contact::Coulomb(mu)) => return self.coulomb(designs, tasks, mu),
         };
-        if frames.is_empty() {
-            return Ok(Vec::new());
-        }
-        self.taps.clear();
-        let tap = |frame: &Option<Frame>| frame.as_ref().map(|frame| *frame.tap());
-        self.taps.par_extend(frames.par_iter().with_min_len(FRAMES).filter_map(tap));
-        let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
-        kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
-        let solved = |i: usize, frame: Frame, solution: Solution| {
-            let (grip, sweeps) = (grip(i), solution.sweeps);
-            Solved { frame, solution, grip, sweeps }
-        };
-        if self.solutions.len() == frames.len() {
-            let one = |(i, (frame, s)): (usize, (&Option<Frame>, &Solution))| Some(solved(i, (*frame)?, *s));
-            let all = frames.par_iter().zip(&self.solutions).enumerate();
-            return Ok(all.with_min_len(FRAMES).map(one).collect());
-        }
-        let mut solutions = self.solutions.iter();
-        let one = |(i, frame): (usize, &Option<Frame>)| Some(solved(i, (*frame)?, *solutions.next()?));
-        Ok(frames.iter().enumerate().map(one).collect())
+        let (setup, grips) = (self.setup, vec![held; tasks.len()]);
+        self.solve(&Question { setup, designs, tasks, grips: &grips, charted: grip.is_some() })
     }
 
     /// Coulomb friction: sliding at μ where the contact then moves against that friction, else sticking where |T| ≤ μP; both criteria agree (model
     /// §3). A tap without a certain solution is left open: it may slide before.
     fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64) -> Solutions {
         let setup = self.setup;
-        let framed = frames(setup, designs, tasks, &|_| Grip::Stick);
-        let held = foreseen(setup, framed.iter().flatten(), mu)?;
-        let whole = (0..tasks.len()).filter(|&i| framed[i].is_some());
-        // A rolling contact moves without slipping: only the sticking solution decides.
-        let likely = |grip: &Grip| *grip != Grip::Stick && setup.model.pole_radius == 0.0;
-        let likely: Vec<(usize, Grip)> = whole.zip(held).filter(|(_, grip)| likely(grip)).collect();
-        let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
-        let slide = |one: &mut Self, sliding: &[(usize, Grip)]| {
-            let those: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
-            one.solve(designs, &those, &|k| sliding[k].1)
+        let mut solved = vec![Solved::LOST; tasks.len()];
+        let mut solve = |places: &[usize], grips: &[Grip], solved: &mut [Solved]| {
+            let those: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
+            let found = self.solve(&Question { setup, designs, tasks: &those, grips, charted: false })?;
+            for (&i, new) in places.iter().zip(found) {
+                solved[i] = Solved { sweeps: solved[i].sweeps + new.sweeps, ..new };
+            }
+            Ok::<(), SolveError>(())
         };
-        let slid = slide(self, &likely)?;
-        for (&(i, grip), s) in likely.iter().zip(slid) {
-            let told = s.as_ref().is_some_and(|s| moves_with(s, grip));
-            solved[i] = s.filter(|_| told);
-        }
-
-        let open: Vec<usize> = (0..tasks.len()).filter(|&i| solved[i].is_none()).collect();
-        let rest: Vec<Option<Frame>> = open.iter().map(|&i| framed[i]).collect();
-        let stuck = self.solve_framed(&rest, &|_| Grip::Stick)?;
-        let mut sliding = Vec::new();
-        for (&i, s) in open.iter().zip(stuck) {
-            solved[i] = s;
-            let Some(s) = &mut solved[i] else { continue };
-            match decide(s, mu) {
+        // A rolling contact moves without slipping: only the sticking solution decides.
+        let foreseen = |i: usize| {
+            let task = &tasks[i];
+            let edge = setup.model.pole_radius == 0.0 && !takes_all(setup);
+            let frame = || frame(setup, &designs[task.design as usize], task, Grip::Stick);
+            edge.then(frame).flatten().map(|frame| frame.foreseen(mu)).filter(|grip| *grip != Grip::Stick)
+        };
+        let all = (0..tasks.len()).into_par_iter().with_min_len(FRAMES);
+        let (likely, grips): (Vec<usize>, Vec<Grip>) = all.filter_map(|i| Some((i, foreseen(i)?))).unzip();
+        solve(&likely, &grips, &mut solved)?;
+        let open: Vec<usize> = (0..tasks.len()).filter(|&i| !solved[i].moves()).collect();
+        solve(&open, &vec![Grip::Stick; open.len()], &mut solved)?;
+        let (mut sliding, mut grips) = (Vec::new(), Vec::new());
+        for i in open {
+            match solved[i].decided(mu) {
                 Some(Grip::Stick) => {}
-                Some(grip) => sliding.push((i, grip)),
-                None => s.solution = Solution::FAILED,
+                Some(grip) => {
+                    sliding.push(i);
+                    grips.push(grip);
+                }
+                None => solved[i] = Solved { grip: Grip::Stick, sweeps: solved[i].sweeps, ..Solved::LOST },
             }
         }
-        let slid = slide(self, &sliding)?;
-        for (&(i, _), s) in sliding.iter().zip(slid) {
-            let before = solved[i].map_or(0.0, |s| s.sweeps);
-            solved[i] = s.map(|s| Solved { sweeps: before + s.sweeps, ..s });
+        solve(&sliding, &grips, &mut solved)?;
+        Ok(solved)
+    }
+
+    fn solve(&mut self, question: &Question<'_>) -> Solutions {
+        let mut solved = self.cones(question)?;
+        let Method::Fast { ladder, tolerance, .. } = &self.method else { return Ok(solved) };
+        let open: Vec<usize> = (0..solved.len()).filter(|&i| solved[i].error > *tolerance).collect();
+        let found = Rods::new(question, &open).solve(question.stick(), *tolerance, ladder.section.chart());
+        for (&i, new) in open.iter().zip(found) {
+            solved[i] = Solved { sweeps: solved[i].sweeps + new.sweeps, ..new };
         }
         Ok(solved)
     }
-}
 
-/// Guesses the grips of the contacts of `frames`, framed as sticking: by one sweep, of Hooke's rod in f32.
-pub fn foreseen<'f>(
-    setup: &Setup,
-    frames: impl Iterator<Item = &'f Frame> + Clone,
-    mu: f64,
-) -> Result<Vec<Grip>, SolveError> {
-    let look = Rule { sweeps: 1, ..every_rule(Precision::F32)[0] };
-    let rung = Rung::new(look, Precision::F32, &Material::Hooke(1.0), COARSE);
-    let effects = Effects { law: false, ..Effects::new(&setup.model, setup.gauge.side, true) };
-    let taps: Vec<Tap> = frames.clone().map(|frame| *frame.tap()).collect();
-    let mut out = Vec::new();
-    kernel::solve(&mut Cpu::new(Precision::F32), effects, &[rung], COARSE, &taps, &mut out)?;
-    let grip = |(frame, s): (&Frame, &Solution)| {
-        let Response { tangential, normal, .. } = frame.response(s);
-        if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }
-    };
-    Ok(frames.zip(&out).map(grip).collect())
-}
-
-/// True if the contact of `s` surely moved along the whisker against the friction of `grip`.
-fn moves_with(s: &Solved, grip: Grip) -> bool {
-    let Grip::Slide(friction) = grip else { return false };
-    let moved = s.frame.moved(&s.solution) * friction.signum();
-    s.solution.within(ASTRAY) && moved > SURELY * s.solution.error
-}
-
-/// The contact condition from the sticking solution `s`; `None` if it is too inaccurate.
-fn decide(s: &Solved, mu: f64) -> Option<Grip> {
-    let Response { tangential, normal, .. } = s.frame.response(&s.solution);
-    let spare = mu * normal - tangential.abs();
-    let rough = ROUGH * s.solution.error * tangential.abs().max(normal.abs());
-    match spare {
-        _ if !s.solution.within(ASTRAY) || spare.abs() <= rough => None,
-        _ if spare > 0.0 => Some(Grip::Stick),
-        _ => Some(Grip::Slide(mu.copysign(tangential))),
+    /// Solutions of upright cones that surely meet the tolerance, by their kernel.
+    fn cones(&mut self, question: &Question<'_>) -> Solutions {
+        let (setup, count) = (question.setup, question.tasks.len());
+        let nothing = |i: usize| Solved { grip: question.grips[i], ..Solved::LOST };
+        let Method::Fast { solver, ladder, tolerance } = &mut self.method else {
+            return Ok((0..count).map(nothing).collect());
+        };
+        if takes_all(setup) {
+            return Ok((0..count).map(nothing).collect());
+        }
+        let frame = |i: usize| frame(setup, question.design(i), &question.tasks[i], question.grips[i]);
+        let frames: Vec<Option<Frame>> = (0..count).into_par_iter().with_min_len(FRAMES).map(frame).collect();
+        self.taps.clear();
+        let tap = |frame: &Option<Frame>| frame.as_ref().map(|frame| *frame.tap());
+        self.taps.par_extend(frames.par_iter().with_min_len(FRAMES).filter_map(tap));
+        let effects = Effects::new(&setup.model, setup.gauge.side, question.stick());
+        kernel::solve(solver.as_mut(), effects, &ladder.rungs, *tolerance, &self.taps, &mut self.solutions)?;
+        let mut next = 0..;
+        let places: Vec<Option<usize>> =
+            frames.iter().map(|frame| frame.as_ref().and_then(|_| next.next())).collect();
+        let (solutions, enough) = (&self.solutions, trusted(&effects) * *tolerance);
+        let one = |i: usize| {
+            let (Some(frame), Some(place), Some(asked)) = (&frames[i], places[i], question.asked(i)) else {
+                return nothing(i);
+            };
+            let s = &solutions[place];
+            let found = of_cone(&asked, frame, s, question.grips[i]);
+            let error = s.error / question.share(asked.linear, found.found.strain);
+            match (Solution { error, ..*s }).is_told(enough) {
+                true => Solved { error, ..found },
+                false => Solved { sweeps: s.sweeps, ..nothing(i) },
+            }
+        };
+        Ok((0..count).into_par_iter().with_min_len(FRAMES).map(one).collect())
     }
 }
 
-fn frames(setup: &Setup, designs: &[Design], tasks: &[Task], grip: Grips<'_>) -> Vec<Option<Frame>> {
-    let one = |i: usize| frame(setup, &designs[tasks[i].design as usize], &tasks[i], grip(i));
-    (0..tasks.len()).into_par_iter().with_min_len(FRAMES).map(one).collect()
+/// The kernel's solution `s` of a tap.
+fn of_cone(asked: &Asked<'_>, frame: &Frame, s: &Solution, grip: Grip) -> Solved {
+    let response = frame.response(s);
+    // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
+    let ratio = asked.linear / frame.tap().strain - 1.0;
+    let found = Found {
+        strain: response.strain,
+        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
+        normal: response.normal,
+        tangential: response.tangential,
+        arc: response.arc,
+        sticking: grip == Grip::Stick,
+        ..Found::NOTHING
+    };
+    let (moved, astray) = (frame.moved(s), false);
+    Solved { found, grip, moved, error: s.error, load: s.load, astray, sweeps: s.sweeps }
 }
 
-pub(super) fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Frame> {
+/// An upright tap as the kernel takes it; `None` outside the domain, and at the apex.
+fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Frame> {
     let setup = design.setup(setup);
-    let shared = design.shared.as_ref().filter(|_| design.admits(setup, task.a, task.drive))?;
+    let inside = task.direction.is_upright() && design.admits(setup, task.a, task.drive);
+    let shared = design.shared.as_ref().filter(|_| inside)?;
     let ask = Ask {
         model: &setup.model,
         side: setup.gauge.side,

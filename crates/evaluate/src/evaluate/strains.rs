@@ -18,7 +18,7 @@ impl Evaluator<'_> {
     /// Strains of `framed`, bit-identical to [`Self::run`], and the places of taps left out: not framed, or not solved by the kernel alone.
     pub fn strains(&mut self, framed: &Framed, out: &mut [f64]) -> Result<Vec<usize>, SolveError> {
         go_on(self.stop)?;
-        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
+        let Method::Fast { solver, ladder, tolerance } = &mut self.method else {
             return Ok((0..out.len()).collect());
         };
         let Framed { columns: [_, _, _, x1, _, a, _], taps, whole } = framed;
@@ -33,9 +33,10 @@ impl Evaluator<'_> {
         };
         let model = &self.setup.model;
         let effects = Effects::new(model, self.setup.gauge.side, model.contact == Contact::Stick);
-        kernel::solve(solver.as_mut(), effects, rungs, *tolerance, taps, &mut self.solutions)?;
+        kernel::solve(solver.as_mut(), effects, &ladder.rungs, *tolerance, taps, &mut self.solutions)?;
+        let enough = kernel::trusted(&effects) * *tolerance;
         for ((&i, tap), solution) in those.iter().zip(taps).zip(&self.solutions) {
-            if solution.is_told(*tolerance) && !solution.ended() {
+            if solution.is_told(enough) {
                 out[i] = strain(self.setup, (x1[i], a[i]), tap, solution);
             } else {
                 open.push(i);

@@ -15,7 +15,7 @@ use exact::Tables;
 pub use exact::series;
 pub use pack::{Instructions, Pack, Packed, Plain, Scalar, Set, WIDEST};
 
-use super::{Effects, Job, Rung, Solution, Solver, Tap};
+use super::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
 
@@ -87,16 +87,6 @@ impl Solver for Cpu {
     fn batch_limit(&self) -> usize {
         1 << 20
     }
-
-    fn has_full_newton(&self) -> bool {
-        true
-    }
-
-    /// The stretch that holds a sticking contact is so small that f32 fails for half of such taps, and is hardly faster for the others.
-    fn begin(&self, effects: &Effects, rungs: &[Rung]) -> usize {
-        let coarse = effects.stick && self.precision == Precision::F32;
-        rungs.iter().position(|rung| coarse && rung.spare).unwrap_or(0)
-    }
 }
 
 /// With all effects off the number of nodes is a constant, which unrolls the loops. Other models take the smallest kernel that holds the nodes.
@@ -125,7 +115,7 @@ macro_rules! by_nodes {
     };
 }
 by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10, most 10);
-by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
+by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 16, most 16);
 
 fn parallel(taps: &[Tap], out: &mut [Solution], f: impl Fn(&[Tap], &mut [Solution]) + Sync) {
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));

@@ -146,9 +146,6 @@ impl Gpu {
     }
 
     fn solved(&mut self, job: &Job<'_>, taps: &[Tap]) -> Result<Vec<Solution>, SolveError> {
-        if job.rule.full {
-            return Err(SolveError::Device("devices have no kernel of full Newton".into()));
-        }
         let numbers = self.answers(job, taps)?;
         let read = |answer: &[f64]| match answer.iter().all(|x| x.is_finite()) {
             true => Solution::gather(|k| answer.get(k).copied().unwrap_or(0.0)),

@@ -1,7 +1,6 @@
 //! The Newton step of a contact whose force does not simply act across the centreline. Twin of `shaders/newton.wgsl`.
 
 use super::super::pack::Packed;
-use super::full::settled;
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Tap, rule::limits::*};
@@ -13,7 +12,6 @@ pub struct Bent<P, const N: usize> {
     /// η at the nodes.
     pub heights: [P; N],
     pub w_force: P,
-    pub h_force: P,
     pub contact_radius: P,
     /// c − 1.
     pub x: P,
@@ -72,7 +70,6 @@ pub struct Step<P> {
 pub fn step<P: Packed, const N: usize>(
     tables: &Tables<P::Scalar, N>,
     effects: &Effects,
-    passes: u32,
     tap: &Tap<P>,
     state: &State<P, N>,
     bent: &Bent<P, N>,
@@ -128,15 +125,6 @@ pub fn step<P: Packed, const N: usize>(
     }
     if effects.rolls {
         third.base = bent.w_force * pivot;
-        if passes > 0 {
-            let none = Turned { nodes: [zero; N], base: zero };
-            [_, third] =
-                settled(tables, passes, state, bent, [spread, ds], [&sines, &cosines], [none, third]);
-        }
-    }
-    if passes > 0 {
-        [first, second] =
-            settled(tables, passes, state, bent, [spread, ds], [&sines, &cosines], [first, second]);
     }
     let (base1, base2) = (first.base, second.base);
     let (mut turn1, mut climb1, mut turn2, mut climb2) = (zero, zero, zero, zero);

@@ -3,7 +3,7 @@
 use super::super::pack::{Packed, Scalar};
 use super::newton::{Bent, Step, step};
 use super::tables::{Tables, dot};
-use crate::{Effects, Rule, Tap, rule::limits::*};
+use crate::{Effects, Tap, rule::limits::*};
 
 /// State passed between sweeps: W = W₀(1 + w) across and H = H₀ + W₀k along the whisker at the contact, arc c = 1 + x₀ + z.
 #[derive(Clone)]
@@ -78,8 +78,6 @@ fn then<P: Packed>(a: P, b: P) -> P {
 pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
     tables: &Tables<P::Scalar, N>,
     effects: &Effects,
-    rule: &Rule,
-    stepping: bool,
     tap: &Tap<P>,
     state: &mut State<P, N>,
 ) {
@@ -307,10 +305,6 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
     }
 
     // Newton for (w, z), or (w, k) of a sticking contact; (w, k, z) of one that rolls.
-    if !stepping {
-        state.base = base.abs();
-        return;
-    }
     // Terms that may cancel in the residuals: each is off by a rounding or so.
     let noise = if PLAIN {
         [zero; 2]
@@ -337,13 +331,12 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         [first * rounding, second * rounding]
     };
     state.fold = one;
-    let (dw, dx) = if offset || !PLAIN && rule.full {
+    let (dw, dx) = if offset {
         let bent = Bent {
             y,
             density,
             heights,
             w_force,
-            h_force,
             contact_radius,
             x,
             base,
@@ -354,7 +347,7 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
             ahead: if rolls { state.arc + tap.ratio * turned } else { zero },
         };
         let Step { steps: [dw, dx], noise, rolled, fold } =
-            step(tables, effects, rule.passes(), tap, state, &bent, [across, along], noise);
+            step(tables, effects, tap, state, &bent, [across, along], noise);
         // The determinant of the unloaded rod, per unit of its forces.
         let b1 = eta1 + hub * psi1;
         let unloaded = if rolls {
@@ -365,9 +358,8 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         } else if stick {
             a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1
         } else {
-            let ratio = if offset { tap.ratio } else { zero };
-            (a1 + ratio * (a0 + y0 * f)) * s1
-                - (y0 + x0 * tap.slope) * (ratio * x0 * f + y0 * (b1 + ratio * b0))
+            (a1 + tap.ratio * (a0 + y0 * f)) * s1
+                - (y0 + x0 * tap.slope) * (tap.ratio * x0 * f + y0 * (b1 + tap.ratio * b0))
         };
         state.noise = noise;
         state.rolled = rolled;
@@ -385,12 +377,6 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         ((across - m12 * dx) / m11, dx)
     };
     state.steps = [dw, dx];
-    let (mut dw, mut dx) = (dw, dx);
-    if !PLAIN && rule.full {
-        let share = (of(LONGEST_STEP) * (one + state.force.abs()) / dw.abs().max(of(TINY))).min(one);
-        (dw, dx) = (dw * share, dx * share);
-        state.rolled = state.rolled * share;
-    }
     let least = of(if stick { MOST_PULL } else { LEAST_FORCE });
     state.force = (state.force - dw).max(least).min(of(MOST_FORCE));
     if stick {
