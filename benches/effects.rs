@@ -31,7 +31,7 @@ static TAPS: LazyLock<u32> = LazyLock::new(|| match std::env::var("TAPS") {
 const ROUNDS: usize = 5;
 
 /// Name and `[model]`; the first is the baseline.
-const MODELS: [(&str, &str); 14] = [
+const MODELS: [(&str, &str); 13] = [
     ("hooke, every effect off", ""),
     (
         "hooke, each effect written as off",
@@ -42,7 +42,6 @@ const MODELS: [(&str, &str); 14] = [
     ("extension", "extension = true"),
     ("surface", "surface = true"),
     ("pole of 3 mm", "pole_radius = 3.0"),
-    ("stick (with extension)", "extension = true\ncontact = \"stick\""),
     ("coulomb 0.3 (with extension)", "extension = true\ncontact = { coulomb = 0.3 }"),
     ("neo-hookean", "material = { neo-hookean = 3.2 }"),
     ("mooney-rivlin", "material = { mooney-rivlin = [0.35, 0.15] }"),
@@ -99,33 +98,40 @@ fn tuple(index: u32) -> Tuple {
     }
 }
 
-/// The batches of a configuration: one, or with Coulomb friction three, by the expected contact state: sticking, or sliding in either direction.
+/// The batches of a configuration: one, or with Coulomb friction those expected to slide in either direction.
 fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
-    let side = setup.gauge.side;
-    let effects = |stick| Effects::new(&setup.model, side, stick);
+    let effects = Effects::new(&setup.model, setup.gauge.side);
     let framed = |index: u32, grip: Grip| {
         let t = tuple(index);
         let shared = Design::new(setup, t).shared?;
         let amount = amount(setup.drive, t.drive);
         let (curve, peak) = (&shared.model, shared.peak);
-        Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
+        Frame::new(&Ask {
+            model: &setup.model,
+            side: setup.gauge.side,
+            curve,
+            peak,
+            a: t.a,
+            amount,
+            grip,
+            start: 0.0,
+        })
     };
     let taps = |grip: Grip, which: &[u32]| {
         which.par_iter().filter_map(|index| framed(*index, grip).map(|f| *f.tap())).collect()
     };
     let all: Vec<u32> = (0..*TAPS).filter(|index| framed(*index, Grip::Stick).is_some()).collect();
     match setup.model.contact {
-        Contact::Stick => vec![(effects(true), taps(Grip::Stick, &all))],
         Contact::Coulomb(mu) if mu > 0.0 => {
             let frames: Vec<Frame> = all.iter().filter_map(|index| framed(*index, Grip::Stick)).collect();
             let held: Vec<Grip> = frames.iter().map(|frame| frame.foreseen(mu)).collect();
             let those = |grip: Grip| -> Vec<u32> {
                 all.iter().zip(&held).filter(|(_, held)| **held == grip).map(|(index, _)| *index).collect()
             };
-            let batch = |grip| (effects(grip == Grip::Stick), taps(grip, &those(grip)));
-            [Grip::Stick, Grip::Slide(mu), Grip::Slide(-mu)].map(batch).into()
+            let batch = |grip| (effects, taps(grip, &those(grip)));
+            [Grip::Slide(mu), Grip::Slide(-mu)].map(batch).into()
         }
-        _ => vec![(effects(false), taps(Grip::Slide(0.0), &all))],
+        _ => vec![(effects, taps(Grip::Slide(0.0), &all))],
     }
 }
 

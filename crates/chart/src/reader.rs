@@ -43,11 +43,10 @@ impl Reader {
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
         // Contacts that always stick have no chart; the ideal rod in one plane solves as fast as it reads.
-        let sticks = setup.model.contact == Contact::Stick;
         let planar =
             !setup.gauge.second && setup.gauge.foil.is_none() && directions.iter().all(|d| d.is_upright());
-        let plain = planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain();
-        let pays = !(sticks || plain && setup.built.is_none());
+        let plain = planar && Effects::new(&setup.model, setup.gauge.side).plain();
+        let pays = !(setup.model.contact == Contact::Stick || plain && setup.built.is_none());
         let Some(has) = Vectors::found().filter(|_| pays) else { return Ok(None) };
         let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;
         let second = || charts.iter().filter_map(DistanceChart::beside).collect();

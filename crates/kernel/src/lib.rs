@@ -32,7 +32,6 @@ pub mod rule;
 pub mod tap;
 
 pub use chart::Chart;
-use cpu::Cpu;
 pub use effects::Effects;
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
@@ -90,7 +89,6 @@ impl Section {
 pub struct Rung {
     /// Nodes, terms, sweeps.
     pub rule: Rule,
-    precision: Precision,
     section: Section,
 }
 
@@ -104,7 +102,7 @@ impl Rung {
 /// How taps of a material are solved to a tolerance.
 #[derive(Debug, Clone)]
 pub struct Ladder {
-    /// Rungs of the kernel, cheapest first; after those in f32 come those in f64, for contacts that stick.
+    /// Rungs of the kernel, cheapest first.
     pub rungs: Vec<Rung>,
     /// The section law over its whole range, for taps that the kernel does not solve.
     pub section: Section,
@@ -118,17 +116,11 @@ const SCANNED: usize = 1 << 14;
 impl Ladder {
     /// For taps in `precision`.
     pub fn new(precision: Precision, material: &Material, tolerance: f64) -> Self {
-        let rungs = |precision, tolerance: f64| {
-            rule::ladder(precision, tolerance).into_iter().map(move |rule| {
-                let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
-                let section = Section::new(material, rule::chart_range(precision, &rule), errors);
-                Rung { rule, precision, section }
-            })
+        let rung = |rule| {
+            let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
+            Rung { rule, section: Section::new(material, rule::chart_range(precision, &rule), errors) }
         };
-        let mut all: Vec<Rung> = rungs(precision, tolerance).collect();
-        if precision == Precision::F32 {
-            all.extend(rungs(Precision::F64, tolerance));
-        }
+        let rungs = rule::ladder(precision, tolerance).into_iter().map(rung).collect();
         let fine = SPARE * tolerance;
         let fine = if precision == Precision::F64 && fine >= rule::smallest_tolerance(precision) {
             fine
@@ -137,7 +129,7 @@ impl Ladder {
         };
         let section =
             Section::new(material, rule::WHOLE_RANGE, rule::COARSE_SHARES.map(|share| share * fine));
-        Self { rungs: all, section }
+        Self { rungs, section }
     }
 
     /// The same for another material of a law, its charts not yet made.
@@ -171,8 +163,7 @@ pub fn trusted(effects: &Effects) -> f64 {
 }
 
 /// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. `out` has the order of `taps`; a tap that no
-/// rung solved keeps an `error` above the trusted share of the tolerance. Contacts that stick are solved on the CPU in f64: the small stretch that
-/// holds them is a difference, which f32 loses for half of them.
+/// rung solved keeps an `error` above the trusted share of the tolerance.
 pub fn solve(
     solver: &mut dyn Solver,
     effects: Effects,
@@ -183,13 +174,8 @@ pub fn solve(
 ) -> Result<(), SolveError> {
     out.clear();
     let enough = trusted(&effects) * tolerance;
-    let (mut cpu, mut part) = (Cpu::new(Precision::F64), Vec::new());
-    let (solver, precision): (&mut dyn Solver, _) = match (effects.stick, rungs.first()) {
-        (false, Some(first)) => (solver, first.precision),
-        _ => (&mut cpu, Precision::F64),
-    };
-    let limit = solver.batch_limit();
-    for (step, rung) in rungs.iter().filter(|rung| rung.precision == precision).enumerate() {
+    let (mut part, limit) = (Vec::new(), solver.batch_limit());
+    for (step, rung) in rungs.iter().enumerate() {
         let job = Job { effects, rule: &rung.rule, tolerance, chart: rung.chart() };
         if step == 0 {
             for chunk in taps.chunks(limit) {

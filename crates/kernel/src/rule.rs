@@ -154,8 +154,6 @@ pub mod limits {
         SHORTENING_TAIL = 0.01;
     }
 
-    /// Least W/W₀ − 1 of a sticking contact, which may pull, while iterating.
-    pub const MOST_PULL: f64 = -20.0;
     /// Least 1 − τa on the first rung with friction or a radius.
     pub const SHARP: f64 = 0.1;
     /// The reference decides whether the material ends if a fibre's load is this close to 1.

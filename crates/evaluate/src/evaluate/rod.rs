@@ -1,4 +1,4 @@
-//! Taps by the solver of every whisker: all but those of an upright pole whose strain one gauge reads on a cone clamped at its base.
+//! Taps by the solver of every whisker: all but those of a contact that slides on an upright pole, on a cone clamped at its base, read by one gauge.
 
 use rayon::prelude::*;
 

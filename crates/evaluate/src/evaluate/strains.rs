@@ -10,7 +10,7 @@ use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
 use crate::physics::taper::Taper;
 use crate::progress::go_on;
-use crate::scene::{Clamp, Contact, Geometry, Property, Setup, Signal, Tuple};
+use crate::scene::{Clamp, Geometry, Property, Setup, Signal, Tuple};
 
 const FEW: usize = 3;
 
@@ -32,7 +32,7 @@ impl Evaluator<'_> {
             }
         };
         let model = &self.setup.model;
-        let effects = Effects::new(model, self.setup.gauge.side, model.contact == Contact::Stick);
+        let effects = Effects::new(model, self.setup.gauge.side);
         kernel::solve(solver.as_mut(), effects, &ladder.rungs, *tolerance, taps, &mut self.solutions)?;
         let enough = kernel::trusted(&effects) * *tolerance;
         for ((&i, tap), solution) in those.iter().zip(taps).zip(&self.solutions) {
