@@ -27,7 +27,7 @@ use crate::scene::{Geometry, Layout, Material, Precision, Setup};
 use crate::status::Status;
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
-use outcome::{Asked, Verdict, reference};
+use outcome::{Asked, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
 use solve::Solved;
 pub use strains::{closed, closed_gradient, is_closed};
@@ -241,47 +241,39 @@ impl<'a> Evaluator<'a> {
         let solved = self.solutions(designs, tasks, grip)?;
         solved.iter().filter(|s| s.sweeps > 0.0).for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance, stop, leaves) = (self.setup, self.tolerance(), self.stop, self.leaves);
-        let whole = match &self.method {
+        let whole = || match &self.method {
             Method::Fast { ladder, .. } => ladder.section.chart().is_none_or(|chart| chart.whole),
             Method::Reference => true,
         };
-        let samples = self.samples && whole;
-        // The status of a tap that is left open; `None` where the reference solves it.
-        let without = |task: &Task, design: &Design, s: &Solved| {
+        let samples = self.samples && whole();
+        // Taps that stay without an answer if they are left open.
+        let unsolved = |task: &Task, design: &Design, s: &Solved| {
             let far = || leaves && setup.built.is_none() && s.astray && task.is_far(design);
-            let unsolved = grip.is_some() || samples && s.grip == Grip::Slide(0.0) || far();
-            unsolved.then_some(Status::NOT_CONVERGED)
+            grip.is_some() || samples && s.grip == Grip::Slide(0.0) || far()
         };
-        let verdict = |(task, s): (&Task, &Solved)| {
+        // `None` where the reference must decide.
+        let tell = |(task, s): (&Task, &Solved)| {
             let design = &designs[task.design as usize];
-            let Some(asked) = Asked::new(setup, design, task) else { return Verdict::Outside };
-            match asked.verdict(s, tolerance) {
-                Verdict::Open => without(task, design, s).map_or(Verdict::Open, Verdict::Unsolved),
-                other => other,
-            }
+            let Some(asked) = Asked::new(setup, design, task) else { return Some(Outcome::OUTSIDE) };
+            let nothing = || unsolved(task, design, s).then(|| asked.unsolved(Status::NOT_CONVERGED));
+            asked.told(s, tolerance).or_else(nothing)
         };
-        let verdicts: Vec<Verdict> = tasks.par_iter().zip(&solved).map(verdict).collect();
-        let left = verdicts.iter().filter(|verdict| matches!(verdict, Verdict::Open)).count();
+        let told: Vec<Option<Outcome>> = tasks.par_iter().zip(&solved).map(tell).collect();
+        let left = told.iter().filter(|told| told.is_none()).count();
         self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
-        let finish = |i: usize| {
-            let (task, design) = (&tasks[i], &designs[tasks[i].design as usize]);
-            let known = Asked::new(setup, design, task);
-            match (&verdicts[i], known) {
-                (Verdict::Outside, _) | (_, None) => Outcome::OUTSIDE,
-                (Verdict::Told, Some(asked)) => {
-                    Outcome { sweeps: solved[i].sweeps as f32, ..asked.outcome(solved[i].found) }
-                }
-                (Verdict::Unsolved(why), Some(asked)) => asked.unsolved(*why),
-                (Verdict::Open, _) if stop.load(Ordering::Relaxed) => Outcome::NOTHING,
-                (Verdict::Open, _) => {
+        let finish = |(i, told): (usize, Option<Outcome>)| {
+            let refer = || match stop.load(Ordering::Relaxed) {
+                true => Outcome::NOTHING,
+                false => {
+                    let (task, design) = (&tasks[i], &designs[tasks[i].design as usize]);
                     let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
                     // No other solver has tilted poles of built whiskers.
-                    let referred = setup.built.is_none() || task.direction.is_upright();
-                    Outcome { referred, ..answer }
+                    Outcome { referred: setup.built.is_none() || task.direction.is_upright(), ..answer }
                 }
-            }
+            };
+            told.unwrap_or_else(refer)
         };
-        let outcomes = (0..tasks.len()).into_par_iter().map(finish).collect();
+        let outcomes = told.into_par_iter().enumerate().map(finish).collect();
         go_on(stop)?;
         Ok(outcomes)
     }

@@ -38,15 +38,6 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// What is known of a tap.
-pub(super) enum Verdict {
-    Outside,
-    Told,
-    Unsolved(Status),
-    /// The reference must decide.
-    Open,
-}
-
 /// The outcome of chart values: δ = ε/(θ f cos² β) − 1 of the strain before a foil, c/a − 1, P (N) and T/P; with a second gauge also its differences
 /// to linear theory ([`beside_linear`]). `None` for an invalid whisker.
 pub fn outcome_of_chart(
@@ -264,30 +255,40 @@ pub(super) fn is_behind(arc: f64) -> bool {
 }
 
 impl Asked<'_> {
-    /// Whether `s` tells the tap to `tolerance`.
-    pub fn verdict(&self, s: &Solved, tolerance: f64) -> Verdict {
+    /// The outcome by `s`; `None` where that does not tell the tap to `tolerance`.
+    pub fn told(&self, s: &Solved, tolerance: f64) -> Option<Outcome> {
         let Self { setup, shared, task, .. } = self;
-        let near = |place: f64| (s.found.arc - place).abs() <= CLOSE * task.a;
-        let told = s.error <= tolerance && (s.load - 1.0).abs() > EDGE;
-        if !told || s.load > 1.0 {
-            return if told { Verdict::Unsolved(Status::MATERIAL_LIMIT) } else { Verdict::Open };
+        let Solved { found: Found { arc, .. }, error, load, sweeps, .. } = *s;
+        if error.is_nan() || error > tolerance || (load - 1.0).abs() <= EDGE {
+            return None;
         }
-        let Some(body) = shared.body.as_deref().filter(|_| setup.built.is_some()) else {
-            return Verdict::Told;
-        };
-        let [begin, end] = body.piece(task.a);
-        // A blunt tip has no slope: a contact that begins there has no normal.
-        let blunt = setup.model.surface && body.power().is_some_and(|[_, _, n]| n < 1.0);
-        match () {
-            () if near(body.length) || blunt && task.a >= (1.0 - CLOSE) * body.length => Verdict::Open,
+        if load > 1.0 {
+            return Some(self.unsolved(Status::MATERIAL_LIMIT));
+        }
+        if let Some(body) = shared.body.as_deref().filter(|_| setup.built.is_some()) {
+            let near = |place: f64| (arc - place).abs() <= CLOSE * task.a;
+            let power = body.power();
+            // A blunt tip has no slope: a contact that begins there has no normal.
+            let blunt = setup.model.surface && power.is_some_and(|[_, _, n]| n < 1.0);
             // Beyond the tip of a power the diameter stays constant: the path may have ended before.
-            () if s.found.arc > body.length && body.power().is_some() => Verdict::Open,
-            () if s.found.arc > body.length => Verdict::Unsolved(Status::SLIPPED_OFF),
-            () if !setup.model.surface => Verdict::Told,
-            () if near(begin) && begin > 0.0 || near(end) => Verdict::Open,
-            () if !(begin..=end).contains(&s.found.arc) => Verdict::Unsolved(Status::AT_KNOT),
-            () => Verdict::Told,
+            let beyond = arc > body.length && power.is_some();
+            if near(body.length) || beyond || blunt && task.a >= (1.0 - CLOSE) * body.length {
+                return None;
+            }
+            if arc > body.length {
+                return Some(self.unsolved(Status::SLIPPED_OFF));
+            }
+            if setup.model.surface {
+                let [begin, end] = body.piece(task.a);
+                if near(begin) && begin > 0.0 || near(end) {
+                    return None;
+                }
+                if !(begin..=end).contains(&arc) {
+                    return Some(self.unsolved(Status::AT_KNOT));
+                }
+            }
         }
+        Some(Outcome { sweeps: sweeps as f32, ..self.outcome(s.found) })
     }
 
     fn unread(&self, arc: f64) -> bool {

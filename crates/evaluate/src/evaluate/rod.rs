@@ -34,7 +34,7 @@ impl<'a> Rods<'a> {
     /// The whiskers of the taps at the places `open`.
     pub fn new(question: &'a Question<'a>, open: &'a [usize]) -> Self {
         let &Question { setup, designs, tasks, .. } = question;
-        let mut named = vec![false; if open.is_empty() { 0 } else { designs.len() }];
+        let mut named = vec![false; designs.len()];
         open.iter().for_each(|&i| named[tasks[i].design as usize] = true);
         let whisker = |(design, named): (&crate::design::Design, bool)| {
             design.shared.as_ref().filter(|_| named).map(|shared| whisker(design.setup(setup), shared))

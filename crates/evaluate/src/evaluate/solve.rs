@@ -165,6 +165,9 @@ impl Evaluator<'_> {
         let mut solved = self.cones(question)?;
         let Method::Fast { ladder, tolerance, .. } = &self.method else { return Ok(solved) };
         let open: Vec<usize> = (0..solved.len()).filter(|&i| solved[i].error > *tolerance).collect();
+        if open.is_empty() {
+            return Ok(solved);
+        }
         let found = Rods::new(question, &open).solve(question.stick(), *tolerance, ladder.section.chart());
         for (&i, new) in open.iter().zip(found) {
             solved[i] = Solved { sweeps: solved[i].sweeps + new.sweeps, ..new };
