@@ -74,15 +74,6 @@ impl Status {
         Self(self.0 & other.0)
     }
 
-    /// The set that tables call this: `ok`, or words joined by `+`; `None` for other text.
-    pub fn named(text: &str) -> Option<Self> {
-        let word = |word: &str| Self::ALL.iter().find(|(_, w)| *w == word).map(|(s, _)| *s);
-        match text {
-            "ok" => Some(Self::OK),
-            _ => text.split('+').map(word).try_fold(Self::OK, |all, one| Some(all | one?)),
-        }
-    }
-
     /// True if the tap enters the statistics of its row.
     pub fn counts(self) -> bool {
         !self.has(Self::NO_READING | Self::AT_KNOT | Self::SLIPPED_OFF)

@@ -294,7 +294,7 @@ fn traced(
             let wrench = shown.wrench.map(of);
             let wrench = match &body {
                 Some(body) if setup.fixed => {
-                    let Root { k_theta, k_y, k_x } = body.root;
+                    let Root { k_theta, k_y, k_x } = body.built.root;
                     let root = Root { k_theta: input(k_theta), k_y: input(k_y), k_x: input(k_x) };
                     root.about_rest(wrench)
                 }

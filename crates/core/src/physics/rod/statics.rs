@@ -97,11 +97,15 @@ impl<T: Real> Whisker<'_, T> {
 
     #[inline(always)]
     fn strain(&self, (s, within): (T, f64), axial: T, moment: T) -> Option<(T, SectionStrain<T>)> {
-        if let Some(body) = self.body {
-            return body.deform((&self.law, self.extension), (s, within), [axial, moment]);
+        let zero = T::of(0.0);
+        if let Some(body) = self.body.filter(|body| body.built.inner.is_some()) {
+            let section = body.section(s, within);
+            let axial = if self.extension { axial / section.axial } else { zero };
+            let bending = moment * section.radius / section.bending;
+            return Some((section.radius, SectionStrain { axial, bending }));
         }
-        let r = self.taper.radius(s);
-        let n = if self.extension { axial / (r * r) } else { T::of(0.0) };
+        let r = self.body.map_or_else(|| self.taper.radius(s), |body| body.radius(s, within));
+        let n = if self.extension { axial / (r * r) } else { zero };
         let m = moment / (r * r * r);
         let Some(near) = self.near.get() else { return Some((r, self.law.deform(n, m)?)) };
         let strain = self.law.deform_near(near, n, m)?;

@@ -172,7 +172,7 @@ impl<'a, T: Real> Shooter<'a, T> {
     }
 
     pub fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
-        let Some(root) = self.problem.body.map(|body| body.root) else {
+        let Some(root) = self.problem.body.map(|body| body.built.root) else {
             return (Vector::of(0.0, 0.0), -bent.angle);
         };
         let turned = Self::moment(load, bent) / root.k_theta - bent.angle;
