@@ -1,9 +1,7 @@
 //! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
 
-use crate::contact::Contact;
 use crate::design::Shared;
 use crate::physics::inverse::Roots;
-use crate::scene::channels::PerChannel;
 use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
@@ -38,7 +36,8 @@ impl Estimated {
 /// Estimator of one design.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator<'a> {
-    shared: &'a Shared,
+    /// Curves of the design.
+    pub shared: &'a Shared,
     noise: f64,
     range: [f64; 2],
     /// Length by which K is multiplied in the tables: 1, or x2 − x1 for elongation.
@@ -90,28 +89,8 @@ impl<'a> Estimator<'a> {
         roots.levels_off && roots.far > if its_own { FAR * self.shared.length } else { tip }
     }
 
-    /// Estimator of several channels, if the sensor has them.
-    pub fn channels(&self) -> Option<&'a Contact> {
-        self.shared.contact.as_ref()
-    }
-
-    /// Readings of the channels at `a` mm per unit of drive, by the estimator's theory.
-    pub fn linear(&self, contact: &Contact, a: f64) -> PerChannel {
-        contact.linear(self.shared.theory.curve(), a)
-    }
-
-    /// Distance and force from the readings of several channels at a drive of `amount`, with the calibration `k` of each.
-    pub fn together(
-        &self,
-        contact: &Contact,
-        k: &PerChannel,
-        readings: &PerChannel,
-        amount: f64,
-    ) -> Estimated {
-        contact.estimate(self.shared.theory.curve(), k, readings, amount, |a| self.interesting(a))
-    }
-
-    fn interesting(&self, a: f64) -> bool {
+    /// True for a distance in the range of interest.
+    pub fn interesting(&self, a: f64) -> bool {
         a >= self.range[0] && a <= self.range[1]
     }
 

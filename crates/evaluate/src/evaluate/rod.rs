@@ -10,7 +10,7 @@ use crate::error::SolveError;
 use crate::kernel::Rung;
 use crate::kernel::rule::limits::EDGE;
 use crate::physics::onset::Grip;
-use crate::physics::pole::{Pole, Rig};
+use crate::physics::pole::Pole;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
 use crate::scene::{Contact, Drive, Geometry, Setup};
 use crate::status::Status;
@@ -238,8 +238,8 @@ fn framed<'a>(asked: &Asked<'_>, rod: &'a Rod, grip: Grip) -> Option<Tap<'a>> {
         if grip != Grip::Slide(0.0) || model.indentation || setup.built.is_some() {
             return None;
         }
-        let rig = Rig { taper: shared.taper.from(shared.start), hub, drive: setup.drive, model };
-        let pole = Pole::new(&rig, radians(task.direction), a, amount);
+        let (taper, drive) = (shared.taper.from(shared.start), (setup.drive, hub));
+        let pole = Pole::new(&taper, model, drive, radians(task.direction), (a, amount));
         let azimuth = pole.azimuth(normal(setup, rod))?;
         let planar = pole.planar(azimuth)?;
         (a, turn, lift) = (planar.distance, planar.angle, 0.0);
