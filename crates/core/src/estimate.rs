@@ -1,7 +1,6 @@
 //! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
 
 use crate::design::Shared;
-use crate::physics::inverse::Roots;
 use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
@@ -79,14 +78,10 @@ impl<'a> Estimator<'a> {
         let Some(roots) = self.shared.theory.roots(k * strain / amount) else { return Estimated::NO_ROOT };
         let slope = self.shared.theory.curve().slope(roots.far);
         let told = self.estimated(roots.far, amount * slope / k, roots.near, roots.unseen);
-        let outside = told.status == Status::OK && self.beyond(&roots, a);
+        let (length, its_own) = (self.shared.length, a > self.shared.theory.peak().0);
+        let farthest = if its_own { FAR * length } else { length * (1.0 + WIDENING) };
+        let outside = told.status == Status::OK && roots.levels_off && roots.far > farthest;
         if outside { Estimated { status: Status::OUTSIDE_CALIBRATION, ..told } } else { told }
-    }
-
-    fn beyond(&self, roots: &Roots, a: f64) -> bool {
-        let tip = self.shared.length * (1.0 + WIDENING);
-        let its_own = a > self.shared.theory.peak().0;
-        roots.levels_off && roots.far > if its_own { FAR * self.shared.length } else { tip }
     }
 
     /// True for a distance in the range of interest.

@@ -252,18 +252,14 @@ impl<T: Real> Body<T> {
         rest(self.built.curvature, s)
     }
 
-    fn tan_alpha(&self, s: T, within: f64) -> T {
-        let bend =
-            if self.is_straight() { T::of(1.0) } else { self.curvature(s) * self.radius(s, within) + 1.0 };
-        -self.slope(s, within) / bend
-    }
-
     /// sin α and cos α of a contact at `s` on the `surface`, else on the axis.
     pub fn tilt(&self, s: T, within: f64, surface: bool) -> Vector<T> {
         if !surface {
             return Vector::of(0.0, 1.0);
         }
-        Vector::new(self.tan_alpha(s, within), T::of(1.0)).normalize()
+        let (one, straight) = (T::of(1.0), self.is_straight());
+        let bend = if straight { one } else { self.curvature(s) * self.radius(s, within) + 1.0 };
+        Vector::new(-self.slope(s, within) / bend, one).normalize()
     }
 
     /// Signed length of the skin on the object's side from `a` to `a` + `by`, mm, by the piece that holds `a`.

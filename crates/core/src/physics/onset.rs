@@ -99,12 +99,6 @@ impl<T: Number> Groups<T> {
         Touch { radius, slope, direction: (cos, sin), pole }
     }
 
-    #[inline(always)]
-    fn force_ratio(&self, touch: &Touch<T>, friction: f64) -> T {
-        let ((cos, sin), friction) = (touch.direction, T::of(friction));
-        if self.slope.is_none() { friction } else { (friction * cos - sin) / (cos + friction * sin) }
-    }
-
     /// The first-order solution for the contact `grip` at `touch`.
     #[inline(always)]
     pub fn onset(&self, touch: &Touch<T>, grip: Grip) -> Onset<T> {
@@ -130,7 +124,9 @@ impl<T: Number> Groups<T> {
         let (right, zeta) = (self.angle * square, self.pull);
         let (across, along, arc, ratio) = match grip {
             Grip::Slide(friction) => {
-                let ratio = self.force_ratio(touch, friction);
+                let ((cos, sin), friction) = (touch.direction, T::of(friction));
+                let leaning = || (friction * cos - sin) / (cos + friction * sin);
+                let ratio = if self.slope.is_none() { friction } else { leaning() };
                 let (m11, m12) = (a1 + ratio * (a0 + y0 * f), y0 + x0 * touch.slope);
                 let (m21, m22) = (ratio * x0 * f + y0 * (b1 + ratio * b0), x0 - y0 * touch.slope);
                 let det = m11 * m22 - m12 * m21;

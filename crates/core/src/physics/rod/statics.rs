@@ -136,14 +136,6 @@ pub(super) struct Bent<T = f64> {
     pub elongation: T,
 }
 
-impl<T: Real> Bent<T> {
-    /// Scales of errors. The shortening is of second order and may be noise: it is measured by deflection and bending strain.
-    fn scale(arc: f64, y: &[T; 4]) -> [f64; 4] {
-        let [angle, along, across, elongation] = y.map(|y| y.value().abs());
-        [angle, along.max(1e-3 * across).max(1e-4 * arc * angle), across, elongation]
-    }
-}
-
 impl<T: Real> EndLoad<T> {
     #[inline(always)]
     fn resultants(&self, sigma: T, bent: &Bent<T>) -> [T; 3] {
@@ -223,7 +215,11 @@ impl<T: Real> EndLoad<T> {
             let part = if whole { length } else { place - at };
             let over = (over_gauge, length.value(), within, rod.bends(within));
             let slope = |sigma, y: &[T; 4]| self.slope(rod, over, sigma, y);
-            let scale = |y: &[T; 4]| Bent::scale(self.arc.value(), y);
+            // The shortening is of second order and may be noise: it is measured by deflection and bending strain.
+            let scale = |y: &[T; 4]| {
+                let [angle, along, across, elongation] = y.map(|y| y.value().abs());
+                [angle, along.max(1e-3 * across).max(1e-4 * self.arc.value() * angle), across, elongation]
+            };
             y = ode::integrate(slope, scale, y, at, part)?;
             at = place;
         }
@@ -237,14 +233,6 @@ impl<T: Real> EndLoad<T> {
         let beyond = self.carry(rod, false, Bent::unbent(), T::of(0.0), self.arc - x2)?;
         let under = self.carry(rod, true, beyond, self.arc - x2, x2 - x1)?;
         self.carry(rod, false, under, self.arc - x1, x1)
-    }
-
-    pub fn is_in_range(&self, whisker: &Whisker<'_, T>, parts: u32) -> Result<bool, Status> {
-        let inside = |_, _: &_, strain: SectionStrain<T>| {
-            let (axial, bending) = (strain.axial.value(), strain.bending.value());
-            SectionStrain { axial, bending }.is_in_range()
-        };
-        Ok(self.walk(whisker, self.arc, parts, inside)?.0)
     }
 
     /// Calls `see` with number, rod and strain of the sections between equal `parts` of `length` from the contact, until it says false.

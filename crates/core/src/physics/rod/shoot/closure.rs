@@ -4,11 +4,11 @@ use std::cell::Cell;
 
 use super::super::RodProblem;
 use super::super::statics::{Bent, EndLoad, Skin, Whisker};
-use super::{Shooter, Shot, Unknowns, soft};
+use super::{Shooter, Shot, Unknowns};
 use crate::physics::body::Touched;
 use crate::physics::real::{Real, Vector};
 use crate::physics::section::SectionLaw;
-use crate::physics::solid::Held;
+use crate::physics::solid::{Held, Soft};
 use crate::scene::model::Drive;
 use crate::status::Status;
 
@@ -41,6 +41,7 @@ impl<'a, T: Real> Shooter<'a, T> {
                 Touched { height, tilt: Vector::new(sin, cos), angle: zero, place: Vector::new(a, zero) }
             }
         };
+        let (whole, behind) = Skin::whisker(problem);
         Self {
             problem,
             unknowns,
@@ -55,7 +56,7 @@ impl<'a, T: Real> Shooter<'a, T> {
                 skin: Skin::new(problem),
                 near: Cell::default(),
             },
-            soft: soft(problem),
+            soft: Soft::new(model, &whole, a + behind),
             lever: (a + hub).value(),
             touched,
             hub,
