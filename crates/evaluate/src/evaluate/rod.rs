@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::outcome::{Asked, Beside, Found, Plane, reading, sign};
+use super::outcome::{Asked, reading, sign};
 use super::solve::ROUGH;
 use super::{Evaluator, Method, Outcome, Outcomes, Task, referred};
 use crate::design::{Design, Shared, radians};
@@ -25,8 +25,8 @@ enum Open {
     Ended(Status),
 }
 
-/// A solution with its plane of bending.
-type Solved = (Solution, Plane);
+/// A solution with the azimuth φ of its plane of bending, rad, and the slide λ along the pole, mm.
+type Solved = (Solution, [f64; 2]);
 
 /// The solver of every whisker solves all taps of `setup`.
 pub(super) fn asked(setup: &Setup) -> bool {
@@ -134,7 +134,7 @@ impl Evaluator<'_> {
             let design = &designs[task.design as usize];
             let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
             match &known[i] {
-                Ok((s, plane)) => {
+                Ok((s, [azimuth, slide])) => {
                     let Asked { setup, shared, .. } = asked;
                     // The moment is about the face of the clamp.
                     let [moment, x, y] = s.wrench;
@@ -144,24 +144,27 @@ impl Evaluator<'_> {
                     };
                     let share = shared.foil.map_or(1.0, |foil| foil.transfer);
                     let (axial, bending) = (share * s.axial, share * (s.strain - s.axial));
-                    let (sin, cos) = plane.azimuth.sin_cos();
-                    let one = if plane.azimuth == 0.0 { share * s.strain } else { axial + bending * cos };
+                    let (sin, cos) = azimuth.sin_cos();
+                    let one = if *azimuth == 0.0 { share * s.strain } else { axial + bending * cos };
                     let strain = reading(setup, wrench, one);
-                    let beside = task.is_spatial(setup).then(|| Beside {
-                        strain_2: sign(setup) * (axial + bending * sin),
-                        axial: sign(setup) * axial,
-                        plane: *plane,
-                    });
-                    let found = Found {
+                    let upright = Outcome {
                         strain,
                         deviation: asked.linear / strain - 1.0,
-                        beside,
-                        wrench,
-                        normal: s.normal,
-                        tangential: s.tangential,
+                        normal_force: s.normal,
+                        tangential_force: s.tangential,
                         arc: shared.start + s.arc,
+                        wrench,
                         sticking: held[i] == Grip::Stick,
+                        ..Outcome::NOTHING
                     };
+                    let spatial = || Outcome {
+                        strain_2: sign(setup) * (axial + bending * sin),
+                        azimuth: *azimuth,
+                        slide: *slide,
+                        axial: sign(setup) * axial,
+                        ..upright
+                    };
+                    let found = if task.is_spatial(setup) { spatial() } else { upright };
                     Outcome { sweeps: s.sweeps as f32, ..asked.outcome(found) }
                 }
                 Err(Open::Ended(why)) => asked.unsolved(*why),
@@ -186,7 +189,7 @@ impl Evaluator<'_> {
         grips: &[Grip],
     ) -> Result<Vec<Solved>, SolveError> {
         let setup = self.setup;
-        let lost = (Solution::FAILED, Plane::default());
+        let lost = (Solution::FAILED, [0.0; 2]);
         let Method::Fast { rungs, tolerance, .. } = &self.method else {
             return Ok(vec![lost; tasks.len()]);
         };
@@ -208,10 +211,10 @@ impl Evaluator<'_> {
         let left = |tap: &Tap<'_>| effects.roll && tap.rod.turns(model.surface);
         let told = |(tap, s): (&Tap<'_>, Solution)| {
             let Some(Tilt { pole, .. }) = tap.tilt.filter(|_| !left(tap)) else {
-                return if left(tap) { lost } else { (s, Plane::default()) };
+                return if left(tap) { lost } else { (s, [0.0; 2]) };
             };
             let alpha = pole.azimuth(s.turned + normal(setup, tap.rod));
-            alpha.map_or(lost, |azimuth| (s, Plane { azimuth, slide: pole.slide(azimuth) }))
+            alpha.map_or(lost, |azimuth| (s, [azimuth, pole.slide(azimuth)]))
         };
         let mut solved = taps.iter().zip(solved).map(told);
         Ok(framed.iter().map(|tap| tap.and_then(|_| solved.next()).unwrap_or(lost)).collect())
