@@ -111,12 +111,9 @@ impl std::ops::BitOrAssign for Status {
 
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if *self == Self::OK {
-            return f.write_str("ok");
+        match *self {
+            Self::OK => f.write_str("ok"),
+            _ => f.write_str(&self.words().collect::<Vec<_>>().join("+")),
         }
-        for (i, word) in self.words().enumerate() {
-            write!(f, "{}{word}", if i == 0 { "" } else { "+" })?;
-        }
-        Ok(())
     }
 }
