@@ -22,24 +22,17 @@ use crate::error::Error;
 use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};
 use font::Font;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Format {
-    /// Vector, for pages and editing.
-    Svg,
-    /// Pixels, 300 dpi.
-    Png,
-    /// Vector, for LaTeX.
-    Pdf,
+vibrissa_core::choices! {
+    /// Format of a figure; its word is the file ending.
+    #[derive(PartialOrd, Ord)]
+    Format {
+        Svg = "svg", "vector, for pages and editing";
+        Png = "png", "pixels, 300 to the inch";
+        Pdf = "pdf", "vector, for LaTeX";
+    }
 }
 
 impl Format {
-    /// Every format with its name, which is the file ending, and a description.
-    pub const WORDS: [(&'static str, Self, &'static str); 3] = [
-        ("svg", Self::Svg, "vector, for pages and editing"),
-        ("png", Self::Png, "pixels, 300 to the inch"),
-        ("pdf", Self::Pdf, "vector, for LaTeX"),
-    ];
-
     pub fn ending(self) -> &'static str {
         Self::WORDS[self as usize].0
     }

@@ -11,20 +11,15 @@ use crate::sink::heading::{HEADINGS, Heading, units};
 use crate::spec::keys::{Form, Key, Section, inline, section, sections};
 use crate::status::Status;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Topic {
-    Spec,
-    Columns,
-    Statuses,
+vibrissa_core::choices! {
+    Topic {
+        Spec = "spec", "Every section and key of a spec: unit, default, allowed values, example";
+        Columns = "columns", "Every column of every table: unit, meaning";
+        Statuses = "statuses", "Status words, reasons and exit codes";
+    }
 }
 
 impl Topic {
-    pub const WORDS: [(&'static str, Self, &'static str); 3] = [
-        ("spec", Self::Spec, "Every section and key of a spec: unit, default, allowed values, example"),
-        ("columns", Self::Columns, "Every column of every table: unit, meaning"),
-        ("statuses", Self::Statuses, "Status words, reasons and exit codes"),
-    ];
-
     pub fn parts(self) -> Vec<Part> {
         match self {
             Self::Spec => keys(),

@@ -14,28 +14,19 @@ pub const POINT: f64 = 1e-3;
 /// Smallest x/a of a point: the middle of its gauge where that begins at the clamp.
 pub const FIRST_PLACE: f64 = 0.5 * POINT;
 
-/// Scaled quantities of a tap, in the order of a series: the first is the outermost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// θ, rad, or δ/a.
-    Drive,
-    /// A length of the rig over a, r₀/a or ρ/a; one value where a is one number.
-    Length,
-    /// D/a.
-    Base,
-    /// Taper τa.
-    Taper,
-    /// x/a of a point of the skin.
-    Place,
-}
-
-impl Quantity {
-    /// All, in order.
-    pub const ALL: [Self; AXES] = [Self::Drive, Self::Length, Self::Base, Self::Taper, Self::Place];
-
-    /// Name in a chart's file.
-    pub fn word(self) -> &'static str {
-        ["drive", "length_over_a", "D_over_a", "tau_a", "x_over_a"][self as usize]
+vibrissa_core::words! {
+    /// Scaled quantities of a tap, by their names in a chart's file, in the order of a series: the first is the outermost.
+    Quantity {
+        /// θ, rad, or δ/a.
+        Drive = "drive",
+        /// A length of the rig over a, r₀/a or ρ/a; one value where a is one number.
+        Length = "length_over_a",
+        /// D/a.
+        Base = "D_over_a",
+        /// Taper τa.
+        Taper = "tau_a",
+        /// x/a of a point of the skin.
+        Place = "x_over_a",
     }
 }
 

@@ -35,15 +35,6 @@ impl Combinations {
         self.0.iter().map(|(status, taps)| (status.to_string(), *taps)).collect()
     }
 
-    /// The inverse of [`Self::named`]; `None` for an unknown word.
-    pub fn of(named: &BTreeMap<String, u64>) -> Option<Self> {
-        let mut all = Self::default();
-        for (words, taps) in named {
-            all.note(Status::named(words)?, *taps);
-        }
-        Some(all)
-    }
-
     /// Taps per word, and `ok`: a tap with two words counts twice.
     pub fn words(&self) -> BTreeMap<&'static str, u64> {
         let mut words = BTreeMap::new();

@@ -114,12 +114,6 @@ pub fn is_whisker(t: &Tuple) -> bool {
     positive && t.x_ss >= 0.0 && t.x_ss + t.l <= t.L_a * (1.0 + ROUNDING)
 }
 
-fn body(setup: &Setup, tuple: &Tuple) -> Option<Arc<Body>> {
-    let built = setup.built.as_deref().or((setup.signal != Signal::Strain).then_some(&Built::CONE))?;
-    let Tuple { D, d, L_a, .. } = *tuple;
-    Some(Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu)))
-}
-
 impl Design {
     /// The design of `tuple` in `setup`, or in the rig that the tuple names.
     pub fn new(setup: &Setup, tuple: Tuple) -> Self {
@@ -154,7 +148,11 @@ impl Design {
         let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
         let held = Held::new(&setup.model).c0 * D <= x_ss;
         let taper = Taper::new(D, d, L_a);
-        let body = body(setup, &tuple);
+        let cone = || (setup.signal != Signal::Strain).then_some(&Built::CONE);
+        let body =
+            setup.built.as_deref().or_else(cone).map(|built| {
+                Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu))
+            });
         let gauge = match &body {
             Some(body) if is_whisker(&tuple) => body.gauge(x_ss, l),
             _ => taper.gauge(x_ss, l),

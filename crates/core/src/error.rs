@@ -132,10 +132,7 @@ impl Error {
 
     /// The process exit code.
     pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Input(_) => 2,
-            Self::Solve(_) | Self::Run(_) | Self::Io { .. } => 1,
-        }
+        if matches!(self, Self::Input(_)) { 2 } else { 1 }
     }
 }
 

@@ -1,9 +1,6 @@
 //! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
 
-use crate::contact::Contact;
 use crate::design::Shared;
-use crate::physics::inverse::Roots;
-use crate::scene::channels::PerChannel;
 use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
@@ -38,7 +35,8 @@ impl Estimated {
 /// Estimator of one design.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimator<'a> {
-    shared: &'a Shared,
+    /// Curves of the design.
+    pub shared: &'a Shared,
     noise: f64,
     range: [f64; 2],
     /// Length by which K is multiplied in the tables: 1, or x2 − x1 for elongation.
@@ -80,38 +78,14 @@ impl<'a> Estimator<'a> {
         let Some(roots) = self.shared.theory.roots(k * strain / amount) else { return Estimated::NO_ROOT };
         let slope = self.shared.theory.curve().slope(roots.far);
         let told = self.estimated(roots.far, amount * slope / k, roots.near, roots.unseen);
-        let outside = told.status == Status::OK && self.beyond(&roots, a);
+        let (length, its_own) = (self.shared.length, a > self.shared.theory.peak().0);
+        let farthest = if its_own { FAR * length } else { length * (1.0 + WIDENING) };
+        let outside = told.status == Status::OK && roots.levels_off && roots.far > farthest;
         if outside { Estimated { status: Status::OUTSIDE_CALIBRATION, ..told } } else { told }
     }
 
-    fn beyond(&self, roots: &Roots, a: f64) -> bool {
-        let tip = self.shared.length * (1.0 + WIDENING);
-        let its_own = a > self.shared.theory.peak().0;
-        roots.levels_off && roots.far > if its_own { FAR * self.shared.length } else { tip }
-    }
-
-    /// Estimator of several channels, if the sensor has them.
-    pub fn channels(&self) -> Option<&'a Contact> {
-        self.shared.contact.as_ref()
-    }
-
-    /// Readings of the channels at `a` mm per unit of drive, by the estimator's theory.
-    pub fn linear(&self, contact: &Contact, a: f64) -> PerChannel {
-        contact.linear(self.shared.theory.curve(), a)
-    }
-
-    /// Distance and force from the readings of several channels at a drive of `amount`, with the calibration `k` of each.
-    pub fn together(
-        &self,
-        contact: &Contact,
-        k: &PerChannel,
-        readings: &PerChannel,
-        amount: f64,
-    ) -> Estimated {
-        contact.estimate(self.shared.theory.curve(), k, readings, amount, |a| self.interesting(a))
-    }
-
-    fn interesting(&self, a: f64) -> bool {
+    /// True for a distance in the range of interest.
+    pub fn interesting(&self, a: f64) -> bool {
         a >= self.range[0] && a <= self.range[1]
     }
 

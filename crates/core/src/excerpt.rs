@@ -30,13 +30,15 @@ impl Excerpt {
         let before = line[..start].chars().count();
         let skipped = before.saturating_sub(BEFORE);
         let (head, left) = if skipped > 1 { ("…", skipped) } else { ("", 0) };
-        let shown = cut(line.chars().skip(left));
+        let shown = first(WIDE, line.chars().skip(left));
         let marked = line[start..end].chars().count().min(WIDE.saturating_sub(before - left));
         let bytes = |n: usize| shown.chars().take(n).map(char::len_utf8).sum::<usize>();
         let inside = bytes(before - left)..bytes(before - left + marked);
 
-        let above = text[..from].lines().next_back().map(|l| cut(l.chars()) + "\n").unwrap_or_default();
-        let below = text[from..].lines().nth(1).map(|l| format!("\n{}", cut(l.chars()))).unwrap_or_default();
+        let above =
+            text[..from].lines().next_back().map(|l| first(WIDE, l.chars()) + "\n").unwrap_or_default();
+        let below =
+            text[from..].lines().nth(1).map(|l| format!("\n{}", first(WIDE, l.chars()))).unwrap_or_default();
         let offset = above.len() + head.len();
         let lines_before = text.as_bytes()[..from].iter().filter(|b| **b == b'\n').count();
         Self {
@@ -50,10 +52,6 @@ impl Excerpt {
 /// The last character boundary of `text` that is not after `byte`.
 fn floor(text: &str, byte: usize) -> usize {
     (0..=byte.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
-}
-
-fn cut(line: impl Iterator<Item = char>) -> String {
-    first(WIDE, line)
 }
 
 fn first(most: usize, line: impl Iterator<Item = char>) -> String {

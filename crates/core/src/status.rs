@@ -74,15 +74,6 @@ impl Status {
         Self(self.0 & other.0)
     }
 
-    /// The set that tables call this: `ok`, or words joined by `+`; `None` for other text.
-    pub fn named(text: &str) -> Option<Self> {
-        let word = |word: &str| Self::ALL.iter().find(|(_, w)| *w == word).map(|(s, _)| *s);
-        match text {
-            "ok" => Some(Self::OK),
-            _ => text.split('+').map(word).try_fold(Self::OK, |all, one| Some(all | one?)),
-        }
-    }
-
     /// True if the tap enters the statistics of its row.
     pub fn counts(self) -> bool {
         !self.has(Self::NO_READING | Self::AT_KNOT | Self::SLIPPED_OFF)
@@ -120,12 +111,9 @@ impl std::ops::BitOrAssign for Status {
 
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if *self == Self::OK {
-            return f.write_str("ok");
+        match *self {
+            Self::OK => f.write_str("ok"),
+            _ => f.write_str(&self.words().collect::<Vec<_>>().join("+")),
         }
-        for (i, word) in self.words().enumerate() {
-            write!(f, "{}{word}", if i == 0 { "" } else { "+" })?;
-        }
-        Ok(())
     }
 }

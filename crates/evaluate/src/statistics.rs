@@ -196,7 +196,7 @@ impl<'a> Reduction<'a> {
         estimator: Option<Estimator<'a>>,
         (distances, drives): (usize, usize),
     ) -> Self {
-        let several = estimator.as_ref().is_some_and(|e| e.channels().is_some());
+        let several = estimator.as_ref().is_some_and(|e| e.shared.contact.is_some());
         Self {
             estimator,
             kind: setup.drive,
@@ -220,9 +220,9 @@ impl<'a> Reduction<'a> {
     /// Reading and K of each channel of the `tap` at `a` mm, `drive` in degrees or mm; None of one signal.
     pub fn of_channels(&self, (a, drive): (f64, f64), tap: &Outcome) -> Option<[[f64; 2]; MOST_CHANNELS]> {
         let estimator = self.estimator.as_ref()?;
-        let contact = estimator.channels()?;
+        let contact = estimator.shared.contact.as_ref()?;
         let readings = contact.channels.read(self.felt(tap.wrench), tap.strain);
-        let linear = estimator.linear(contact, a).map(|s| amount(self.kind, drive) * s);
+        let linear = contact.linear(estimator.shared.theory.curve(), a).map(|s| amount(self.kind, drive) * s);
         Some(std::array::from_fn(|k| [readings[k], linear[k] / readings[k]]))
     }
 
@@ -278,12 +278,13 @@ impl<'a> Reduction<'a> {
         let estimator = self.estimator.as_ref().filter(|_| readable);
         let estimated = estimator.and_then(|e| match told {
             // f(â) = K̄ √(ε₁² + ε₂²)/(θ cos β̂), and σ_a is that of one gauge over cos²β̂.
-            Told::Formula if e.channels().is_some() => row.k.and_then(|_| {
-                let contact = e.channels()?;
+            Told::Formula if e.shared.contact.is_some() => row.k.and_then(|_| {
+                let contact = e.shared.contact.as_ref()?;
                 let spreads = self.channels.get(j)?;
                 let k = spreads.map(|spread| e.fixed.or(spread.mean().map(|m| 1.0 + m)).unwrap_or(1.0));
                 let readings = contact.channels.read(felt, tap.strain);
-                Some(e.together(contact, &k, &readings, amount(self.kind, drive)))
+                let (curve, driven) = (e.shared.theory.curve(), amount(self.kind, drive));
+                Some(contact.estimate(curve, &k, &readings, driven, |a| e.interesting(a)))
             }),
             Told::Formula => row.k.map(|k| {
                 let told = e.estimate(k, strain / cos, amount(self.kind, drive), a);

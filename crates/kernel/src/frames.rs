@@ -4,10 +4,10 @@
 use std::array::from_fn;
 
 use crate::cpu::{Pack, Packed, Plain};
-use crate::pose::Pose;
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;
-use vibrissa_core::physics::{onset::Grip, solid::is_solid, taper::Taper};
+use vibrissa_core::physics::onset::{Grip, Pose};
+use vibrissa_core::physics::{solid::is_solid, taper::Taper};
 use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Model, Setup, Side};
 
 const LANES: usize = 4;
@@ -118,7 +118,7 @@ impl Framing {
             Drive::Angle => Pack::new(drive.0.map(f64::to_radians)),
             Drive::Displacement => drive,
         };
-        let (tap, _) = Pose { model, side, drive: *kind, hub, taper, gauge, a, amount, grip }.tap();
+        let tap = Tap::of(&Pose { model, side, drive: *kind, hub, taper, gauge, a, amount, grip }.onset());
         let sure = self.are_sure(&dimensions, gauge, &tap);
         for i in 0..LANES {
             whole[i] = sure.0[i] > 0.0;

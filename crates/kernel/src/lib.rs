@@ -26,7 +26,6 @@ pub mod cpu;
 pub mod effects;
 pub mod frames;
 pub mod gpu;
-pub mod pose;
 pub mod ranking;
 pub mod rule;
 pub mod tap;

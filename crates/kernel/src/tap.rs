@@ -3,10 +3,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::pose::Pose;
 use super::rule::limits::EDGE;
 use vibrissa_core::physics::linear::StrainCurve;
-use vibrissa_core::physics::onset::Grip;
+use vibrissa_core::physics::number::Number;
+use vibrissa_core::physics::onset::{Grip, Onset, Pose};
 use vibrissa_core::scene::{Model, Side};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
@@ -116,6 +116,37 @@ macro_rules! fields {
 fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
 fields!(Solution: force along arc strain error load sweeps);
 
+impl<T: Number> Tap<T> {
+    /// The tap with this first-order solution, and `weight` 1.
+    #[inline(always)]
+    pub fn of(onset: &Onset<T>) -> Self {
+        let Onset { taper, rest, angle, hub, shear, radius, contact_radius, slope, ratio, .. } = *onset;
+        let ([near, far, width], (pole_x, pole_y), one) = (onset.gauge, onset.pole, T::of(1.0));
+        Self {
+            taper,
+            rest,
+            angle,
+            hub,
+            near,
+            far,
+            width,
+            shear,
+            weight: one,
+            radius,
+            contact_radius,
+            slope,
+            pole_x,
+            pole_y,
+            ratio,
+            force: onset.across,
+            along: onset.along,
+            arc: onset.arc,
+            // A contact before the gauge has force and arc only.
+            strain: T::of(0.0).if_less(near, onset.strain, one),
+        }
+    }
+}
+
 impl Tap {
     /// The strain of solution `s`, positive as on the contact side.
     pub fn strain(&self, s: &Solution) -> f64 {
@@ -209,8 +240,8 @@ impl Frame {
     pub fn new(ask: &Ask<'_>) -> Option<Self> {
         let Ask { model, side, curve, peak, a, amount, grip, start } = *ask;
         let StrainCurve { taper, gauge, hub, drive, .. } = *curve;
-        let (tap, touch) = Pose { model, side, drive, hub, taper, gauge, a, amount, grip }.tap();
-        if tap.rest <= 0.0 {
+        let onset = Pose { model, side, drive, hub, taper, gauge, a, amount, grip }.onset();
+        if onset.rest <= 0.0 {
             return None;
         }
         let linear = amount * curve.value(a);
@@ -221,8 +252,8 @@ impl Frame {
             Grip::Slide(friction) => Some(friction),
             Grip::Stick => None,
         };
-        let tap = Tap { weight, ..tap };
-        Some(Self { tap, a, unit: stiffness / (a * a), direction: touch.direction, friction, start })
+        let tap = Tap { weight, ..Tap::of(&onset) };
+        Some(Self { tap, a, unit: stiffness / (a * a), direction: onset.direction, friction, start })
     }
 
     /// The dimensionless tap.

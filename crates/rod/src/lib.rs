@@ -32,7 +32,6 @@ use ground::{Fixed, Ground};
 use lane::Lane;
 pub use rod::{Piece, Rod};
 use rule::{Rule, Turns};
-use solve::Answer;
 pub use tap::{Effects, Skin, Solution, Tap, Tilt};
 use vibrissa_core::physics::nodes::Nodes;
 use vibrissa_core::physics::number::Number;
@@ -197,7 +196,7 @@ fn exactly(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
     taps.iter().map(solve).collect()
 }
 
-fn solution<P: Packed>(answer: &Answer<P>, i: usize) -> Solution {
+fn solution<P: Packed>(answer: &Solution<P>, i: usize) -> Solution {
     let of = |x: P| x.lane(i);
     let error = of(answer.error);
     Solution {

@@ -104,7 +104,7 @@ impl<T: Real> Rod<T> {
         edges.extend(foil.iter().flat_map(|foil| foil.span));
         let length = body.length;
         let one = T::of(1.0);
-        let (root, power) = (body.root, body.power());
+        let (root, power) = (body.built.root, body.power());
         let piece = |near: T, far: T| {
             let far = Real::min(far, length);
             let within = 0.5 * (near.value() + far.value());
@@ -120,7 +120,7 @@ impl<T: Real> Rod<T> {
             pieces: pieces(edges, foil, piece),
             length,
             power: power.map(|[base, tip, n]| [base, tip, n, length]),
-            curvature: body.base_curvature(),
+            curvature: body.built.curvature,
             root: [root.k_theta, root.k_x, root.k_y].map(|k| one / k),
             moduli: [body.modulus, body.core_modulus()],
             nu: body.nu,

@@ -3,11 +3,11 @@
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 use vibrissa_kernel::rule::limits::{ASTRAY, HOPELESS, LOST, ROUNDINGS, TINY};
 
-use super::Tap;
 use super::close::{Closed, Contact, State};
 use super::ground::{Fixed, Ground};
 use super::lane::{Dual, Lane};
 use super::vector::{add, columns, cross, dot2, times, turned};
+use super::{Solution, Tap};
 
 /// Share of the tolerance at which an iteration stops.
 const STOP: f64 = 0.05;
@@ -31,25 +31,6 @@ const UPRIGHT: f64 = 0.02;
 
 /// The same of a tilted pole: the reference, which takes plane after plane, must find each of them.
 const TILTED: f64 = 0.2;
-
-/// The answers of a pack; mm, N, N mm.
-#[derive(Debug, Clone, Copy)]
-pub struct Answer<P> {
-    /// Mean strain under the gauge, and that of the centreline there.
-    pub strain: P,
-    pub axial: P,
-    /// Turn of the contact against the base, rad.
-    pub turned: P,
-    pub normal: P,
-    pub tangential: P,
-    pub arc: P,
-    /// M₀, F_x, F_y.
-    pub wrench: [P; 3],
-    /// Estimated error relative to the strain, or to the tap's least where that is larger.
-    pub error: P,
-    pub load: P,
-    pub sweeps: P,
-}
 
 /// Progress of an iteration.
 #[derive(Clone, Copy)]
@@ -118,7 +99,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         fixed: &Fixed<P::Scalar, N, S>,
         (tolerance, most): (f64, usize),
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> Answer<P>
+    ) -> Solution<P>
     where
         P::One: 'a,
     {
@@ -161,7 +142,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         (state, closed): (&State<P>, &Closed<P>),
         [left, sweeps]: [P; 2],
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> Answer<P>
+    ) -> Solution<P>
     where
         P::One: 'a,
     {
@@ -210,7 +191,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let force = add(force, turned(force, fixed.turns.rotation(beta)));
         let base = add(force, turned(force, fixed.turns.rotation(self.whisker.rest)));
         let [length, unit] = self.unit;
-        Answer {
+        Solution {
             strain,
             axial,
             turned: zero - beta,
@@ -233,7 +214,7 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
         fixed: &Fixed<Q::Scalar, N, S>,
         (tolerance, most): (f64, usize),
         lane: &impl Fn(usize) -> &'a Tap<'a, <Dual<Q, K> as Lane>::One>,
-    ) -> Answer<Dual<Q, K>> {
+    ) -> Solution<Dual<Q, K>> {
         let of = Q::of;
         let (zero, one) = (of(0.0), of(1.0));
         let plain = |value: Q| Dual { value, ..Dual::default() };

@@ -134,29 +134,29 @@ impl<T: Number> Tap<'_, T> {
     }
 }
 
-/// The answer to a tap; mm, N, N mm.
+/// The answer to a tap, or to those of a pack; mm, N, N mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solution {
+pub struct Solution<T = f64> {
     /// Mean strain of the gauge's fibre, in the plane of bending.
-    pub strain: f64,
+    pub strain: T,
     /// Mean strain of the centreline over the gauge.
-    pub axial: f64,
+    pub axial: T,
     /// Turn of the contact against the base, rad.
-    pub turned: f64,
+    pub turned: T,
     /// Normal force P.
-    pub normal: f64,
+    pub normal: T,
     /// Friction T.
-    pub tangential: f64,
+    pub tangential: T,
     /// Contact arc c.
-    pub arc: f64,
+    pub arc: T,
     /// Base moment and forces M₀, F_x, F_y.
-    pub wrench: [f64; 3],
+    pub wrench: [T; 3],
     /// Estimated error relative to the strain, or to the tap's `least` where that is larger.
-    pub error: f64,
+    pub error: T,
     /// Largest load of a fibre; above 1 it is outside the range of the law.
-    pub load: f64,
+    pub load: T,
     /// Number of passes over the rod.
-    pub sweeps: f64,
+    pub sweeps: T,
 }
 
 impl Solution {

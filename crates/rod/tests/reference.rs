@@ -1,7 +1,7 @@
 //! Taps of whiskers of every kind, compared with the reference.
 
 use vibrissa_core::physics::body::Body;
-use vibrissa_core::physics::pole::{Pole, Rig};
+use vibrissa_core::physics::pole::Pole;
 use vibrissa_core::physics::rod::RodProblem;
 use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::built::{Built, Inner, Profile, Root};
@@ -167,8 +167,7 @@ fn tilted_poles() {
                     model: &model,
                 };
                 let Ok(known) = problem.solve_tilted([*tilt, *lean]) else { continue };
-                let pole =
-                    Pole::new(&Rig { taper, hub: 4.0, drive, model: &model }, [*tilt, *lean], a, amount);
+                let pole = Pole::new(&taper, &model, (drive, 4.0), [*tilt, *lean], (a, amount));
                 let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
                 let azimuth = pole.azimuth(alpha).expect("a plane");
                 let planar = pole.planar(azimuth).expect("a pole that can be touched");

@@ -156,38 +156,24 @@ pub struct Fact {
     pub meaning: String,
 }
 
-/// The condition under which a table has a column; `WORDS` explains each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs)]
-pub enum Only {
-    Always,
-    Tilt,
-    Lean,
-    Direction,
-    Second,
-    Wrench,
-    Several,
-    Channel,
-    Built,
-    Curved,
-    Varies,
+vibrissa_core::choices! {
+    /// The condition under which a table has a column.
+    Only {
+        Always = "", "";
+        Tilt = "tilt", "if the spec has tilt";
+        Lean = "lean", "if the spec has lean";
+        Direction = "direction", "if the spec has tilt or lean";
+        Second = "second", "with a second gauge";
+        Wrench = "wrench", "with wrench = true";
+        Several = "several", "with several channels";
+        Channel = "channel", "one for each channel";
+        Built = "built", "unless the whisker is a plain cone";
+        Curved = "curved", "if the whisker is curved at rest";
+        Varies = "varied", "if varied";
+    }
 }
 
 impl Only {
-    const WORDS: [(&'static str, Self, &'static str); 11] = [
-        ("", Self::Always, ""),
-        ("tilt", Self::Tilt, "if the spec has tilt"),
-        ("lean", Self::Lean, "if the spec has lean"),
-        ("direction", Self::Direction, "if the spec has tilt or lean"),
-        ("second", Self::Second, "with a second gauge"),
-        ("wrench", Self::Wrench, "with wrench = true"),
-        ("several", Self::Several, "with several channels"),
-        ("channel", Self::Channel, "one for each channel"),
-        ("built", Self::Built, "unless the whisker is a plain cone"),
-        ("curved", Self::Curved, "if the whisker is curved at rest"),
-        ("varied", Self::Varies, "if varied"),
-    ];
-
     /// The condition in words; empty for a column that is always there.
     pub fn when(self) -> &'static str {
         Self::WORDS[self as usize].2

@@ -7,7 +7,6 @@ use std::f64::consts::PI;
 use super::linear::shear_coefficient;
 use super::nodes::each;
 use super::real::{Real, Vector};
-use super::section::{SectionLaw, SectionStrain};
 use crate::scene::built::{Built, Inner, Profile, Root};
 
 /// Panels per smooth piece, each half as long as the one before towards the thinner end, where a tip may be sharp.
@@ -21,12 +20,8 @@ pub struct Body<T = f64> {
     d: T,
     /// L_a, mm.
     pub length: T,
-    profile: Profile<T>,
-    inner: Option<Inner<T>>,
-    /// κ_base, 1/mm, and κ_slope, 1/mm².
-    curvature: [T; 2],
-    /// Stiffnesses of the base.
-    pub root: Root<T>,
+    /// Profile, core or bore, rest curvature and root.
+    pub built: Built<T>,
     /// Initial modulus of the skin, MPa.
     pub modulus: T,
     /// Poisson's ratio.
@@ -110,16 +105,16 @@ impl<T: Real> Body<T> {
         let mut knots: Vec<T> = profile.iter().chain(inner).map(|knot| knot[0]).filter(within).collect();
         knots.sort_by(|a, b| a.value().total_cmp(&b.value()));
         knots.dedup_by_key(|knot| knot.value());
-        let Built { profile, inner, curvature, root } = built.clone();
-        Self { D, d, length: L_a, profile, inner, curvature, root, modulus, nu, knots }
+        Self { D, d, length: L_a, built: built.clone(), modulus, nu, knots }
     }
 
     /// Farthest contact of linear theory, mm: L_a, but for a solid clamped cone almost to its apex, at most 10 L_a.
     pub fn reach(&self) -> T {
-        let rigid = [self.root.k_theta, self.root.k_x, self.root.k_y].iter().all(|k| k.value().is_infinite());
-        let plain = self.inner.is_none() && self.is_straight() && rigid;
+        let Root { k_theta, k_x, k_y } = self.built.root;
+        let rigid = [k_theta, k_x, k_y].iter().all(|k| k.value().is_infinite());
+        let plain = self.built.inner.is_none() && self.is_straight() && rigid;
         let Self { D, d, .. } = *self;
-        match self.profile {
+        match self.built.profile {
             Profile::Power(n) if plain && n.value() == 1.0 => {
                 let narrows = D.value() > d.value();
                 let apex = if narrows { self.length * 0.99 * D / (D - d) } else { T::of(f64::INFINITY) };
@@ -131,25 +126,20 @@ impl<T: Real> Body<T> {
 
     /// True if the whisker is straight at rest.
     pub fn is_straight(&self) -> bool {
-        nothing(self.curvature)
+        nothing(self.built.curvature)
     }
 
     /// R(0), R(L_a), mm, and n of a diameter that is a power of the distance from the tip; `None` for cones and tables.
     pub fn power(&self) -> Option<[T; 3]> {
-        match self.profile {
+        match self.built.profile {
             Profile::Power(n) if n != T::of(1.0) => Some([self.D * 0.5, self.d * 0.5, n]),
             _ => None,
         }
     }
 
-    /// κ_base and κ_slope, 1/mm and 1/mm².
-    pub fn base_curvature(&self) -> [T; 2] {
-        self.curvature
-    }
-
     /// Modulus of the core, MPa; 0 for a bore or a solid whisker.
     pub fn core_modulus(&self) -> T {
-        self.inner.as_ref().map_or(T::of(0.0), |inner| inner.modulus)
+        self.built.inner.as_ref().map_or(T::of(0.0), |inner| inner.modulus)
     }
 
     /// Places where the whisker is not smooth, ascending, mm.
@@ -159,7 +149,7 @@ impl<T: Real> Body<T> {
 
     /// Ends of the smooth piece of the profile that holds `s`, mm; a knot belongs to the piece after it, and the last piece has no end.
     pub fn piece(&self, s: f64) -> [f64; 2] {
-        match &self.profile {
+        match &self.built.profile {
             Profile::Power(_) => [0.0, f64::INFINITY],
             Profile::Table(table) => {
                 let [near, far] = of_table(table, s).map(|knot| knot[0].value());
@@ -180,7 +170,7 @@ impl<T: Real> Body<T> {
 
     /// R(s), mm, by the piece that holds `within`.
     pub fn radius(&self, s: T, within: f64) -> T {
-        let diameter = match &self.profile {
+        let diameter = match &self.built.profile {
             Profile::Power(n) => self.d + (self.D - self.d) * self.powered(s, *n),
             Profile::Table(table) => line(of_table(table, within), s),
         };
@@ -190,7 +180,7 @@ impl<T: Real> Body<T> {
     /// R′(s), likewise.
     pub fn slope(&self, s: T, within: f64) -> T {
         let Self { D, d, .. } = *self;
-        let slope = match &self.profile {
+        let slope = match &self.built.profile {
             Profile::Power(_) if D == d => T::of(0.0),
             Profile::Power(n) => -(D - d) * *n / self.length * self.powered(s, *n - 1.0),
             Profile::Table(table) => {
@@ -203,7 +193,7 @@ impl<T: Real> Body<T> {
 
     /// R(a + by) − R(a), mm, without cancellation, by the piece that holds `a`.
     pub fn widening(&self, a: T, by: T) -> T {
-        match &self.profile {
+        match &self.built.profile {
             Profile::Power(n) => {
                 let v = T::of(1.0) - a / self.length;
                 let grown = -by / (self.length * v);
@@ -218,7 +208,7 @@ impl<T: Real> Body<T> {
 
     /// Inner diameter at `s`, mm; 0 outside core and bore.
     pub fn inside(&self, s: T, within: f64) -> T {
-        let Some(Inner { diameter, .. }) = &self.inner else { return T::of(0.0) };
+        let Some(Inner { diameter, .. }) = &self.built.inner else { return T::of(0.0) };
         let (first, last) = (diameter[0][0].value(), diameter[diameter.len() - 1][0].value());
         if within < first || within > last { T::of(0.0) } else { line(of_table(diameter, within), s) }
     }
@@ -247,44 +237,19 @@ impl<T: Real> Body<T> {
         Section { radius, axial, bending, shear: -bending * bending / (e * PI * r2.powi(3) * j) }
     }
 
-    /// R, mm, and strain of the section under an axial force, N, and a moment, N mm; `None` if `law` cannot bear them. A composite is Hookean.
-    pub fn deform(
-        &self,
-        (law, extension): (&SectionLaw<T>, bool),
-        (s, within): (T, f64),
-        [axial, moment]: [T; 2],
-    ) -> Option<(T, SectionStrain<T>)> {
-        let zero = T::of(0.0);
-        if self.inner.is_some() {
-            let section = self.section(s, within);
-            let stretch = if extension { axial / section.axial } else { zero };
-            let strain = SectionStrain { axial: stretch, bending: moment * section.radius / section.bending };
-            return Some((section.radius, strain));
-        }
-        let r = self.radius(s, within);
-        let n = if extension { axial / (r * r) } else { zero };
-        Some((r, law.deform(n, moment / (r * r * r))?))
-    }
-
     /// κ₀(s), 1/mm.
     pub fn curvature(&self, s: T) -> T {
-        self.curvature[0] + self.curvature[1] * s
+        self.built.curvature[0] + self.built.curvature[1] * s
     }
 
     /// ψ₀(s), rad.
     pub fn rest_angle(&self, s: T) -> T {
-        rest_angle(self.curvature, s)
+        rest_angle(self.built.curvature, s)
     }
 
     /// r₀(s), mm, in the frame of the base.
     pub fn rest(&self, s: T) -> Vector<T> {
-        rest(self.curvature, s)
-    }
-
-    fn tan_alpha(&self, s: T, within: f64) -> T {
-        let bend =
-            if self.is_straight() { T::of(1.0) } else { self.curvature(s) * self.radius(s, within) + 1.0 };
-        -self.slope(s, within) / bend
+        rest(self.built.curvature, s)
     }
 
     /// sin α and cos α of a contact at `s` on the `surface`, else on the axis.
@@ -292,7 +257,9 @@ impl<T: Real> Body<T> {
         if !surface {
             return Vector::of(0.0, 1.0);
         }
-        Vector::new(self.tan_alpha(s, within), T::of(1.0)).normalize()
+        let (one, straight) = (T::of(1.0), self.is_straight());
+        let bend = if straight { one } else { self.curvature(s) * self.radius(s, within) + 1.0 };
+        Vector::new(-self.slope(s, within) / bend, one).normalize()
     }
 
     /// Signed length of the skin on the object's side from `a` to `a` + `by`, mm, by the piece that holds `a`.

@@ -129,7 +129,7 @@ impl<T: Real> Flexure<T> {
             work[0] = work[0] + share * of[0] * of[0];
             work[1] = work[1] + share * 2.0 * of[0] * of[1];
         };
-        let root = self.body.root;
+        let root = self.body.built.root;
         add(one / root.k_theta, moment);
         add(one / root.k_y, across);
         add(one / root.k_x, length);

@@ -35,13 +35,6 @@ pub struct Roots {
     pub levels_off: bool,
 }
 
-impl Roots {
-    /// True if no other contact gives the reading, however far out: f levels off above it.
-    pub fn alone(&self) -> bool {
-        self.levels_off && self.near.is_none() && !self.unseen
-    }
-}
-
 /// Points at which the sign of the slope is checked; f has a few extrema, far apart on this scale.
 const SAMPLES: usize = 48;
 
@@ -105,7 +98,8 @@ impl Inverse {
 
     /// True if no other contact, however far out, gives the reading of one at `a` mm.
     pub fn alone(&self, a: f64) -> bool {
-        self.roots(self.curve.value(a)).is_some_and(|roots| roots.alone())
+        let alone = |roots: Roots| roots.levels_off && roots.near.is_none() && !roots.unseen;
+        self.roots(self.curve.value(a)).is_some_and(alone)
     }
 
     /// Roots of f(a) = `reading` > 0 (strain per rad or mm); `None` above the peak. Below f(∞) a widening whisker has its near root only.

@@ -77,15 +77,6 @@ impl<T: Real> StrainCurve<T> {
         self.built.is_none()
     }
 
-    /// Factor of the drive and its derivative: 1 + r₀u for a tap angle, u for a displacement.
-    #[inline(always)]
-    fn drive_factor(&self, u: T) -> (T, T) {
-        match self.drive {
-            Drive::Angle => (self.hub * u + 1.0, self.hub),
-            Drive::Displacement => (u, T::of(1.0)),
-        }
-    }
-
     /// f and df/du at u = 1/a, for 0 ≤ u < 1/x1; 0 beyond.
     pub fn at_inverse(&self, u: T) -> (T, T) {
         let Some(built) = &self.built else { return self.of_cone(u) };
@@ -114,7 +105,11 @@ impl<T: Real> StrainCurve<T> {
             let m = one - x1 * u;
             (c * m * m, c * -2.0 * x1 * m)
         };
-        let (w, dw) = self.drive_factor(u);
+        // Factor of the drive and its derivative.
+        let (w, dw) = match self.drive {
+            Drive::Angle => (self.hub * u + 1.0, self.hub),
+            Drive::Displacement => (u, one),
+        };
         let (q, dq) = (p * w, dp * w + p * dw);
         let s = self.shear * u * u + 1.0;
         (q / s, (dq - q * 2.0 * self.shear * u / s) / s)

@@ -9,37 +9,33 @@
 //!
 //! A contact that sticks rolls on the pole: x = ρ cos α (ϑ − W ψ₁ − H ψ₀), ϑ the turn of the base, W ψ₁ + H ψ₀ that of the contact against it.
 
+use super::linear::shear_length2;
 use super::number::Number;
+use super::solid::Held;
+use super::taper::Taper;
+use crate::scene::{Drive, Model, Side};
 
-/// Dimensionless numbers of a tap, or of several in lanes; lengths in units of the contact distance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Groups<T = f64> {
-    /// τa, the taper over the contact distance.
-    pub taper: T,
-    /// 1 − τa.
-    pub rest: T,
-    /// Tap angle θ, rad.
-    pub angle: T,
+/// A tap in mm and rad, or several in lanes.
+#[derive(Debug, Clone, Copy)]
+pub struct Pose<'a, T = f64> {
+    /// Model of the rod.
+    pub model: &'a Model,
+    /// Side of the gauge.
+    pub side: Side,
+    /// Drive: the base turns, or the object moves.
+    pub drive: Drive,
     /// r₀; 0 for a displaced object.
-    pub hub: T,
-    /// ϑ: turn of the base, rad; 0 for a displaced object.
-    pub turn: T,
-    /// ζ: half the growth of the squared distance to the pole; 0 for a tap angle.
-    pub pull: T,
-    /// Base radius.
-    pub radius: T,
-    /// tan α, for contact on the surface.
-    pub slope: Option<T>,
-    /// Radius of the pole.
-    pub pole: T,
-    /// EI₀/(k G A₀), with shear.
-    pub shear: Option<T>,
-    /// EI₀/(E A₀), if the centreline stretches: also the gauge strain of a unit axial force, which the section law has not otherwise.
-    pub stretch: Option<T>,
-    /// 1 − x1, 1 − x2, and x2 − x1.
-    pub gauge: [T; 3],
-    /// +1 for a gauge on the contact side, −1 on the far side.
-    pub side: f64,
+    pub hub: f64,
+    /// The whisker.
+    pub taper: Taper<T>,
+    /// Gauge span [x1, x2].
+    pub gauge: [T; 2],
+    /// Contact distance.
+    pub a: T,
+    /// θ or δ.
+    pub amount: T,
+    /// Contact condition.
+    pub grip: Grip,
 }
 
 /// The limit of the contact force.
@@ -51,22 +47,31 @@ pub enum Grip {
     Stick,
 }
 
-/// The contact before the tap.
+/// A tap and its first-order solution, dimensionless; lengths in units of the contact distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch<T = f64> {
-    /// Radius of the whisker there, for contact on the surface, else 0.
+pub struct Onset<T = f64> {
+    /// τa, the taper over the contact distance.
+    pub taper: T,
+    /// 1 − τa.
+    pub rest: T,
+    /// Tap angle θ, rad.
+    pub angle: T,
+    /// r₀; 0 for a displaced object.
+    pub hub: T,
+    /// 1 − x1, 1 − x2, and x2 − x1.
+    pub gauge: [T; 3],
+    /// EI₀/(k G A₀); 0 without shear.
+    pub shear: T,
+    /// Base radius.
     pub radius: T,
+    /// Radius of the whisker at the contact, for contact on the surface, else 0.
+    pub contact_radius: T,
     /// tan α, likewise.
     pub slope: T,
     /// cos α and sin α, likewise; else 1 and 0.
     pub direction: (T, T),
     /// Pole centre from the motor's axis, (X₀, Y₀).
     pub pole: (T, T),
-}
-
-/// The first-order solution.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Onset<T = f64> {
     /// W, the force across.
     pub across: T,
     /// H, the force along.
@@ -79,96 +84,118 @@ pub struct Onset<T = f64> {
     pub strain: T,
 }
 
-/// cos α and sin α of a slope.
-#[inline(always)]
-pub fn direction<T: Number>(slope: T) -> (T, T) {
-    let c = T::of(1.0) / slope.hypot(T::of(1.0));
-    (c, slope * c)
-}
-
-impl<T: Number> Groups<T> {
-    /// The contact before the tap.
+impl<T: Number> Pose<'_, T> {
+    /// The tap without units, and its first-order solution.
     #[inline(always)]
-    pub fn touch(&self) -> Touch<T> {
-        let (zero, one) = (T::of(0.0), T::of(1.0));
-        let (radius, slope, (cos, sin)) = match self.slope {
-            Some(slope) => (self.radius * self.rest, slope, direction(slope)),
-            None => (zero, zero, (one, zero)),
+    pub fn onset(&self) -> Onset<T> {
+        let [zero, half, one, two, three, six] = [0.0, 0.5, 1.0, 2.0, 3.0, 6.0].map(T::of);
+        let (a, [x1, x2], model) = (self.a, self.gauge, self.model);
+        let taper = self.taper.tau * a;
+        let gauge = [(a - x1) / a, (a - x2) / a, (x2 - x1) / a];
+        let (v, radius) = (one - taper, half * self.taper.D / a);
+        let shear = model.shear.then(|| {
+            shear_length2(&self.taper, T::of(model.nu)) / (T::of(3.0 * Held::new(model).shear) * a * a)
+        });
+        // Of a unit axial force also the gauge strain, which the section law has not otherwise.
+        let stretch = model.extension.then(|| T::of(0.25) * radius * radius);
+        // A length of the rig, mostly 0.
+        let over_a = |length: f64| if length == 0.0 { zero } else { T::of(length) / a };
+        let (hub, rho) = (over_a(self.hub), over_a(model.pole_radius));
+        let (contact_radius, slope, (cos, sin)) = match model.surface {
+            true => {
+                let slope = self.taper.tan_alpha;
+                let cos = one / slope.hypot(one);
+                (radius * v, slope, (cos, slope * cos))
+            }
+            false => (zero, zero, (one, zero)),
         };
-        let pole = (one + self.pole * sin + self.hub, radius + self.pole * cos);
-        Touch { radius, slope, direction: (cos, sin), pole }
-    }
-
-    #[inline(always)]
-    fn force_ratio(&self, touch: &Touch<T>, friction: f64) -> T {
-        let ((cos, sin), friction) = (touch.direction, T::of(friction));
-        if self.slope.is_none() { friction } else { (friction * cos - sin) / (cos + friction * sin) }
-    }
-
-    /// The first-order solution for the contact `grip` at `touch`.
-    #[inline(always)]
-    pub fn onset(&self, touch: &Touch<T>, grip: Grip) -> Onset<T> {
-        let [zero, one, two, three, six] = [0.0, 1.0, 2.0, 3.0, 6.0].map(T::of);
-        let (v, contact_radius, (x0, y0)) = (self.rest, touch.radius, touch.pole);
+        let (x0, y0) = (one + rho * sin + hub, contact_radius + rho * cos);
+        // ϑ, the turn of the base, and ζ, half the growth of the squared distance to the pole.
+        let (angle, turn, zeta) = match self.drive {
+            Drive::Angle => (self.amount, self.amount, zero),
+            Drive::Displacement => {
+                // The object's path seen from the clamp: an angle and a growing distance.
+                let delta = self.amount / a;
+                let (across, along) = (x0 * delta, x0 * x0 + y0 * (y0 - delta));
+                (across.atan2(along), zero, half * delta * delta - y0 * delta)
+            }
+        };
         let (psi1, bare) = ((one + two * v) / (six * v * v), one / (six * v * v));
-        let eta1 = self.shear.map_or(bare, |shear| bare - shear / v);
-        let (psi0, eta0) = match self.slope {
-            Some(_) => {
+        let eta1 = shear.map_or(bare, |shear| bare - shear / v);
+        let (psi0, eta0) = match model.surface {
+            true => {
                 let cube = v * v * v;
                 (
                     contact_radius * (one + v + v * v) / (three * cube),
                     contact_radius * (two + v) / (six * cube),
                 )
             }
-            None => (zero, zero),
+            false => (zero, zero),
         };
-        let f = self.stretch.map_or(zero, |stretch| stretch / v);
+        let f = stretch.map_or(zero, |stretch| stretch / v);
         let square = x0 * x0 + y0 * y0;
-        let turn = square - self.hub * x0;
-        let (a1, a0) = (turn * psi1 - x0 * eta1, turn * psi0 - x0 * eta0);
-        let (b1, b0) = (eta1 + self.hub * psi1, eta0 + self.hub * psi0);
-        let (right, zeta) = (self.angle * square, self.pull);
-        let (across, along, arc, ratio) = match grip {
+        let arm = square - hub * x0;
+        let (a1, a0) = (arm * psi1 - x0 * eta1, arm * psi0 - x0 * eta0);
+        let (b1, b0) = (eta1 + hub * psi1, eta0 + hub * psi0);
+        let right = angle * square;
+        let (across, along, arc, ratio) = match self.grip {
             Grip::Slide(friction) => {
-                let ratio = self.force_ratio(touch, friction);
-                let (m11, m12) = (a1 + ratio * (a0 + y0 * f), y0 + x0 * touch.slope);
-                let (m21, m22) = (ratio * x0 * f + y0 * (b1 + ratio * b0), x0 - y0 * touch.slope);
+                let friction = T::of(friction);
+                let leaning = || (friction * cos - sin) / (cos + friction * sin);
+                let ratio = if model.surface { leaning() } else { friction };
+                let (m11, m12) = (a1 + ratio * (a0 + y0 * f), y0 + x0 * slope);
+                let (m21, m22) = (ratio * x0 * f + y0 * (b1 + ratio * b0), x0 - y0 * slope);
                 let det = m11 * m22 - m12 * m21;
                 let across = (right * m22 - m12 * zeta) / det;
                 (across, ratio * across, (m11 * zeta - m21 * right) / det, ratio)
             }
             Grip::Stick => {
-                let roll = self.pole * touch.direction.0;
-                let (lift, reach) = (roll * (y0 + x0 * touch.slope), roll * (x0 - y0 * touch.slope));
+                let roll = rho * cos;
+                let (lift, reach) = (roll * (y0 + x0 * slope), roll * (x0 - y0 * slope));
                 let (m11, m12) = (a1 - lift * psi1, a0 + y0 * f - lift * psi0);
                 let (m21, m22) = (y0 * b1 - reach * psi1, x0 * f + y0 * b0 - reach * psi0);
-                let (right, zeta) = (right - lift * self.turn, zeta - reach * self.turn);
+                let (right, zeta) = (right - lift * turn, zeta - reach * turn);
                 let det = m11 * m22 - m12 * m21;
                 let (across, along) = ((right * m22 - m12 * zeta) / det, (m11 * zeta - m21 * right) / det);
-                (across, along, roll * (self.turn - across * psi1 - along * psi0), roll)
+                (across, along, roll * (turn - across * psi1 - along * psi0), roll)
             }
         };
-        let [lever, section, area] = self.gauge_means();
-        let bending = self.radius * (across * lever + along * contact_radius * section);
-        let axial = |stretch: T| T::of(self.side) * stretch * along * area;
-        let strain = self.stretch.map_or(bending, |stretch| bending + axial(stretch));
-        Onset { across, along, arc, ratio, strain }
-    }
-
-    /// Means over the gauge of (1 − s)₊/(1 − τs)³, 1/(1 − τs)³ and 1/(1 − τs)², the last two over the bent part.
-    #[inline(always)]
-    fn gauge_means(&self) -> [T; 3] {
-        let [zero, half, one] = [0.0, 0.5, 1.0].map(T::of);
-        let [near, far, width] = self.gauge;
-        let [b1, b2] = [near, far].map(|end| one / (self.taper * end + self.rest));
-        let clear = [half * b1 * b2 * (near * b1 + far * b2), half * b1 * b2 * (b1 + b2), b1 * b2];
-        if zero.all_at_most(far) {
-            return clear;
+        let [lever, section, area] = gauge_means(gauge, taper, v);
+        let bending = radius * (across * lever + along * contact_radius * section);
+        let side = T::of(if self.side == Side::Far { -1.0 } else { 1.0 });
+        let strain = stretch.map_or(bending, |stretch| bending + side * stretch * along * area);
+        Onset {
+            taper,
+            rest: v,
+            angle,
+            hub,
+            gauge,
+            shear: shear.unwrap_or(zero),
+            radius,
+            contact_radius,
+            slope,
+            direction: (cos, sin),
+            pole: (x0, y0),
+            across,
+            along,
+            arc,
+            ratio,
+            strain,
         }
-        let beyond = zero.if_less(near, near, zero);
-        let (bent, end) = (beyond / width, one / self.rest);
-        let ends =
-            [half * bent * beyond * b1 * b1 * end, half * bent * b1 * end * (b1 + end), bent * b1 * end];
-        std::array::from_fn(|k| far.if_less(zero, ends[k], clear[k]))
     }
+}
+
+/// Means over the gauge of (1 − s)₊/(1 − τs)³, 1/(1 − τs)³ and 1/(1 − τs)², the last two over the bent part.
+#[inline(always)]
+fn gauge_means<T: Number>([near, far, width]: [T; 3], taper: T, rest: T) -> [T; 3] {
+    let [zero, half, one] = [0.0, 0.5, 1.0].map(T::of);
+    let [b1, b2] = [near, far].map(|end| one / (taper * end + rest));
+    let clear = [half * b1 * b2 * (near * b1 + far * b2), half * b1 * b2 * (b1 + b2), b1 * b2];
+    if zero.all_at_most(far) {
+        return clear;
+    }
+    let beyond = zero.if_less(near, near, zero);
+    let (bent, end) = (beyond / width, one / rest);
+    let ends = [half * bent * beyond * b1 * b1 * end, half * bent * b1 * end * (b1 + end), bent * b1 * end];
+    std::array::from_fn(|k| far.if_less(zero, ends[k], clear[k]))
 }

@@ -6,19 +6,6 @@ use super::real::{Real, Vector};
 use super::taper::Taper;
 use crate::scene::model::{Drive, Model};
 
-/// The whisker and drive that a pole is seen from.
-#[derive(Debug, Clone, Copy)]
-pub struct Rig<'a, T = f64> {
-    /// The whisker.
-    pub taper: Taper<T>,
-    /// r₀, mm; [`Drive::Displacement`] ignores it.
-    pub hub: T,
-    /// Angle or displacement.
-    pub drive: Drive,
-    /// Gives the contact on the surface, and ρ.
-    pub model: &'a Model<T>,
-}
-
 /// A vector of space: along t₀, y₁ and z.
 pub type Space<T> = [T; 3];
 
@@ -66,9 +53,15 @@ impl<T: Copy> Pole<T> {
 }
 
 impl<T: Real> Pole<T> {
-    /// The pole of `tilt` β and `lean` γ, rad, at the distance `a`, mm, for an `amount` of the drive: θ, rad, or δ, mm.
-    pub fn new(rig: &Rig<'_, T>, [tilt, lean]: [T; 2], a: T, amount: T) -> Self {
-        let Rig { taper, hub, drive, model } = *rig;
+    /// The pole of `tilt` β and `lean` γ, rad, at the distance `a` of a `taper`, mm, for an `amount` of the `drive`: θ, rad, or δ, mm. `hub` is r₀, mm,
+    /// without meaning for a displacement; `model` gives the contact on the surface, and ρ.
+    pub fn new(
+        taper: &Taper<T>,
+        model: &Model<T>,
+        (drive, hub): (Drive, T),
+        [tilt, lean]: [T; 2],
+        (a, amount): (T, T),
+    ) -> Self {
         let (zero, one) = (T::of(0.0), T::of(1.0));
         let [height, sin, cos] = taper.touched(a, model.surface);
         let slope = if model.surface { taper.tan_alpha } else { zero };

@@ -74,13 +74,6 @@ struct Resultants {
     m_bending: f64,
 }
 
-impl Resultants {
-    #[inline(always)]
-    fn tangent(&self) -> f64 {
-        self.n_axial * self.m_bending - self.n_bending * self.n_bending
-    }
-}
-
 impl<T: Real> SectionLaw<T> {
     /// The law of `material`.
     pub fn new(material: &Material<T>) -> Self {
@@ -165,7 +158,7 @@ impl<T: Real> Hyperelastic<T> {
     fn step(&self, near: SectionStrain, n: T, m: T) -> Option<SectionStrain<T>> {
         let [c10, c01, c20, c30] = self.0;
         let r = Hyperelastic([c10.value(), c01.value(), c20.value(), c30.value()]).resultants(near);
-        let tangent = r.tangent();
+        let tangent = r.n_axial * r.m_bending - r.n_bending * r.n_bending;
         if !(r.n_axial > 0.0 && tangent > 0.0) {
             return None;
         }

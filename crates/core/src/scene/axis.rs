@@ -78,10 +78,8 @@ impl Axis {
 
     /// `from`, `from + step`, … up to `to`, included if a step falls on it within 1e-9 of a step. The keys of errors are relative to the axis.
     pub fn step(from: f64, to: f64, step: f64) -> Result<Self, InputError> {
-        if step <= 0.0 {
-            return Err(InputError::new("the step must be larger than zero").key("step").allowed("> 0"));
-        }
-        ascending(from, to)?;
+        check(step > 0.0, "the step must be larger than zero", ("step", "> 0"))?;
+        ascending(["from", "to"], [from, to])?;
         let gaps = (to - from) / step;
         if gaps >= EXACT {
             return Err(InputError::new("the step is too small: more than 2^53 values").key("step"));
@@ -97,7 +95,7 @@ impl Axis {
 
     /// `steps` values with a constant ratio, both ends included. The keys of errors are relative to the axis.
     pub fn log_steps(from: f64, to: f64, steps: u64) -> Result<Self, InputError> {
-        positive("from", from)?;
+        check(from > 0.0, LOGARITHMIC, ("from", "> 0"))?;
         ends(from, to, steps)?;
         Ok(Self::Log { from, to, len: steps })
     }
@@ -110,18 +108,11 @@ impl Axis {
         points: Points,
         dimension: u32,
     ) -> Result<Self, InputError> {
-        if log {
-            positive("min", min)?;
-        }
-        if min > max {
-            return Err(InputError::new("min is larger than max")
-                .key("max")
-                .allowed(format!("≥ min = {min}")));
-        }
-        if points.samples == 0 || points.samples > MAX_SAMPLES {
-            let message = "the number of samples is out of range";
-            return Err(InputError::new(message).key("samples").allowed("1 … 2^32 = 4294967296"));
-        }
+        check(!log || min > 0.0, LOGARITHMIC, ("min", "> 0"))?;
+        ascending(["min", "max"], [min, max])?;
+        let counted = (1..=MAX_SAMPLES).contains(&points.samples);
+        let allowed = ("samples", "1 … 2^32 = 4294967296");
+        check(counted, "the number of samples is out of range", allowed)?;
         if dimension >= MAX_DIMENSIONS {
             let message = "too many axes are sampled together";
             return Err(InputError::new(message).allowed(format!("at most {MAX_DIMENSIONS}")));
@@ -210,15 +201,18 @@ impl Axis {
     }
 }
 
-fn ascending(from: f64, to: f64) -> Result<(), InputError> {
-    if from <= to {
-        return Ok(());
-    }
-    Err(InputError::new("from is larger than to").key("to").allowed(format!("≥ from = {from}")))
+const LOGARITHMIC: &str = "a logarithmic scale has no zero and no negative values";
+
+fn check(holds: bool, message: impl Into<String>, (key, allowed): (&str, &str)) -> Result<(), InputError> {
+    if holds { Ok(()) } else { Err(InputError::new(message).key(key).allowed(allowed)) }
+}
+
+fn ascending([low, high]: [&str; 2], [from, to]: [f64; 2]) -> Result<(), InputError> {
+    check(from <= to, format!("{low} is larger than {high}"), (high, &format!("≥ {low} = {from}")))
 }
 
 fn ends(from: f64, to: f64, steps: u64) -> Result<(), InputError> {
-    ascending(from, to)?;
+    ascending(["from", "to"], [from, to])?;
     let (message, allowed) = match steps {
         0 => ("steps is the number of values and cannot be zero", "≥ 1"),
         1 if from != to => ("one step cannot include both ends", "≥ 2, or from equal to to"),
@@ -228,14 +222,7 @@ fn ends(from: f64, to: f64, steps: u64) -> Result<(), InputError> {
         s if s as f64 >= EXACT => ("too many values", "< 2^53"),
         _ => return Ok(()),
     };
-    Err(InputError::new(message).key("steps").allowed(allowed))
-}
-
-fn positive(key: &str, value: f64) -> Result<(), InputError> {
-    if value > 0.0 {
-        return Ok(());
-    }
-    Err(InputError::new("a logarithmic scale has no zero and no negative values").key(key).allowed("> 0"))
+    check(false, message, ("steps", allowed))
 }
 
 /// Value i is `(start + i · stride) / unit`; for short decimals these are whole numbers, so that each value is the nearest f64.

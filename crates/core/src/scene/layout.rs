@@ -82,7 +82,8 @@ impl Layout {
 
     /// [`Self::design`] of each of `ks`.
     pub fn designs(&self, ks: &[u64]) -> Vec<Tuple> {
-        let mut values = vec![[f64::NAN; COLUMNS]; ks.len()];
+        let (mut values, mut stride) = (vec![[f64::NAN; COLUMNS]; ks.len()], 1);
+        let mut rigs = vec![(0, 1.0); ks.len()];
         let (mut rest, mut at, mut left) = (ks.to_vec(), vec![0; ks.len()], self.n_designs);
         for factor in self.designs.iter().rev() {
             // Division is slow: it is left out for factors of length 1, and for the first factor that is longer.
@@ -95,30 +96,18 @@ impl Layout {
             for (column, axis) in &factor.axes {
                 axis.each(&at, |n, value| values[n][*column as usize] = value);
             }
-        }
-        let tuples = values.into_iter().map(Tuple::from_array);
-        if self.n_rigs == 1 {
-            return tuples.collect();
-        }
-        tuples.zip(ks).map(|(tuple, k)| self.of_rig(tuple, *k)).collect()
-    }
-
-    fn of_rig(&self, mut tuple: Tuple, mut k: u64) -> Tuple {
-        let mut stride = 1;
-        for factor in self.designs.iter().rev() {
-            let at = k % factor.len;
-            k /= factor.len;
-            if factor.properties.is_empty() {
-                continue;
-            }
-            tuple.rig += at * stride;
-            stride *= factor.len;
-            if let Some((_, axis)) = factor.properties.iter().find(|(p, _)| *p == Property::Scale) {
-                tuple.D *= axis.at(at);
-                tuple.d *= axis.at(at);
+            if self.n_rigs > 1 && !factor.properties.is_empty() {
+                rigs.iter_mut().zip(&at).for_each(|((rig, _), at)| *rig += at * stride);
+                stride *= factor.len;
+                let scale = factor.properties.iter().find(|(property, _)| *property == Property::Scale);
+                scale.iter().for_each(|(_, axis)| axis.each(&at, |n, value| rigs[n].1 = value));
             }
         }
-        tuple
+        let scaled = |(values, (rig, scale))| {
+            let Tuple { D, d, .. } = Tuple::from_array(values);
+            Tuple { D: D * scale, d: d * scale, rig, ..Tuple::from_array(values) }
+        };
+        values.into_iter().zip(rigs).map(scaled).collect()
     }
 
     /// Distance `i`, mm.

@@ -29,6 +29,22 @@ macro_rules! words {
     };
 }
 
+/// An enum with a word and a description for each variant, as flags have it.
+#[macro_export]
+macro_rules! choices {
+    ($(#[$of:meta])* $name:ident { $($variant:ident = $word:literal, $about:literal;)+ }) => {
+        $(#[$of])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Deserialize)]
+        pub enum $name { $(#[doc = $about] #[serde(rename = $word)] $variant,)+ }
+
+        impl $name {
+            /// All, with their words and descriptions.
+            pub const WORDS: [(&'static str, Self, &'static str); [$($word),+].len()] =
+                [$(($word, Self::$variant, $about)),+];
+        }
+    };
+}
+
 pub mod axis;
 pub mod built;
 pub mod channels;

@@ -1,7 +1,6 @@
 //! Properties of whisker, rig and object that may differ between designs, in addition to the columns of a tuple.
 
 use std::collections::HashMap;
-use std::fmt::{Debug, Formatter};
 use std::sync::{Mutex, PoisonError};
 
 use super::built::{Built, Inner, Profile};
@@ -208,18 +207,20 @@ impl Property {
 }
 
 /// The combinations of properties that tuples have: rig `i` of a grid is the i-th of their crossed axes, last fastest; other rigs are listed.
+#[derive(Debug)]
 pub struct Rigs {
     /// The properties that vary, in row order.
     pub properties: Vec<Property>,
     values: Values,
 }
 
+#[derive(Debug)]
 enum Values {
     Crossed(Vec<Factor>),
     Listed(Mutex<List>),
 }
 
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct List {
     values: Vec<f64>,
     known: HashMap<Vec<u64>, u64>,
@@ -228,12 +229,6 @@ struct List {
 impl PartialEq for Rigs {
     fn eq(&self, other: &Self) -> bool {
         self.properties == other.properties && self.factors() == other.factors()
-    }
-}
-
-impl Debug for Rigs {
-    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:?} {:?}", self.properties, self.factors())
     }
 }
 
@@ -274,7 +269,15 @@ impl Rigs {
     /// Values of rig `i`, in the order of `properties`.
     pub fn values(&self, rig: u64) -> Vec<f64> {
         match &self.values {
-            Values::Crossed(_) => self.properties.iter().map(|p| self.value(rig, *p)).collect(),
+            Values::Crossed(factors) => {
+                let (mut rest, mut all) = (rig, Vec::new());
+                for factor in factors.iter().rev() {
+                    all.extend(factor.properties.iter().map(|(p, axis)| (*p, axis.at(rest % factor.len))));
+                    rest /= factor.len;
+                }
+                all.sort_unstable_by_key(|(property, _)| *property);
+                all.into_iter().map(|(_, value)| value).collect()
+            }
             Values::Listed(list) => {
                 let (n, at) = (self.properties.len(), rig as usize);
                 let list = list.lock().unwrap_or_else(PoisonError::into_inner);
@@ -285,23 +288,8 @@ impl Rigs {
 
     /// Value of `property` in rig `i`; NaN if it does not vary.
     pub fn value(&self, rig: u64, property: Property) -> f64 {
-        match &self.values {
-            Values::Crossed(factors) => {
-                let mut rest = rig;
-                for factor in factors.iter().rev() {
-                    let at = rest % factor.len;
-                    rest /= factor.len;
-                    if let Some((_, axis)) = factor.properties.iter().find(|(p, _)| *p == property) {
-                        return axis.at(at);
-                    }
-                }
-                f64::NAN
-            }
-            Values::Listed(_) => {
-                let place = self.properties.iter().position(|p| *p == property);
-                place.map_or(f64::NAN, |place| self.values(rig)[place])
-            }
-        }
+        let place = self.properties.iter().position(|p| *p == property);
+        place.map_or(f64::NAN, |place| self.values(rig)[place])
     }
 
     /// Rig `i` of `base`; `None` if a value is not allowed or values exclude each other.

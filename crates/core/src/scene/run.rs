@@ -2,20 +2,6 @@
 
 use std::path::PathBuf;
 
-macro_rules! choices {
-    ($(#[$doc:meta])+ $name:ident { $($variant:ident = $word:literal, $about:literal;)+ }) => {
-        $(#[$doc])+
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Deserialize)]
-        pub enum $name { $(#[doc = $about] #[serde(rename = $word)] $variant,)+ }
-
-        impl $name {
-            /// All, with their words and descriptions.
-            pub const WORDS: [(&'static str, Self, &'static str); [$($word),+].len()] =
-                [$(($word, Self::$variant, $about)),+];
-        }
-    };
-}
-
 choices! {
     /// Backend asked for; `Auto` takes a hardware adapter, else a software one, else the CPU kernels.
     BackendChoice {

@@ -9,7 +9,7 @@ use crate::physics::body::Body;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
-use crate::physics::rod::{Equilibrium, INPUTS, RodProblem, Traced, UNKNOWNS};
+use crate::physics::rod::{Equilibrium, INPUTS, RodProblem, RodTap, Traced, UNKNOWNS};
 use crate::physics::solid::Bonded;
 use crate::physics::taper::Taper;
 use crate::scene::built::{Profile, Root};
@@ -291,23 +291,23 @@ fn traced(
             let shown = problem.trace([tilt, lean], &at).ok()?;
             let of = |x: [f64; 1 + INPUTS]| Sloped { value: x[0], slope: std::array::from_fn(|k| x[1 + k]) };
             // Readings are signed as on the contact side.
-            let wrench = shown.wrench.map(of);
+            let wrench = shown.tap.wrench.map(of);
             let wrench = match &body {
                 Some(body) if setup.fixed => {
-                    let Root { k_theta, k_y, k_x } = body.root;
+                    let Root { k_theta, k_y, k_x } = body.built.root;
                     let root = Root { k_theta: input(k_theta), k_y: input(k_y), k_x: input(k_x) };
                     root.about_rest(wrench)
                 }
                 _ => wrench,
             };
             let read = match setup.signal {
-                Signal::Strain => of(shown.strain),
+                Signal::Strain => of(shown.tap.strain),
                 Signal::Moment => wrench[0],
                 Signal::Force => wrench[2],
             };
             let (azimuth, slide) = if spatial { (of(shown.azimuth), of(shown.slide)) } else { (nan, nan) };
-            let forces = [of(shown.normal), of(shown.tangential), of(shown.arc)];
-            let [normal, tangential, arc] = forces;
+            let RodTap { normal_force, tangential_force, contact_arc, .. } = shown.tap;
+            let [normal, tangential, arc] = [normal_force, tangential_force, contact_arc].map(of);
             [read * side, of(shown.strain_2) * side, normal, tangential, arc, azimuth, slide]
         }
     };

@@ -4,7 +4,7 @@ use super::solve::Solved;
 use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::rule::limits::EDGE;
-use crate::physics::rod::RodProblem;
+use crate::physics::rod::{RodProblem, TiltedTap};
 use crate::scene::{Direction, Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
@@ -57,20 +57,21 @@ pub fn outcome_of_chart(
             (share, 1.0 / (share + share * strain) - 1.0)
         }
     };
-    let beside = beside.map(|found| {
+    let [strain_2, azimuth, slide] = beside.map_or([f64::NAN; 3], |found| {
         let [strain_2, azimuth, slide] = std::array::from_fn(|f| beside_linear(task.direction)[f] + found[f]);
-        let plane = Plane { azimuth, slide: amount * path(setup, task.a) * slide };
-        Beside { strain_2: linear * strain_2, axial: f64::NAN, plane }
+        [linear * strain_2, azimuth, amount * path(setup, task.a) * slide]
     });
-    let found = Found {
+    let found = Outcome {
         strain: share * (linear + linear * strain),
-        beside,
+        strain_2,
+        azimuth,
+        slide,
         deviation,
-        wrench: [f64::NAN; 3],
-        normal,
-        tangential: friction * normal,
+        normal_force: normal,
+        tangential_force: friction * normal,
         arc: task.a + task.a * arc,
         sticking,
+        ..Outcome::NOTHING
     };
     Some(asked.outcome(found))
 }
@@ -105,42 +106,41 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     let Asked { setup, shared, amount, linear, .. } = asked;
     if setup.model.geometry == Geometry::Linear {
         let e0 = setup.model.material.e0();
-        let upright = Found {
+        let upright = Outcome {
             strain: amount * shared.model.value(task.a),
             deviation: theories_apart(shared, task),
-            normal: amount * shared.model.force(e0, task.a),
-            wrench: shared.model.wrench(e0, task.a).map(|x| amount * x),
-            beside: None,
-            tangential: 0.0,
+            normal_force: amount * shared.model.force(e0, task.a),
+            tangential_force: 0.0,
             arc: task.a,
-            sticking: false,
+            wrench: shared.model.wrench(e0, task.a).map(|x| amount * x),
+            ..Outcome::NOTHING
         };
-        return asked.outcome(if task.is_spatial(setup) { upright.tilted(&asked) } else { upright });
+        return asked.outcome(if task.is_spatial(setup) { asked.tilted(upright) } else { upright });
     }
     let problem = problem(setup, shared, task.a, amount);
     let solved = if task.is_spatial(setup) {
-        problem.solve_tilted(radians(task.direction)).map(|one| {
-            let plane = Plane { azimuth: one.azimuth, slide: one.slide };
-            let [strain_2, axial] = [one.strain_2, one.axial].map(|strain| sign(setup) * strain);
-            (one.tap, Some(Beside { strain_2, axial, plane }))
-        })
+        problem.solve_tilted(radians(task.direction))
     } else {
-        problem.solve().map(|tap| (tap, None))
+        let none = f64::NAN;
+        problem.solve().map(|tap| TiltedTap { tap, strain_2: none, axial: none, azimuth: none, slide: none })
     };
     match solved {
-        Ok((tap, beside)) => {
+        Ok(TiltedTap { tap, strain_2, axial, azimuth, slide }) => {
             let strain = reading(setup, tap.wrench, tap.strain);
-            let found = Found {
+            asked.outcome(Outcome {
                 strain,
-                wrench: tap.wrench,
-                beside,
+                strain_2: sign(setup) * strain_2,
                 deviation: linear / strain - 1.0,
-                normal: tap.normal_force,
-                tangential: tap.tangential_force,
+                normal_force: tap.normal_force,
+                tangential_force: tap.tangential_force,
                 arc: tap.contact_arc,
+                wrench: tap.wrench,
+                azimuth,
+                slide,
+                axial: sign(setup) * axial,
                 sticking: tap.sticking,
-            };
-            asked.outcome(found)
+                ..Outcome::NOTHING
+            })
         }
         Err(why) => asked.unsolved(why),
     }
@@ -159,67 +159,6 @@ pub fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) ->
         foil: shared.foil,
         body: shared.body.as_deref().filter(|_| setup.built.is_some()),
         model: &setup.model,
-    }
-}
-
-/// A solved tap before its status is known; strain as on the contact side.
-#[derive(Clone, Copy)]
-pub(super) struct Found {
-    pub strain: f64,
-    /// θ f/ε − 1 of the first gauge.
-    pub deviation: f64,
-    pub beside: Option<Beside>,
-    pub wrench: [f64; 3],
-    pub normal: f64,
-    pub tangential: f64,
-    pub arc: f64,
-    pub sticking: bool,
-}
-
-/// Values of a tap out of plane; strain as on the contact side.
-#[derive(Clone, Copy)]
-pub(super) struct Beside {
-    pub strain_2: f64,
-    pub axial: f64,
-    pub plane: Plane,
-}
-
-/// A plane of bending.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Plane {
-    /// φ, rad.
-    pub azimuth: f64,
-    /// λ, mm.
-    pub slide: f64,
-}
-
-impl Found {
-    /// No values.
-    pub const NOTHING: Self = Self {
-        strain: f64::NAN,
-        deviation: f64::NAN,
-        beside: None,
-        wrench: [f64::NAN; 3],
-        normal: f64::NAN,
-        tangential: f64::NAN,
-        arc: f64::NAN,
-        sticking: false,
-    };
-
-    /// Linear theory of a tilted pole: the rod bends by θ cos β towards its contact, at the azimuth β.
-    fn tilted(self, &Asked { setup, task, amount, .. }: &Asked<'_>) -> Self {
-        let cos = radians(task.direction)[0].cos();
-        let [strain_2, azimuth, slide] = beside_linear(task.direction);
-        let plane = Plane { azimuth, slide: amount * path(setup, task.a) * slide };
-        let t2 = azimuth.tan().powi(2);
-        Self {
-            strain: self.strain * cos * cos,
-            deviation: self.deviation + t2 + self.deviation * t2,
-            beside: Some(Beside { strain_2: self.strain * strain_2, axial: 0.0, plane }),
-            wrench: self.wrench.map(|x| x * cos * cos),
-            normal: self.normal * cos,
-            ..self
-        }
     }
 }
 
@@ -255,10 +194,29 @@ pub(super) fn is_behind(arc: f64) -> bool {
 }
 
 impl Asked<'_> {
+    /// Linear theory of a tilted pole: the rod bends by θ cos β towards its contact, at the azimuth β.
+    fn tilted(&self, upright: Outcome) -> Outcome {
+        let Self { setup, task, amount, .. } = *self;
+        let cos = radians(task.direction)[0].cos();
+        let [strain_2, azimuth, slide] = beside_linear(task.direction);
+        let t2 = azimuth.tan().powi(2);
+        Outcome {
+            strain: upright.strain * cos * cos,
+            strain_2: upright.strain * strain_2,
+            deviation: upright.deviation + t2 + upright.deviation * t2,
+            normal_force: upright.normal_force * cos,
+            wrench: upright.wrench.map(|x| x * cos * cos),
+            azimuth,
+            slide: amount * path(setup, task.a) * slide,
+            axial: 0.0,
+            ..upright
+        }
+    }
+
     /// The outcome by `s`; `None` where that does not tell the tap to `tolerance`.
     pub fn told(&self, s: &Solved, tolerance: f64) -> Option<Outcome> {
         let Self { setup, shared, task, .. } = self;
-        let Solved { found: Found { arc, .. }, error, load, sweeps, .. } = *s;
+        let Solved { found: Outcome { arc, .. }, error, load, sweeps, .. } = *s;
         if error.is_nan() || error > tolerance || (load - 1.0).abs() <= EDGE {
             return None;
         }
@@ -301,22 +259,21 @@ impl Asked<'_> {
         Outcome { strain_linear: sign(self.setup) * self.linear, status: why | off, ..Outcome::NOTHING }
     }
 
-    pub fn outcome(&self, found: Found) -> Outcome {
+    /// The outcome of a tap `found` without its words, whose strains are as on the contact side.
+    pub fn outcome(&self, found: Outcome) -> Outcome {
         let Self { setup, shared, linear, .. } = *self;
         if is_behind(found.arc) {
             return self.unsolved(Status::NOT_CONVERGED);
         }
         let no_strain = self.unread(found.arc);
-        let nothing = Plane { azimuth: f64::NAN, slide: f64::NAN };
-        let beside = found.beside.unwrap_or(Beside { strain_2: f64::NAN, axial: f64::NAN, plane: nothing });
         let shown = |strain: f64| if no_strain && !strain.is_nan() { 0.0 } else { strain };
-        let (strain, plane) = (if no_strain { 0.0 } else { found.strain }, beside.plane);
-        let strain_2 = if setup.gauge.second { shown(beside.strain_2) } else { f64::NAN };
+        let strain = if no_strain { 0.0 } else { found.strain };
+        let strain_2 = if setup.gauge.second { shown(found.strain_2) } else { f64::NAN };
         // With two gauges K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
         let deviation = match () {
             () if no_strain => f64::NAN,
             () if strain_2.is_nan() => found.deviation,
-            () if plane.azimuth == 0.0 => {
+            () if found.azimuth == 0.0 => {
                 let t2 = (strain_2 / strain).powi(2);
                 (found.deviation - t2) / (1.0 + t2)
             }
@@ -327,15 +284,8 @@ impl Asked<'_> {
             strain_2: signed(setup, strain_2),
             strain_linear: signed(setup, linear),
             deviation,
-            normal_force: found.normal,
-            tangential_force: found.tangential,
-            arc: found.arc,
-            wrench: found.wrench,
-            azimuth: plane.azimuth,
-            slide: plane.slide,
-            axial: signed(setup, shown(beside.axial)),
-            sticking: found.sticking,
-            ..Outcome::NOTHING
+            axial: signed(setup, shown(found.axial)),
+            ..found
         };
         let words = [
             (no_strain, Status::NO_STRAIN),

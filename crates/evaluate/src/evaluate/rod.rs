@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::outcome::{Asked, Beside, Found, Plane, reading, sign};
+use super::Outcome;
+use super::outcome::{Asked, reading, sign};
 use super::solve::{Question, Solved};
 use crate::design::{Shared, radians};
 use crate::kernel::Chart;
 use crate::physics::onset::Grip;
-use crate::physics::pole::{Pole, Rig};
+use crate::physics::pole::Pole;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
 use crate::scene::{Contact, Drive, Geometry, Setup};
 use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt, solve};
@@ -66,10 +67,10 @@ impl<'a> Rods<'a> {
     fn told(&self, i: usize, tap: &Tap<'_>, s: &Solution) -> Option<Solved> {
         let asked = self.question.asked(i)?;
         let Asked { setup, shared, task, linear, .. } = asked;
-        let mut plane = Plane::default();
+        let (mut azimuth, mut slide) = (0.0, 0.0);
         if let Some(Tilt { pole, .. }) = tap.tilt {
-            let azimuth = pole.azimuth(s.turned + normal(setup, tap.rod))?;
-            plane = Plane { azimuth, slide: pole.slide(azimuth) };
+            azimuth = pole.azimuth(s.turned + normal(setup, tap.rod))?;
+            slide = pole.slide(azimuth);
         }
         // The moment is about the face of the clamp.
         let [moment, x, y] = s.wrench;
@@ -79,26 +80,26 @@ impl<'a> Rods<'a> {
         };
         let share = shared.foil.map_or(1.0, |foil| foil.transfer);
         let (axial, bending) = (share * s.axial, share * (s.strain - s.axial));
-        let (sin, cos) = plane.azimuth.sin_cos();
-        let one = if plane.azimuth == 0.0 { share * s.strain } else { axial + bending * cos };
+        let (sin, cos) = azimuth.sin_cos();
+        let one = if azimuth == 0.0 { share * s.strain } else { axial + bending * cos };
         let strain = reading(setup, wrench, one);
-        let beside = task.is_spatial(setup).then(|| Beside {
-            strain_2: sign(setup) * (axial + bending * sin),
-            axial: sign(setup) * axial,
-            plane,
-        });
         let grip = self.question.grips[i];
+        let mut found = Outcome {
+            strain,
+            deviation: linear / strain - 1.0,
+            normal_force: s.normal,
+            tangential_force: s.tangential,
+            arc: shared.start + s.arc,
+            wrench,
+            sticking: grip == Grip::Stick,
+            ..Outcome::NOTHING
+        };
+        if task.is_spatial(setup) {
+            let strain_2 = sign(setup) * (axial + bending * sin);
+            found = Outcome { strain_2, azimuth, slide, axial: sign(setup) * axial, ..found };
+        }
         Some(Solved {
-            found: Found {
-                strain,
-                deviation: linear / strain - 1.0,
-                beside,
-                wrench,
-                normal: s.normal,
-                tangential: s.tangential,
-                arc: shared.start + s.arc,
-                sticking: grip == Grip::Stick,
-            },
+            found,
             grip,
             moved: s.arc / tap.a - 1.0,
             error: s.error / self.question.share(linear, strain),
@@ -124,8 +125,8 @@ impl<'a> Rods<'a> {
             if grip != Grip::Slide(0.0) || model.indentation || setup.built.is_some() {
                 return None;
             }
-            let rig = Rig { taper: shared.taper.from(shared.start), hub, drive: setup.drive, model };
-            let pole = Pole::new(&rig, radians(task.direction), a, amount);
+            let taper = shared.taper.from(shared.start);
+            let pole = Pole::new(&taper, model, (setup.drive, hub), radians(task.direction), (a, amount));
             let azimuth = pole.azimuth(normal(setup, rod))?;
             let planar = pole.planar(azimuth)?;
             (a, turn, lift) = (planar.distance, planar.angle, 0.0);

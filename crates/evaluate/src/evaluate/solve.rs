@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::outcome::{Asked, Found};
+use super::outcome::Asked;
 use super::rod::{Rods, takes_all};
-use super::{Evaluator, Method, Task};
+use super::{Evaluator, Method, Outcome, Task};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::{
@@ -28,7 +28,8 @@ const FRAMES: usize = 1024;
 /// A tap whose contact is held by `grip`.
 #[derive(Clone, Copy)]
 pub(super) struct Solved {
-    pub found: Found,
+    /// Values without words; strains as on the contact side.
+    pub found: Outcome,
     pub grip: Grip,
     /// c/a − 1, from where the rod begins.
     pub moved: f64,
@@ -45,7 +46,7 @@ pub(super) struct Solved {
 impl Solved {
     /// No solution.
     pub const LOST: Self = Self {
-        found: Found::NOTHING,
+        found: Outcome::NOTHING,
         grip: Grip::Slide(0.0),
         moved: f64::NAN,
         error: f64::INFINITY,
@@ -62,7 +63,7 @@ impl Solved {
 
     /// The contact condition at `mu` from a sticking solution; `None` if that is too inaccurate.
     fn decided(&self, mu: f64) -> Option<Grip> {
-        let Found { normal, tangential, .. } = self.found;
+        let Outcome { normal_force: normal, tangential_force: tangential, .. } = self.found;
         let spare = mu * normal - tangential.abs();
         let rough = ROUGH * self.error * tangential.abs().max(normal.abs());
         match spare {
@@ -217,14 +218,14 @@ fn of_cone(asked: &Asked<'_>, frame: &Frame, s: &Solution, grip: Grip) -> Solved
     let response = frame.response(s);
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
     let ratio = asked.linear / frame.tap().strain - 1.0;
-    let found = Found {
+    let found = Outcome {
         strain: response.strain,
         deviation: (ratio - response.deviation) / (1.0 + response.deviation),
-        normal: response.normal,
-        tangential: response.tangential,
+        normal_force: response.normal,
+        tangential_force: response.tangential,
         arc: response.arc,
         sticking: grip == Grip::Stick,
-        ..Found::NOTHING
+        ..Outcome::NOTHING
     };
     let (moved, astray) = (frame.moved(s), false);
     Solved { found, grip, moved, error: s.error, load: s.load, astray, sweeps: s.sweeps }

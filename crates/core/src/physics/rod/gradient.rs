@@ -2,14 +2,13 @@
 
 use std::array::from_fn;
 
-use super::RodProblem;
 use super::collocation::Shapes;
 use super::shoot::{Shooter, Unknowns};
 use super::statics::EndLoad;
+use super::{RodProblem, TiltedTap};
 use crate::physics::number::Number;
-use crate::physics::pole::{Pole, Rig};
 use crate::physics::real::{Dual, Real};
-use crate::scene::model::{Contact, Drive, Side};
+use crate::scene::model::{Contact, Drive};
 use crate::status::Status;
 
 /// Derivatives of a [`Dual`] by the unknowns: P, c or T, and the azimuth.
@@ -55,42 +54,6 @@ pub struct Equilibrium {
     pub deviation: bool,
 }
 
-/// Outputs of a tap.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown<T> {
-    /// Mean strain of the gauge.
-    pub strain: T,
-    /// P, N.
-    pub normal: T,
-    /// T, N.
-    pub tangential: T,
-    /// c, mm.
-    pub arc: T,
-    /// M₀, N mm, F_x and F_y, N.
-    pub wrench: [T; 3],
-    /// Mean strain of the second gauge; that of the first if there is one gauge.
-    pub strain_2: T,
-    /// φ, rad.
-    pub azimuth: T,
-    /// λ, mm.
-    pub slide: T,
-}
-
-impl<T: Copy> Shown<T> {
-    fn map<U>(&self, f: impl Fn(T) -> U) -> Shown<U> {
-        Shown {
-            strain: f(self.strain),
-            normal: f(self.normal),
-            tangential: f(self.tangential),
-            arc: f(self.arc),
-            wrench: self.wrench.map(&f),
-            strain_2: f(self.strain_2),
-            azimuth: f(self.azimuth),
-            slide: f(self.slide),
-        }
-    }
-}
-
 impl RodProblem<'_, Traced> {
     /// Outputs of the tap and their derivatives by the inputs, at the equilibrium next to `at`.
     ///
@@ -100,7 +63,7 @@ impl RodProblem<'_, Traced> {
         &self,
         direction: [Traced; 2],
         at: &Equilibrium,
-    ) -> Result<Shown<[f64; 1 + INPUTS]>, Status> {
+    ) -> Result<TiltedTap<[f64; 1 + INPUTS]>, Status> {
         let (held, start) = self.held();
         let force = at.force[0].abs().max(at.force[1].abs());
         let (unknowns, second) = match (at.sticking, self.model.contact) {
@@ -124,11 +87,11 @@ impl RodProblem<'_, Traced> {
         let stays = at.sticking && self.model.pole_radius.value == 0.0;
         let near = gentle.max(NEAREST) * if stays { driven } else { driven.min(room) };
         let mut last = f64::INFINITY;
-        let mut nearest: Option<(f64, Shown<[f64; 1 + INPUTS]>)> = None;
+        let mut nearest: Option<(f64, TiltedTap<[f64; 1 + INPUTS]>)> = None;
         let mut shape = Shapes::default();
         for _ in 0..MOST_STEPS {
             let seeds = from_fn(|k| Traced::seed(z[k], k, if k < count { 1.0 } else { 0.0 }));
-            let (lack, shown) =
+            let (lack, mut shown) =
                 held.look(unknowns, force, direction, (seeds, turns.is_some()), at.second, &mut shape)?;
             let steps = close(lack, count).ok_or(Status::NOT_CONVERGED)?;
             let size = |k: usize| match (k, at.sticking) {
@@ -141,8 +104,8 @@ impl RodProblem<'_, Traced> {
                 break;
             }
             if nearest.as_ref().is_none_or(|(smallest, _)| step < *smallest) {
-                let arc = shown.arc + start;
-                nearest = Some((step, Shown { arc, ..shown }.map(|x| follow(&x, &steps))));
+                shown.tap.contact_arc = shown.tap.contact_arc + start;
+                nearest = Some((step, shown.map(|x| follow(&x, &steps))));
             }
             let settled = step >= 0.5 * last;
             if step <= near || settled && nearest.as_ref().is_some_and(|(nearest, _)| *nearest <= NEARLY) {
@@ -162,13 +125,10 @@ impl RodProblem<'_, Traced> {
         ([p, second, phi], turns): ([Traced; 3], bool),
         gauges: bool,
         shape: &mut Shapes,
-    ) -> Result<([Traced; 3], Shown<Traced>), Status> {
+    ) -> Result<([Traced; 3], TiltedTap<Traced>), Status> {
         let zero = Traced::of(0.0);
         let (mut plane, mut slide) = (*self, zero);
-        let pole = turns.then(|| {
-            let rig = Rig { taper: self.taper, hub: self.hub, drive: self.drive, model: self.model };
-            Pole::new(&rig, direction, self.distance, self.amount)
-        });
+        let pole = turns.then(|| self.pole(direction));
         if let Some(pole) = &pole {
             slide = pole.slide(phi);
             // Distance and angle are even in azimuth and direction, so that an upright pole keeps those of the tap. One that moves
@@ -188,8 +148,7 @@ impl RodProblem<'_, Traced> {
         };
         let shot = shooter.shot(plane.amount, [p, z], |load| bend(&shooter, load, &mut *shape));
         let shot = shot.map_err(|_| Status::NOT_CONVERGED)?;
-        let width = plane.gauge[1] - plane.gauge[0];
-        let strain = plane.foil.map_or(Traced::of(1.0), |foil| foil.transfer) * shot.bent.elongation / width;
+        let tap = plane.tap_of(&shooter, &shot);
         let lacking = match &pole {
             Some(pole) => {
                 let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { zero };
@@ -197,26 +156,17 @@ impl RodProblem<'_, Traced> {
             }
             None => zero,
         };
-        let mut shown = Shown {
-            strain,
-            normal: shot.normal,
-            tangential: shot.tangential,
-            arc: shot.load.arc,
-            wrench: shooter.wrench(&shot.load, &shot.bent),
-            strain_2: strain,
-            azimuth: phi,
-            slide,
-        };
+        let mut shown = TiltedTap { tap, strain_2: tap.strain, axial: zero, azimuth: phi, slide };
         if turns || gauges {
             // The gauge in the plane of bending reads axial + bending; on the far side both gauges are turned by 180°.
-            let side = if plane.side == Side::Contact { Side::Far } else { Side::Contact };
-            let mirrored = Self { side, ..plane };
+            let mirrored = plane.mirrored();
             let mirrored = Shooter::with(&mirrored, unknowns, force);
             let beyond = bend(&mirrored, &shot.load, shape).map_err(|_| Status::NOT_CONVERGED)?.elongation;
-            let axial = (strain + beyond / width) * 0.5;
+            let axial = (tap.strain + beyond / (plane.gauge[1] - plane.gauge[0])) * 0.5;
             let (sin, cos) = phi.sin_cos();
-            let bending = strain - axial;
-            (shown.strain, shown.strain_2) = (axial + bending * cos, axial + bending * sin);
+            let bending = tap.strain - axial;
+            shown.axial = axial;
+            (shown.tap.strain, shown.strain_2) = (axial + bending * cos, axial + bending * sin);
         }
         Ok(([shot.miss.x, shot.miss.y, lacking], shown))
     }

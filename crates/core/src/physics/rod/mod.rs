@@ -15,7 +15,7 @@ use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
 use crate::status::Status;
-pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
+pub use gradient::{Equilibrium, INPUTS, Traced, UNKNOWNS};
 use shoot::{Shooter, Shot, Stopped, Unknowns};
 use statics::Bent;
 pub use tilted::TiltedTap;
@@ -24,21 +24,21 @@ const RANGE_PARTS: u32 = 64;
 
 /// Outputs of gauge and contact of one tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RodTap {
+pub struct RodTap<T = f64> {
     /// Mean strain over the gauge, tension positive.
-    pub strain: f64,
+    pub strain: T,
     /// Force P on the object, N. Negative if a contact that sticks would have to pull.
-    pub normal_force: f64,
+    pub normal_force: T,
     /// Friction T on the whisker along its surface, N; positive towards the tip.
-    pub tangential_force: f64,
+    pub tangential_force: T,
     /// Arc length c of the contact from the clamp, mm. It exceeds L_a when the whisker has slipped off.
-    pub contact_arc: f64,
+    pub contact_arc: T,
     /// True if the contact has not slipped: it stayed in place, or rolled on a pole.
     pub sticking: bool,
     /// Angle ψ(0) between the whisker at its clamp and at the contact, rad.
-    pub base_angle: f64,
+    pub base_angle: T,
     /// Wrench on the root in the motor's frame: M₀, N mm, counterclockwise, and F_x and F_y, N.
-    pub wrench: [f64; 3],
+    pub wrench: [T; 3],
 }
 
 /// One tap, or one displacement of the object. Lengths in mm.
@@ -82,6 +82,25 @@ impl<T: Real> RodProblem<'_, T> {
             ..*self
         };
         (held, start)
+    }
+
+    /// The tap with the gauge on the other side of the whisker.
+    fn mirrored(&self) -> Self {
+        let side = if self.side == Side::Contact { Side::Far } else { Side::Contact };
+        Self { side, ..*self }
+    }
+
+    fn tap_of(&self, shooter: &Shooter<'_, T>, shot: &Shot<T>) -> RodTap<T> {
+        let [x1, x2] = self.gauge;
+        RodTap {
+            strain: self.foil.map_or(T::of(1.0), |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
+            normal_force: shot.normal,
+            tangential_force: shot.tangential,
+            contact_arc: shot.load.arc,
+            sticking: shooter.unknowns == Unknowns::Stick,
+            base_angle: shot.bent.angle,
+            wrench: shooter.wrench(&shot.load, &shot.bent),
+        }
     }
 }
 
@@ -146,16 +165,7 @@ impl RodProblem<'_> {
                 return Err(Status::AT_KNOT);
             }
         }
-        let [x1, x2] = self.gauge;
-        Ok(RodTap {
-            strain: self.foil.map_or(1.0, |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
-            normal_force: shot.normal,
-            tangential_force: shot.tangential,
-            contact_arc: shot.load.arc,
-            sticking: shooter.unknowns == Unknowns::Stick,
-            base_angle: shot.bent.angle,
-            wrench: shooter.wrench(&shot.load, &shot.bent),
-        })
+        Ok(self.tap_of(shooter, &shot))
     }
 }
 

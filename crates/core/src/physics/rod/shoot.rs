@@ -7,11 +7,12 @@ use std::sync::Arc;
 
 use glam::{DMat2, DVec2};
 
-use super::statics::{Bent, EndLoad, Skin, Whisker};
+use super::statics::{Bent, EndLoad, Whisker};
 use super::{RANGE_PARTS, RodProblem};
 use crate::physics::body::Touched;
 use crate::physics::flexure::Flexure;
-use crate::physics::real::{Real, Vector};
+use crate::physics::real::Vector;
+use crate::physics::section::SectionStrain;
 use crate::physics::solid::Soft;
 use crate::scene::channels::Signal;
 use crate::status::Status;
@@ -87,11 +88,6 @@ pub(super) struct Shooter<'a, T = f64> {
     soft: Option<Soft<T>>,
     /// From the motor's axis, or the clamp for a displacement, to the object, mm.
     lever: f64,
-}
-
-fn soft<T: Real>(problem: &RodProblem<'_, T>) -> Option<Soft<T>> {
-    let whole = Skin::whisker(problem);
-    Soft::new(problem.model, &whole.0, problem.distance + whole.1)
 }
 
 impl<'a> Shooter<'a> {
@@ -251,6 +247,7 @@ impl<'a> Shooter<'a> {
         if self.whisker.law.is_linear() {
             return Ok(true);
         }
-        shot.load.is_in_range(&self.whisker, RANGE_PARTS)
+        let inside = |_, _: &_, strain: SectionStrain| strain.is_in_range();
+        Ok(shot.load.walk(&self.whisker, shot.load.arc, RANGE_PARTS, inside)?.0)
     }
 }

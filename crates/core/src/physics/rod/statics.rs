@@ -97,11 +97,15 @@ impl<T: Real> Whisker<'_, T> {
 
     #[inline(always)]
     fn strain(&self, (s, within): (T, f64), axial: T, moment: T) -> Option<(T, SectionStrain<T>)> {
-        if let Some(body) = self.body {
-            return body.deform((&self.law, self.extension), (s, within), [axial, moment]);
+        let zero = T::of(0.0);
+        if let Some(body) = self.body.filter(|body| body.built.inner.is_some()) {
+            let section = body.section(s, within);
+            let axial = if self.extension { axial / section.axial } else { zero };
+            let bending = moment * section.radius / section.bending;
+            return Some((section.radius, SectionStrain { axial, bending }));
         }
-        let r = self.taper.radius(s);
-        let n = if self.extension { axial / (r * r) } else { T::of(0.0) };
+        let r = self.body.map_or_else(|| self.taper.radius(s), |body| body.radius(s, within));
+        let n = if self.extension { axial / (r * r) } else { zero };
         let m = moment / (r * r * r);
         let Some(near) = self.near.get() else { return Some((r, self.law.deform(n, m)?)) };
         let strain = self.law.deform_near(near, n, m)?;
@@ -130,14 +134,6 @@ pub(super) struct Bent<T = f64> {
     pub offset: Vector<T>,
     /// ∫ of the gauge fibre's strain over the gauge, mm.
     pub elongation: T,
-}
-
-impl<T: Real> Bent<T> {
-    /// Scales of errors. The shortening is of second order and may be noise: it is measured by deflection and bending strain.
-    fn scale(arc: f64, y: &[T; 4]) -> [f64; 4] {
-        let [angle, along, across, elongation] = y.map(|y| y.value().abs());
-        [angle, along.max(1e-3 * across).max(1e-4 * arc * angle), across, elongation]
-    }
 }
 
 impl<T: Real> EndLoad<T> {
@@ -219,7 +215,11 @@ impl<T: Real> EndLoad<T> {
             let part = if whole { length } else { place - at };
             let over = (over_gauge, length.value(), within, rod.bends(within));
             let slope = |sigma, y: &[T; 4]| self.slope(rod, over, sigma, y);
-            let scale = |y: &[T; 4]| Bent::scale(self.arc.value(), y);
+            // The shortening is of second order and may be noise: it is measured by deflection and bending strain.
+            let scale = |y: &[T; 4]| {
+                let [angle, along, across, elongation] = y.map(|y| y.value().abs());
+                [angle, along.max(1e-3 * across).max(1e-4 * self.arc.value() * angle), across, elongation]
+            };
             y = ode::integrate(slope, scale, y, at, part)?;
             at = place;
         }
@@ -233,14 +233,6 @@ impl<T: Real> EndLoad<T> {
         let beyond = self.carry(rod, false, Bent::unbent(), T::of(0.0), self.arc - x2)?;
         let under = self.carry(rod, true, beyond, self.arc - x2, x2 - x1)?;
         self.carry(rod, false, under, self.arc - x1, x1)
-    }
-
-    pub fn is_in_range(&self, whisker: &Whisker<'_, T>, parts: u32) -> Result<bool, Status> {
-        let inside = |_, _: &_, strain: SectionStrain<T>| {
-            let (axial, bending) = (strain.axial.value(), strain.bending.value());
-            SectionStrain { axial, bending }.is_in_range()
-        };
-        Ok(self.walk(whisker, self.arc, parts, inside)?.0)
     }
 
     /// Calls `see` with number, rod and strain of the sections between equal `parts` of `length` from the contact, until it says false.

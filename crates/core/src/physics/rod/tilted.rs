@@ -2,9 +2,9 @@
 
 use super::shoot::Shooter;
 use super::{RodProblem, RodTap, Unknowns};
-use crate::physics::pole::{Planar, Pole, Rig};
+use crate::physics::pole::{Planar, Pole};
 use crate::physics::real::Real;
-use crate::scene::model::{Contact, Drive, Side};
+use crate::scene::model::{Contact, Drive};
 use crate::status::Status;
 
 const SOLVED: f64 = 1e-12;
@@ -16,17 +16,38 @@ const MOST_PLANES: u32 = 40;
 
 /// A tap with a gauge in the plane of rotation, and one 90° further round the whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TiltedTap {
+pub struct TiltedTap<T = f64> {
     /// The tap with the first gauge.
-    pub tap: RodTap,
+    pub tap: RodTap<T>,
     /// Mean strain over the second gauge, tension positive.
-    pub strain_2: f64,
+    pub strain_2: T,
     /// Mean strain of the centreline over the gauge.
-    pub axial: f64,
+    pub axial: T,
     /// Azimuth φ of the plane of bending from the plane of rotation, rad.
-    pub azimuth: f64,
+    pub azimuth: T,
     /// λ: distance that the contact has moved along the pole, mm.
-    pub slide: f64,
+    pub slide: T,
+}
+
+impl<T: Copy> TiltedTap<T> {
+    /// `f` of each number.
+    pub(super) fn map<U>(&self, f: impl Fn(T) -> U) -> TiltedTap<U> {
+        TiltedTap {
+            tap: RodTap {
+                strain: f(self.tap.strain),
+                normal_force: f(self.tap.normal_force),
+                tangential_force: f(self.tap.tangential_force),
+                contact_arc: f(self.tap.contact_arc),
+                sticking: self.tap.sticking,
+                base_angle: f(self.tap.base_angle),
+                wrench: self.tap.wrench.map(&f),
+            },
+            strain_2: f(self.strain_2),
+            axial: f(self.axial),
+            azimuth: f(self.azimuth),
+            slide: f(self.slide),
+        }
+    }
 }
 
 impl RodProblem<'_> {
@@ -50,8 +71,7 @@ impl RodProblem<'_> {
         if !matches!(self.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
             return Err(Status::NOT_CONVERGED);
         }
-        let rig = Rig { taper: self.taper, hub: self.hub, drive: self.drive, model: self.model };
-        let pole = Pole::new(&rig, direction, self.distance, self.amount);
+        let pole = self.pole(direction);
         let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { 0.0 };
         let at = |phi: f64| {
             let planar = pole.planar(phi).ok_or(Status::NOT_CONVERGED)?;
@@ -89,11 +109,7 @@ impl RodProblem<'_> {
     }
 
     fn axial(&self, tap: &RodTap) -> f64 {
-        let other = match self.side {
-            Side::Contact => Side::Far,
-            Side::Far => Side::Contact,
-        };
-        let mirrored = Self { side: other, ..*self };
+        let mirrored = self.mirrored();
         let unknowns = if tap.sticking { Unknowns::Stick } else { Unknowns::Slide(0.0) };
         let [x1, x2] = self.gauge;
         let force = [tap.normal_force, tap.tangential_force];
@@ -103,6 +119,10 @@ impl RodProblem<'_> {
 }
 
 impl<T: Real> RodProblem<'_, T> {
+    pub(super) fn pole(&self, direction: [T; 2]) -> Pole<T> {
+        Pole::new(&self.taper, self.model, (self.drive, self.hub), direction, (self.distance, self.amount))
+    }
+
     pub(super) fn in_plane(&self, planar: &Planar<T>) -> Self {
         let hub = if self.drive == Drive::Angle { self.hub } else { T::of(0.0) };
         Self { distance: planar.distance, hub, drive: Drive::Angle, amount: planar.angle, ..*self }

@@ -29,25 +29,18 @@ pub struct Sample {
     pub group: usize,
 }
 
-/// Kinds of curves, the simplest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    Point,
-    Line,
-    Circle,
-    Smooth,
+vibrissa_core::choices! {
+    /// Kinds of curves, the simplest first.
+    #[derive(serde::Serialize)]
+    Kind {
+        Point = "point", "one point, as of a corner";
+        Line = "line", "a straight line";
+        Circle = "circle", "a circle";
+        Smooth = "smooth", "a smooth curve";
+    }
 }
 
 impl Kind {
-    /// All, with their words and what to say of them.
-    pub const WORDS: [(&'static str, Self, &'static str); 4] = [
-        ("point", Self::Point, "one point, as of a corner"),
-        ("line", Self::Line, "a straight line"),
-        ("circle", Self::Circle, "a circle"),
-        ("smooth", Self::Smooth, "a smooth curve"),
-    ];
-
     pub fn word(self) -> &'static str {
         Self::WORDS[self as usize].0
     }

@@ -4,11 +4,11 @@ use std::cell::Cell;
 
 use super::super::RodProblem;
 use super::super::statics::{Bent, EndLoad, Skin, Whisker};
-use super::{Shooter, Shot, Unknowns, soft};
+use super::{Shooter, Shot, Unknowns};
 use crate::physics::body::Touched;
 use crate::physics::real::{Real, Vector};
 use crate::physics::section::SectionLaw;
-use crate::physics::solid::Held;
+use crate::physics::solid::{Held, Soft};
 use crate::scene::model::Drive;
 use crate::status::Status;
 
@@ -41,6 +41,7 @@ impl<'a, T: Real> Shooter<'a, T> {
                 Touched { height, tilt: Vector::new(sin, cos), angle: zero, place: Vector::new(a, zero) }
             }
         };
+        let (whole, behind) = Skin::whisker(problem);
         Self {
             problem,
             unknowns,
@@ -55,7 +56,7 @@ impl<'a, T: Real> Shooter<'a, T> {
                 skin: Skin::new(problem),
                 near: Cell::default(),
             },
-            soft: soft(problem),
+            soft: Soft::new(model, &whole, a + behind),
             lever: (a + hub).value(),
             touched,
             hub,
@@ -172,7 +173,7 @@ impl<'a, T: Real> Shooter<'a, T> {
     }
 
     pub fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
-        let Some(root) = self.problem.body.map(|body| body.root) else {
+        let Some(root) = self.problem.body.map(|body| body.built.root) else {
             return (Vector::of(0.0, 0.0), -bent.angle);
         };
         let turned = Self::moment(load, bent) / root.k_theta - bent.angle;
