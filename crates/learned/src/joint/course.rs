@@ -125,19 +125,13 @@ impl<'a> Task<'a> {
     }
 
     pub fn value(&self, at: Place) -> f64 {
-        if self.is_inside(at) { self.value_of(&self.across(at[0]), at) } else { f64::INFINITY }
-    }
-
-    fn is_inside(&self, at: Place) -> bool {
-        (0..2).all(|k| at[k] >= self.ends[k][0] && at[k] <= self.ends[k][1])
+        self.value_of(&self.across(at[0]), at)
     }
 
     pub fn value_of(&self, across: &[Vec<f64>], at: Place) -> f64 {
-        if !self.is_inside(at) {
-            return f64::INFINITY;
-        }
-        self.solved(&self.at(across, at))
-            .map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0], [0.0; 2]))
+        let inside = (0..2).all(|k| (self.ends[k][0]..=self.ends[k][1]).contains(&at[k]));
+        let solved = if inside { self.solved(&self.at(across, at)) } else { None };
+        solved.map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0], [0.0; 2]))
     }
 
     /// −2 ln likelihood, and the shared numbers.

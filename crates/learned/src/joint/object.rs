@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::{FREE, JUDGED, Joint, Mode, NEAR, NONE, SECOND, Tap, Told, WINDOW};
+use super::{FREE, JUDGED, Joint, NEAR, NONE, SECOND, Tap, Told, WINDOW};
 use crate::curve::Weights;
 use crate::evidence::ln_det;
-use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, lagrange, quantile};
+use crate::invert::{FINE, POINTS, lagrange, quantiles};
 
 /// Taps of one object so far.
 #[derive(Debug, Clone)]
@@ -17,7 +17,7 @@ pub struct Object {
     pub count: usize,
     /// Zero whose error is the last shared number.
     zero: Option<u64>,
-    pub(super) of_zero: f64,
+    of_zero: f64,
     /// Shift of the base at the first tap, mm ([`Tap::shift`]); the grid is in distances from there.
     pub frame: f64,
     shifts: [f64; 2],
@@ -66,13 +66,22 @@ impl Object {
             shared[width - 2] = tap.of_zero.sqrt();
             a.ger(times / d, &shared, &shared, 1.0);
             b.axpy(times * r / d, &shared, 1.0);
-            *c += times * (r * r / d + d.ln());
+            // The mean of so many taps.
+            *c += times * r * r / d + d.ln();
         }
     }
 
-    pub(super) fn factor(&self, k: usize) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+    /// A tap more above the last zero, with no signal yet; `shift` is that from the first tap.
+    pub(super) fn next(&self, u: f64, shift: f64) -> Tap {
+        Tap { u, y: 0.0, of_zero: self.of_zero, zero: self.zero.unwrap_or_default(), shift }
+    }
+
+    /// By how much the shared numbers, as the taps tell them at point `k`, move a tap that has these; it stands above the last zero.
+    pub(super) fn moved(&self, k: usize, shared: &[f64]) -> f64 {
         let (a, b, _) = &self.points[k];
-        Some((a.clone().cholesky()?, b.clone()))
+        let solved = a.clone().cholesky().map_or(DVector::zeros(b.len()), |factor| factor.solve(b));
+        let of_zero = self.of_zero.sqrt();
+        solved.iter().zip(shared.iter().chain([&of_zero])).map(|(s, x)| s * x).sum()
     }
 
     pub(super) fn heights(&self, joint: &Joint) -> Vec<f64> {
@@ -101,9 +110,9 @@ impl Object {
         let fine: [f64; FINE] = std::array::from_fn(|k| at(joint, &heights, from + step * k as f64));
         let top = fine.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let density = fine.map(|x| (x - top).exp());
-        let [lo, middle, hi] = QUANTILES.map(|share| quantile(&density, from, step, share));
-        let ends = ENDS_95.map(|share| quantile(&density, from, step, share).exp() + self.frame);
-        let told = Told { a: middle.exp() + self.frame, sigma: 0.5 * (hi.exp() - lo.exp()), ends, near };
+        let [least, lo, a, hi, most] = quantiles(&density, from, step).map(f64::exp);
+        let [a, least, most] = [a, least, most].map(|a| a + self.frame);
+        let told = Told { a, sigma: 0.5 * (hi - lo), ends: [least, most], near };
         (told.a.is_finite() && told.sigma > 0.0).then_some(told)
     }
 
@@ -247,6 +256,13 @@ fn top_of(joint: &Joint, heights: &[f64], k: usize) -> (f64, f64, f64) {
     let t = if bend > 0.0 { (slope / bend).clamp(-1.0, 1.0) } else { k as f64 - m as f64 };
     let sd = if bend > 0.0 { step / bend.sqrt() } else { f64::INFINITY };
     (joint.x(m) + t * step, sd, q + slope * t - 0.5 * bend * t * t)
+}
+
+/// Mode of a posterior over ln a: its maximum, its standard deviation, and its share of the mass.
+struct Mode {
+    at: f64,
+    sd: f64,
+    share: f64,
 }
 
 fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {

@@ -6,9 +6,8 @@ use vibrissa_core::normal::quantile as quantile_of_bell;
 
 use super::NEAR;
 use super::course::{COARSE, Mode, POSTERIOR, Place, Task};
-use crate::invert::{FINE, lagrange, quantile};
+use crate::invert::{FINE, SHARES, lagrange, quantiles};
 
-const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
 const NONE: f64 = 60.0;
 const WINDOW: f64 = 5.0;
 /// Fewest bins whose residuals determine their scatter.
@@ -51,7 +50,7 @@ impl Task<'_> {
             if change == [1.0; 2] {
                 let mass = along.iter().sum::<f64>() * step * part;
                 let (density, step) = (finer(&along), (hi - lo) / (FINE - 1) as f64);
-                let a = SHARES.map(|share| quantile(&density, lo, step, share).exp());
+                let a = quantiles(&density, lo, step).map(f64::exp);
                 let mean = touch[1] / touch[0];
                 let sd = (touch[2] / touch[0] - mean * mean).max(0.0).sqrt();
                 return a.iter().all(|a| a.is_finite()).then_some((mass, a, [mode.at[1] + mean, sd]));
