@@ -5,7 +5,7 @@
 //! angle, and θ′ follows from where the whisker first touched, but for a small creep: the contact moves along the object, never into it.
 //! Slope and bend of the signal then give the polynomial and the first touch, so that neither need be known before.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::curve::Covariance;
 use super::point::{Noise, Point, Pose};
@@ -33,15 +33,28 @@ const PARTS: usize = 8;
 /// Noise that is counted at least, relative to the signal: the model is solved no better.
 const LEAST: f64 = 1e-6;
 
-#[derive(Debug, Clone)]
-pub struct Swept {
-    pub points: Vec<Point>,
-    /// Whether the contact stayed at one place of the object.
-    pub sharp: bool,
-    /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
-    pub touch: [f64; 2],
+/// A stroke that was followed, as run.json has it.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Followed {
+    /// Its number in the file.
+    pub stroke: f64,
+    /// Readings that made points.
+    pub points: usize,
+    /// `sharp` if the contact stayed at one place of the object, else `smooth`; `None` if its readings were taken as taps.
+    pub object: Option<&'static str>,
+    /// By how much the whisker had turned before drive 0.
+    pub touched_before_deg: f64,
+    pub sigma_touched_before_deg: f64,
     /// χ² per degree of freedom.
     pub chi2: f64,
+}
+
+impl Followed {
+    /// The stroke of this number, taken as taps.
+    pub fn as_taps(stroke: f64) -> Self {
+        let [touched_before_deg, sigma_touched_before_deg, chi2] = [f64::NAN; 3];
+        Self { stroke, points: 0, object: None, touched_before_deg, sigma_touched_before_deg, chi2 }
+    }
 }
 
 struct Stroke<'a> {
@@ -130,14 +143,14 @@ impl Stroke<'_> {
     }
 }
 
-/// Points of a stroke of the whisker that first touched at `pose`; `None` of too few readings, both signs, or uncalibrated drives.
+/// Points of a stroke of the whisker that first touched at `pose`, and what `followed` then is; `None` of too few readings, both signs, or uncalibrated drives.
 pub fn swept(
-    locator: &Locator,
-    skin: &Skin,
+    (locator, skin): (&Locator, &Skin),
     pose: &Pose,
     readings: &[&AnsweredRow],
     noise: &Noise,
-) -> Option<Swept> {
+    followed: Followed,
+) -> Option<(Vec<Point>, Followed)> {
     let angle = |r: &AnsweredRow| r.drive - locator.drive_origin;
     let sum: f64 = readings.iter().map(|r| r.signal).filter(|s| s.is_finite()).sum();
     let sign = sum.signum();
@@ -193,8 +206,12 @@ pub fn swept(
             return None;
         }
         let (a, turn) = stroke.state(&found.at, angle);
-        let place = |p: &[f64]| Some(stroke.place(p, pose, angle).to_vec());
-        let j = slopes(&place, &found.at, &h)?;
+        // Place and distance.
+        let told = |p: &[f64]| {
+            let [x, y] = stroke.place(p, pose, angle);
+            Some(vec![x, y, stroke.distance(p, angle).0])
+        };
+        let j = slopes(&told, &found.at, &h)?;
         let of_fit: DMatrix<f64> = &j * &covariance * j.transpose();
         let at = stroke.place(&found.at, pose, angle);
         // Errors of the calibration move the whole stroke along the whisker.
@@ -203,10 +220,6 @@ pub fn swept(
         let common = (reading.answer.located.sigma.powi(2) - of_reading).max(0.0);
         let heading = pose.turned((angle - turn).to_radians());
         let across = [-(at[1] - pose.base[1]), at[0] - pose.base[0]];
-        let sigma_a = DVector::from_fn(found.at.len(), |k, _| {
-            if k == 0 { 0.0 } else { (angle / stroke.span).powi(k as i32 - 1) }
-        });
-        let sigma_a = (sigma_a.transpose() * &covariance * &sigma_a)[(0, 0)] + common;
         Some(Point {
             at,
             covariance: Covariance([of_fit[(0, 0)], of_fit[(0, 1)], of_fit[(1, 1)]])
@@ -214,7 +227,7 @@ pub fn swept(
                 .along(heading.direction(stroke.skin.slope()), common)
                 .along(across, noise.angle.to_radians().powi(2)),
             share: if sharp { 1.0 } else { 2.0 } / n as f64,
-            distance: [a, sigma_a.sqrt()],
+            distance: [a, (of_fit[(2, 2)] + common).sqrt()],
             height: pose.base[2],
             swept: true,
             outlier: false,
@@ -226,5 +239,7 @@ pub fn swept(
         let nothing = Point::nothing(readings[i].answer.located.status);
         Point { outlier: outliers[i], ..used.unwrap_or(nothing) }
     });
-    Some(Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2 })
+    let (object, sigma) = (if sharp { "sharp" } else { "smooth" }, covariance[(0, 0)].sqrt());
+    let touch = Followed { touched_before_deg: found.at[0], sigma_touched_before_deg: sigma, ..followed };
+    Some((all.collect(), Followed { object: Some(object), chi2, ..touch }))
 }
