@@ -163,10 +163,8 @@ impl Planner {
             let place = planner.taps.len() + run;
             planner.moved(place, variances[place] / ZEROS);
         }
-        let kept: Vec<usize> =
-            (0..n + asked.len()).filter(|k| !(planner.taps.len()..n).contains(k)).collect();
-        planner.covariance =
-            DMatrix::from_fn(kept.len(), kept.len(), |i, k| planner.covariance[(kept[i], kept[k])]);
+        let first = planner.taps.len();
+        planner.covariance = planner.covariance.remove_rows(first, ask.runs).remove_columns(first, ask.runs);
         Some(planner)
     }
 

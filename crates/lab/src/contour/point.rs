@@ -166,12 +166,10 @@ impl Point {
 /// d a/d drive at a reading, mm per degree; 0 where it cannot be told.
 fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     let h = STEP * reading.drive.abs();
-    let at = |drive: f64| locator.locate(drive, reading.signal).distance;
-    let slope = match (at(reading.drive - h), reading.answer.located.distance, at(reading.drive + h)) {
-        (low, _, high) if low.is_finite() && high.is_finite() => (high - low) / (2.0 * h),
-        (low, here, _) if low.is_finite() => (here - low) / h,
-        (_, here, high) => (high - here) / h,
-    };
+    let ends = [-h, h].map(|by| (by, locator.locate(reading.drive + by, reading.signal).distance));
+    let here = (0.0, reading.answer.located.distance);
+    let [low, high] = ends.map(|end| if end.1.is_finite() { end } else { here });
+    let slope = (high.1 - low.1) / (high.0 - low.0);
     if slope.is_finite() { slope } else { 0.0 }
 }
 

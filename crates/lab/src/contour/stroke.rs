@@ -61,10 +61,8 @@ struct Stroke<'a> {
     locator: &'a Locator,
     skin: &'a Skin,
     sign: f64,
-    /// Drives, degrees from where the whisker is said to touch.
-    angles: Vec<f64>,
-    signals: Vec<f64>,
-    deviations: Vec<f64>,
+    /// Of each reading the drive, degrees from where the whisker is said to touch, the signal and its standard deviation.
+    readings: Vec<[f64; 3]>,
     span: f64,
     /// Calibrated drives, degrees.
     drives: [f64; 2],
@@ -107,11 +105,11 @@ impl Stroke<'_> {
     }
 
     fn residuals(&self, p: &[f64]) -> Option<Vec<f64>> {
-        let one = |((angle, signal), deviation): ((&f64, &f64), &f64)| {
+        let one = |[angle, signal, deviation]: &[f64; 3]| {
             let (a, turn) = self.state(p, *angle);
             Some((signal - self.expected(a, turn)?) / deviation)
         };
-        let readings = self.angles.iter().zip(&self.signals).zip(&self.deviations).map(one);
+        let readings = self.readings.iter().map(one);
         let expected = |j: usize| EXPECTED * p[1] * self.span.to_radians().powi(j as i32);
         let before = (2..p.len()).map(|k| Some(p[k] / expected(k - 1)));
         readings.chain([Some(p[0] / self.touch)]).chain(before).collect()
@@ -132,7 +130,7 @@ impl Stroke<'_> {
         let mut from = sharp.at.clone();
         from.resize(POWERS + 2, 0.0);
         let smooth = minimum(&from);
-        let room = 2.0 * (self.angles.len() as f64).ln();
+        let room = 2.0 * (self.readings.len() as f64).ln();
         Some(smooth.filter(|smooth| smooth.chi2() + room < sharp.chi2()).unwrap_or(sharp))
     }
 
@@ -166,21 +164,16 @@ pub fn swept(
         if used.len() < FEWEST {
             return None;
         }
-        let of = |f: &dyn Fn(&AnsweredRow) -> f64| used.iter().map(|&i| f(readings[i])).collect::<Vec<f64>>();
-        let least = LEAST * scale;
-        let angles = of(&angle);
-        let stroke = Stroke {
-            locator,
-            skin,
-            sign,
-            signals: of(&|r| r.signal),
-            deviations: of(&|r| (locator.noise() * (1.0 + r.share).sqrt()).hypot(least)),
-            span: angles.iter().copied().fold(0.0, f64::max),
-            angles,
-            drives,
-            touch: noise.touch.filter(|t| *t > 0.0).unwrap_or(TOUCH),
+        let of = |&i: &usize| {
+            let r = readings[i];
+            [angle(r), r.signal, (locator.noise() * (1.0 + r.share).sqrt()).hypot(LEAST * scale)]
         };
-        let start = median(&mut of(&|r| r.answer.located.distance));
+        let told: Vec<[f64; 3]> = used.iter().map(of).collect();
+        let span = told.iter().map(|[angle, ..]| *angle).fold(0.0, f64::max);
+        let touch = noise.touch.filter(|t| *t > 0.0).unwrap_or(TOUCH);
+        let stroke = Stroke { locator, skin, sign, readings: told, span, drives, touch };
+        let start =
+            median(&mut used.iter().map(|&i| readings[i].answer.located.distance).collect::<Vec<_>>());
         let found = stroke.fit(start)?;
         let off = &found.residuals[..used.len()];
         let spread = 1.4826 * median(&mut off.iter().map(|r| r.abs()).collect::<Vec<_>>());
