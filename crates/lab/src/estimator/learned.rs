@@ -275,10 +275,9 @@ impl LearnedCurve {
     }
 
     /// 95 % interval of the distance of an object, mm.
-    pub fn ends(&self, object: &Object, told: &Told, tared: bool, same_run: bool) -> [f64; 2] {
-        let joint = self.joint(tared, false);
+    pub fn ends(&self, object: &Object<'_>, told: &Told, tared: bool, same_run: bool) -> [f64; 2] {
         let variance = (told.sigma / (told.a - object.frame)).powi(2);
-        let longer = object.weights(joint, told.a, same_run);
+        let longer = object.weights(told.a);
         let longer = longer.map_or(1.0, |weights| self.curve.longer(weights, variance, tared, same_run));
         stretched(told.a, told.ends, longer)
     }

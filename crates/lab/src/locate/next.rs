@@ -100,17 +100,17 @@ pub fn next(
     let learned = learned(place).ok_or("taps are taken together by `learned`")?;
     let (signal, share) = own.first().map_or((1.0, 0.0), |(k, tap)| (tap.signal, taps[*k].shares[0]));
     let joint = learned.joint(learned.read(signal, share).0, false);
-    let mut object = Object::new(joint);
+    let mut object = Object::new(joint, same_run);
     for (k, asked) in &own {
         let Reading { zeros: zero, shift, ref shares, .. } = taps[*k];
         let (_, y, of_zero) = learned.read(asked.signal, shares[0]);
-        object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
+        object.add(Tap { u: asked.drive, y, of_zero, zero, shift });
     }
     let places: Vec<usize> = own.iter().map(|(k, _)| *k).collect();
     let stands = places.last().map_or(0.0, |k| taps[*k].shift);
     let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
-    let told = object.told(joint).ok_or("these taps fit no distance")?;
-    let outlook = Outlook::new(joint, &object, same_run);
+    let told = object.told().ok_or("these taps fit no distance")?;
+    let outlook = Outlook::new(&object);
     let known = Known { locator, side, joint, outlook: &outlook, frame: object.frame, a: told.a };
     // Before the first tap the object may be anywhere.
     let shifts = shifts.filter(|_| object.count > 0);
@@ -127,7 +127,7 @@ pub fn next(
     let floor =
         of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(least));
     let mut status = Status::OK;
-    let apart = object.apart(joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
+    let apart = object.apart(told.a).map(|(ago, by)| (places[places.len() - 1 - ago], by));
     if object.count > 0 {
         status |= doubts(side, &object, &told);
     }

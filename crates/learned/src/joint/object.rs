@@ -11,7 +11,10 @@ use crate::invert::{FINE, POINTS, lagrange, quantiles};
 
 /// Taps of one object so far.
 #[derive(Debug, Clone)]
-pub struct Object {
+pub struct Object<'a> {
+    pub(super) joint: &'a Joint,
+    /// True for taps of a run of the calibration.
+    pub(super) same_run: bool,
     taps: Vec<Tap>,
     /// Number of taps.
     pub count: usize,
@@ -24,22 +27,23 @@ pub struct Object {
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
 
-impl Object {
-    /// Object before its first tap.
-    pub fn new(joint: &Joint) -> Self {
+impl<'a> Object<'a> {
+    /// Object before its first tap; `same_run` if its taps are of a run of the calibration.
+    pub fn new(joint: &'a Joint, same_run: bool) -> Self {
         let n = joint.of_run.len() + 1;
         let points = vec![(DMatrix::identity(n, n), DVector::zeros(n), 0.0); POINTS];
-        Self { taps: Vec::new(), count: 0, zero: None, of_zero: 0.0, frame: 0.0, shifts: [0.0; 2], points }
+        let (taps, count, zero, of_zero, frame, shifts) = (Vec::new(), 0, None, 0.0, 0.0, [0.0; 2]);
+        Self { joint, same_run, taps, count, zero, of_zero, frame, shifts, points }
     }
 
-    /// Adds `tap`; `same_run` for a run of the calibration.
-    pub fn add(&mut self, joint: &Joint, mut tap: Tap, same_run: bool) {
+    /// Adds `tap`.
+    pub fn add(&mut self, mut tap: Tap) {
         if self.count == 0 {
             self.frame = tap.shift;
         }
         tap.shift -= self.frame;
         self.shifts = [self.shifts[0].min(tap.shift), self.shifts[1].max(tap.shift)];
-        self.weigh(joint, tap, same_run, 1.0);
+        self.weigh(tap, 1.0);
         (self.count, self.of_zero) = (self.count + 1, tap.of_zero);
         if self.taps.len() == JUDGED {
             self.taps.remove(0);
@@ -52,13 +56,13 @@ impl Object {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
     }
 
-    pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
+    pub(super) fn weigh(&mut self, tap: Tap, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             // Integrates the error of the last zero out, so that this one can use its number.
             self.points.iter_mut().for_each(|(a, b, c)| *c += integrate(a, b, b.len() - 1));
         }
-        let slice = joint.shifted(tap.u, tap.shift, same_run, 0..POINTS);
-        let width = joint.width();
+        let slice = self.joint.shifted(tap.u, tap.shift, self.same_run, 0..POINTS);
+        let width = self.joint.width();
         let mut shared = DVector::zeros(width - 1);
         for (point, (a, b, c)) in slice.chunks(width).zip(&mut self.points) {
             let (r, d) = (tap.y - point[0], point[1]);
@@ -84,7 +88,8 @@ impl Object {
         solved.iter().zip(shared.iter().chain([&of_zero])).map(|(s, x)| s * x).sum()
     }
 
-    pub(super) fn heights(&self, joint: &Joint) -> Vec<f64> {
+    pub(super) fn heights(&self) -> Vec<f64> {
+        let joint = self.joint;
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
             joint.prior(joint.x(k), self.shifts) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det(&factor))
@@ -93,8 +98,8 @@ impl Object {
     }
 
     /// Distance from all taps; `None` if no distance is likely, or the most likely one is at an end of the range.
-    pub fn told(&self, joint: &Joint) -> Option<Told> {
-        let heights = self.heights(joint);
+    pub fn told(&self) -> Option<Told> {
+        let (joint, heights) = (self.joint, self.heights());
         let modes = modes(joint, &heights);
         let mode = modes.iter().find(|mode| mode.share >= SECOND)?;
         if joint.is_cut(mode.at) {
@@ -118,19 +123,14 @@ impl Object {
 
     /// The last taps linearised at `a` (mm), distance and repeated zeros as shared numbers: (residual, variance, shared numbers), A's factor, b.
     #[allow(clippy::type_complexity)]
-    fn linear(
-        &self,
-        joint: &Joint,
-        a: f64,
-        same_run: bool,
-    ) -> Option<(Vec<(f64, f64, DVector<f64>)>, Cholesky<f64, Dyn>, DVector<f64>)> {
+    fn linear(&self, a: f64) -> Option<(Vec<(f64, f64, DVector<f64>)>, Cholesky<f64, Dyn>, DVector<f64>)> {
         let x = (a - self.frame).ln();
         // A zero of several taps is one shared number; that of a single tap is noise.
         let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
         let zeros: BTreeSet<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
-        let n = joint.of_run.len() + 1 + zeros.len();
+        let n = self.joint.of_run.len() + 1 + zeros.len();
         let of_tap = |tap: &Tap| {
-            let (r, d, mut shared) = joint.local(tap, x, same_run);
+            let (r, d, mut shared) = self.joint.local(tap, x, self.same_run);
             let own = zeros.iter().position(|zero| *zero == tap.zero);
             shared.extend((0..zeros.len()).map(|k| if own == Some(k) { tap.of_zero.sqrt() } else { 0.0 }));
             (r, if own.is_some() { d } else { d + tap.of_zero }, DVector::from_vec(shared))
@@ -145,9 +145,9 @@ impl Object {
     }
 
     /// Weights of the last taps in the estimate of ln a at the distance `a`, mm.
-    pub fn weights(&self, joint: &Joint, a: f64, same_run: bool) -> Option<Weights> {
-        let (local, factor, b) = self.linear(joint, a, same_run)?;
-        let distance = joint.of_run.len();
+    pub fn weights(&self, a: f64) -> Option<Weights> {
+        let (local, factor, b) = self.linear(a)?;
+        let distance = self.joint.of_run.len();
         let mut all = Weights::default();
         let row = factor.solve(&DVector::from_fn(b.len(), |k, _| if k == distance { FREE } else { 0.0 }));
         for ((r, d, shared), tap) in local.iter().zip(&self.taps) {
@@ -157,11 +157,11 @@ impl Object {
     }
 
     /// Outlier among the last taps for a free distance near `a` (mm): taps since it, and deviation in standard deviations. `None` for one tap.
-    pub fn apart(&self, joint: &Joint, a: f64, same_run: bool) -> Option<(usize, f64)> {
+    pub fn apart(&self, a: f64) -> Option<(usize, f64)> {
         if self.taps.len() < 2 {
             return None;
         }
-        let (local, factor, b) = self.linear(joint, a, same_run)?;
+        let (local, factor, b) = self.linear(a)?;
         let solved = factor.solve(&b);
         let off = |(r, d, shared): &(f64, f64, DVector<f64>)| {
             let known = 1.0 - shared.dot(&factor.solve(shared)) / d;
