@@ -28,6 +28,8 @@ const OFF: f64 = 5.0;
 /// Readings are used beyond the calibrated drives by this share of the ends.
 const BEYOND: f64 = 0.1;
 const SETTLED: f64 = 1e-10;
+/// Small changes of the first touch (degrees) and of the coefficients (mm).
+const STEPS: [f64; POWERS + 2] = [1e-4, 1e-3, 1e-3, 1e-3, 1e-3];
 /// Even number of parts of the integral of the creep.
 const PARTS: usize = 8;
 /// Noise that is counted at least, relative to the signal: the model is solved no better.
@@ -115,17 +117,11 @@ impl Stroke<'_> {
         readings.chain([Some(p[0] / self.touch)]).chain(before).collect()
     }
 
-    fn steps(&self, n: usize) -> Vec<f64> {
-        let mut all = vec![1e-3; n];
-        all[0] = 1e-4;
-        all
-    }
-
     /// The fit of a sharp object, unless Schwarz's criterion for two more numbers prefers a smooth one (higher powers are hardly free).
     fn fit(&self, start: f64) -> Option<Minimum> {
         let of = |p: &[f64]| self.residuals(p);
         let minimum =
-            |from: &[f64]| by_values(&of, from, &self.steps(from.len()), &vec![FREE; from.len()], SETTLED);
+            |from: &[f64]| by_values(&of, from, &STEPS[..from.len()], &vec![FREE; from.len()], SETTLED);
         let sharp = minimum(&[0.0, start])?;
         let mut from = sharp.at.clone();
         from.resize(POWERS + 2, 0.0);
@@ -191,7 +187,6 @@ pub fn swept(
     let free = (found.residuals.len() - found.at.len()) as f64;
     let chi2 = found.chi2() / free;
     let covariance = &found.covariance * chi2.max(1.0);
-    let h = stroke.steps(found.at.len());
     let point = |i: usize| -> Option<Point> {
         let reading = readings[i];
         let angle = reading.drive - stroke.locator.drive_origin;
@@ -204,7 +199,7 @@ pub fn swept(
             let [x, y] = stroke.place(p, pose, angle);
             Some(vec![x, y, stroke.distance(p, angle).0])
         };
-        let j = slopes(&told, &found.at, &h)?;
+        let j = slopes(&told, &found.at, &STEPS[..found.at.len()])?;
         let of_fit: DMatrix<f64> = &j * &covariance * j.transpose();
         let at = stroke.place(&found.at, pose, angle);
         // Errors of the calibration move the whole stroke along the whisker.
