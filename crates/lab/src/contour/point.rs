@@ -14,6 +14,9 @@ const STEP: f64 = 1e-3;
 /// Largest standard deviation, degrees or mm, that says anything.
 const MOST_NOISE: f64 = 1000.0;
 
+/// Standard deviation of a heading where none is said, degrees.
+pub const ANGLE: f64 = 0.1;
+
 /// What is not certain beside the signal: one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -23,13 +26,6 @@ pub struct Noise {
     pub base: f64,
     /// Of the motor's angle at first touch, degrees: heading and drive err in opposite ways. `None`: 0 for a tap, unknown for a stroke.
     pub touch: Option<f64>,
-}
-
-impl Default for Noise {
-    /// 0.1° of heading, a base that is where it is said to be.
-    fn default() -> Self {
-        Self { angle: 0.1, base: 0.0, touch: None }
-    }
 }
 
 impl Noise {

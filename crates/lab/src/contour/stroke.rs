@@ -137,7 +137,7 @@ impl Stroke<'_> {
     }
 }
 
-/// Points of a stroke of the whisker that first touched at `pose`, and what `followed` then is; `None` of too few readings, both signs, or uncalibrated drives.
+/// Points of a stroke that first touched at `pose`, and `followed` with what they tell; `None` of too few readings, both signs, or uncalibrated drives.
 pub fn swept(
     (locator, skin): (&Locator, &Skin),
     pose: &Pose,

@@ -16,7 +16,7 @@ use crate::scene::Drive;
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
 const LEAST: f64 = 1e-3;
 
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceOptions {
     pub noise: Noise,
     /// Contact on the surface of the whisker, or on its centreline; as its model says if not said.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::{FREE, JUDGED, Joint, NEAR, NONE, SECOND, Tap, Told, WINDOW};
-use crate::curve::Weights;
+use crate::curve::Weighted;
 use crate::evidence::ln_det;
 use crate::invert::{FINE, POINTS, lagrange, quantiles};
 
@@ -144,16 +144,15 @@ impl<'a> Object<'a> {
         Some((local, a.cholesky()?, b))
     }
 
-    /// Weights of the last taps in the estimate of ln a at the distance `a`, mm.
-    pub fn weights(&self, a: f64) -> Option<Weights> {
+    /// The last taps with their weights in the estimate of ln a at the distance `a`, mm.
+    pub fn weights(&self, a: f64) -> Option<Vec<Weighted>> {
         let (local, factor, b) = self.linear(a)?;
         let distance = self.joint.of_run.len();
-        let mut all = Weights::default();
         let row = factor.solve(&DVector::from_fn(b.len(), |k, _| if k == distance { FREE } else { 0.0 }));
-        for ((r, d, shared), tap) in local.iter().zip(&self.taps) {
-            all.add(row.dot(shared) / d, [tap.y - r, shared[distance] / FREE], 0.0);
-        }
-        Some(all)
+        let of = |((r, d, shared), tap): (&(f64, f64, DVector<f64>), &Tap)| {
+            [row.dot(shared) / d, tap.y - r, shared[distance] / FREE, 0.0]
+        };
+        Some(local.iter().zip(&self.taps).map(of).collect())
     }
 
     /// Outlier among the last taps for a free distance near `a` (mm): taps since it, and deviation in standard deviations. `None` for one tap.
