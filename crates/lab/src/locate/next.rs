@@ -122,7 +122,7 @@ pub fn next(
     };
     let more =
         of_best.map_or(Vec::new(), |best| (0..6).map(|k| (1 << k, after(best, f64::from(1 << k)))).collect());
-    let now = [told.a, outlook.spread()];
+    let now = [told.a, outlook.spread];
     let least = more.iter().map(|(_, sigma)| *sigma).fold(now[1], f64::min);
     let floor =
         of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(least));
@@ -198,7 +198,7 @@ impl Known<'_> {
 
     /// Of these places of the base those from which the object is within the calibrated distances wherever it is likely.
     fn reachable(&self, [lo, hi]: [f64; 2]) -> Option<[f64; 2]> {
-        let likely = || self.outlook.likely().iter().map(|(x, _)| x.exp() + self.frame);
+        let likely = || self.outlook.likely.iter().map(|(x, _)| x.exp() + self.frame);
         let [first, last] = self.side.distances;
         let nearest = likely().fold(f64::INFINITY, f64::min) - first;
         let farthest = likely().fold(f64::NEG_INFINITY, f64::max) - last;
@@ -209,7 +209,7 @@ impl Known<'_> {
     /// By so many drives between these ends, with the base at one place.
     fn tried_at(&self, shift: f64, (ends, count): ([f64; 2], usize)) -> Vec<Tried> {
         let near = shift - self.frame;
-        let seen: Vec<f64> = self.outlook.likely().iter().map(|(x, _)| x.exp() - near).collect();
+        let seen: Vec<f64> = self.outlook.likely.iter().map(|(x, _)| x.exp() - near).collect();
         let one = |u: f64| {
             let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
             let largest = signals.fold(f64::NEG_INFINITY, f64::max);

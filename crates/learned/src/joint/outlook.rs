@@ -8,8 +8,10 @@ use crate::invert::lagrange;
 /// State of an object before one more tap.
 pub struct Outlook<'a> {
     object: &'a Object<'a>,
-    spread: f64,
-    likely: Vec<(f64, f64)>,
+    /// RMS deviation from the mean of the present posterior, mm.
+    pub spread: f64,
+    /// Nodes in ln a that represent the posterior, from the base of the first tap, with their shares.
+    pub likely: Vec<(f64, f64)>,
 }
 
 impl<'a> Outlook<'a> {
@@ -18,16 +20,6 @@ impl<'a> Outlook<'a> {
         let heights = object.heights();
         let (spread, likely) = (spread_of(object.joint, &heights), likely(object.joint, &heights));
         Self { object, spread, likely }
-    }
-
-    /// RMS deviation from the mean of the present posterior, mm.
-    pub fn spread(&self) -> f64 {
-        self.spread
-    }
-
-    /// Nodes in ln a that represent the posterior, from the base of the first tap, with their shares.
-    pub fn likely(&self) -> &[(f64, f64)] {
-        &self.likely
     }
 
     /// Expected [`Self::spread`] after `times` more taps at drive `u`, with the base shifted by `shift` mm from the first tap.

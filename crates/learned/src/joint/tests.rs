@@ -159,7 +159,7 @@ fn an_outlook_is_what_taps_would_bring() {
         let outlook = Outlook::new(&object);
         for (u, times) in [(1.5, 1.0), (4.0, 1.0), (4.0, 64.0)] {
             let (mut sum, mut total) = (0.0, 0.0);
-            for (x, share) in outlook.likely() {
+            for (x, share) in &outlook.likely {
                 let then = |y: f64| {
                     let mut then = object.clone();
                     let of_zero = if taps > 0 { 1e-9 } else { 0.0 };
@@ -170,7 +170,7 @@ fn an_outlook_is_what_taps_would_bring() {
                 let (m, h) = (joint.signal(u, *x), 0.01 * size);
                 let [p, q, r] = [m - h, m, m + h].map(|y| object::at(&joint, &then(y).heights(), *x));
                 let most = m + 0.5 * h * (r - p) / (2.0 * q - p - r);
-                sum += share * Outlook::new(&then(most)).spread();
+                sum += share * Outlook::new(&then(most)).spread;
                 total += share;
             }
             let (found, expected) = (outlook.after(u, 0.0, times), sum / total);
