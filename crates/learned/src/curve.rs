@@ -66,31 +66,8 @@ pub struct Expected {
     pub of_run: f64,
 }
 
-/// Sums over the readings of an answer, of weights w, signals y and slopes dy/d ln a.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Weights {
-    /// Σ w.
-    pub sum: f64,
-    /// Σ w².
-    pub of_noise: f64,
-    /// Σ (w y)².
-    pub of_relative: f64,
-    /// Σ w dy/d ln a.
-    pub of_slope: f64,
-    /// Σ w y.
-    pub of_signal: f64,
-}
-
-impl Weights {
-    /// Adds a reading of this signal and slope; its zero has `share` of the variance of a reading.
-    pub fn add(&mut self, w: f64, [y, slope]: [f64; 2], share: f64) {
-        self.sum += w;
-        self.of_noise += w * w * (1.0 + share);
-        self.of_relative += (w * y).powi(2);
-        self.of_slope += w * slope;
-        self.of_signal += w * y;
-    }
-}
+/// A reading of an answer: its weight w, its signal y, its slope dy/d ln a, and the variance of its zero over that of a reading.
+pub type Weighted = [f64; 4];
 
 /// Offset of the drives of a calibration: contact begins at minus this.
 #[derive(Debug, Clone, PartialEq)]
@@ -152,14 +129,17 @@ impl Curve {
         [self.unit * dot(&self.mean), self.unit * self.unit * (s.floor + m * m * s.relative)]
     }
 
-    /// Factor by which the 95 % interval of an answer exceeds that of a normal distribution ([`Tails::longer`]).
-    pub fn longer(&self, weights: Weights, variance: f64, tared: bool, same_run: bool) -> f64 {
+    /// Factor by which the 95 % interval of the answer of `readings` exceeds that of a normal distribution ([`Tails::longer`]).
+    pub fn longer(&self, readings: &[Weighted], variance: f64, tared: bool, same_run: bool) -> f64 {
         let unit = self.unit * self.unit;
         let of_run = if same_run { 0.0 } else { 1.0 };
-        let zero = if tared { 0.0 } else { weights.sum * weights.sum * unit };
-        let placed = weights.of_slope * weights.of_slope;
-        let [visit, zero, gain] = [placed, zero, weights.of_signal * weights.of_signal].map(|x| of_run * x);
-        let parts: [f64; PARTS] = [weights.of_noise * unit, weights.of_relative, placed, visit, zero, gain];
+        let sum = |of: fn(&Weighted) -> f64| readings.iter().map(of).sum::<f64>();
+        let of_noise = sum(|[w, _, _, share]| w * w * (1.0 + share));
+        let of_relative = sum(|[w, y, ..]| (w * y).powi(2));
+        let placed = sum(|[w, _, slope, _]| w * slope).powi(2);
+        let zero = if tared { 0.0 } else { sum(|[w, ..]| *w).powi(2) * unit };
+        let [visit, zero, gain] = [placed, zero, sum(|[w, y, ..]| w * y).powi(2)].map(|x| of_run * x);
+        let parts: [f64; PARTS] = [of_noise * unit, of_relative, placed, visit, zero, gain];
         self.tails.longer(parts, variance)
     }
 

@@ -49,10 +49,8 @@ pub struct Fit {
     pub base: Base,
     /// Logarithms of the most likely learned numbers.
     pub at: Vec<f64>,
-    /// Second derivatives of −ln(likelihood × prior) at `at`.
-    pub hessian: DMatrix<f64>,
-    /// Widths of the likelihood about the peak.
-    pub widths: Widths,
+    /// Second derivatives of −ln(likelihood × prior) at `at`, and widths of the likelihood about it.
+    pub shape: (DMatrix<f64>, Widths),
     /// Learned numbers, in the order of `at`.
     pub hypers: Vec<Hyper>,
     /// Merged rows.
@@ -124,7 +122,7 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let terms = terms(known, scales.u[1] > 0.0);
     let kept: Vec<usize> = problem.model.places(&terms).collect();
     // A fold is one of many fits: fewer points are enough.
-    let (fold, widths) = if let From::Held(whole) = from { (4, Some(&whole.widths)) } else { (1, None) };
+    let (fold, widths) = if let From::Held(whole) = from { (4, Some(&whole.shape.1)) } else { (1, None) };
     let points = if average { points(merged.len()) / fold } else { 0 };
     let mixed = mean(&problem, &found, &kept, points, widths);
     let peak = found.swap_remove(0);
@@ -159,19 +157,6 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let curve = Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread, tails };
     let (Peak { at, hessian, .. }, Start { base, power, .. }) = (peak, start);
     let (hypers, cells, freedom) = (problem.model.hypers, merged, places.len() as f64 - used);
-    Ok(Fit {
-        curve,
-        power,
-        base,
-        at,
-        hessian,
-        widths,
-        hypers,
-        cells,
-        deleted,
-        expected,
-        zeros,
-        evidence,
-        freedom,
-    })
+    let shape = (hessian, widths);
+    Ok(Fit { curve, power, base, at, shape, hypers, cells, deleted, expected, zeros, evidence, freedom })
 }

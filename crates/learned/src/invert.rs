@@ -22,10 +22,8 @@ const KNOWN: f64 = 1.2;
 /// A signal this many standard deviations off still has an answer.
 const FAR: f64 = 5.0;
 const WIDE: f64 = 0.05;
-/// Shares of a posterior at its median ± one standard deviation.
-pub const QUANTILES: [f64; 3] = [0.158_655, 0.5, 0.841_345];
-/// Shares at the ends of the 95 % interval.
-pub const ENDS_95: [f64; 2] = [0.025, 0.975];
+/// Shares of a posterior at its median, one standard deviation to either side, and the ends of the 95 % interval.
+pub const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
 /// Points over which a posterior is integrated.
 pub const FINE: usize = 49;
 
@@ -121,11 +119,7 @@ impl Inverse {
 
     /// The numbers at these `places` of a `table` with a row for each node, at a drive above its offset.
     pub(crate) fn between(&self, table: &[Vec<f64>], u: f64, places: Range<usize>) -> Vec<f64> {
-        let mut all = vec![0.0; places.len()];
-        for (w, row) in self.weights(u).into_iter().zip(table) {
-            all.iter_mut().zip(&row[places.clone()]).for_each(|(sum, x)| *sum += w * x);
-        }
-        all
+        blend(&self.weights(u), table.iter().map(|row| &row[places.clone()]), places.len())
     }
 
     /// Signals and variances over ln a at the drive u; `same_run` for a reading of a run of the calibration.
@@ -173,6 +167,15 @@ pub(crate) fn tabled(nodes: &[f64], grid: [f64; 2], of: impl Fn(f64, f64) -> Vec
         }
     }
     table
+}
+
+/// Σ weight · point over points of `width` numbers each.
+pub(crate) fn blend<'p>(weights: &[f64], points: impl Iterator<Item = &'p [f64]>, width: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; width];
+    for (w, point) in weights.iter().zip(points) {
+        sums.iter_mut().zip(point).for_each(|(sum, x)| *sum += w * x);
+    }
+    sums
 }
 
 /// First of the N points of a grid around x, and the steps from there to x.
@@ -293,16 +296,14 @@ impl Slice {
             return Err(if weak { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT });
         }
         let faded: [f64; FINE] = std::array::from_fn(|k| flat[k] * prior(self.ends, place(k)));
-        let of = |p: &[f64; FINE]| QUANTILES.map(|s| quantile(p, window[0], step, s));
-        let [lo, middle, hi] = of(&faded);
-        let ends = ENDS_95.map(|s| quantile(&faded, window[0], step, s));
+        let [from, lo, middle, hi, to] = quantiles(&faded, window[0], step);
         Ok(match local {
             Some((x, sd)) if sd < WIDE && hi > lo => {
-                let [p, q, r] = of(&flat);
+                let [_, p, q, r, _] = quantiles(&flat, window[0], step);
                 let x = x + middle - q;
-                ([x, x.exp() * sd * (hi - lo) / (r - p)], ends.map(|end| (end + x - middle).exp()))
+                ([x, x.exp() * sd * (hi - lo) / (r - p)], [from, to].map(|end| (end + x - middle).exp()))
             }
-            _ => ([middle, 0.5 * (hi.exp() - lo.exp())], ends.map(f64::exp)),
+            _ => ([middle, 0.5 * (hi.exp() - lo.exp())], [from, to].map(f64::exp)),
         })
     }
 }
@@ -313,8 +314,12 @@ pub(crate) fn prior([first, last, fades]: [f64; 3], x: f64) -> f64 {
     (-0.5 * (off / fades).powi(2)).exp()
 }
 
-/// Quantile of a density that is linear between points.
-pub(crate) fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
+/// Quantiles, at [`SHARES`], of a density that is linear between points.
+pub(crate) fn quantiles(points: &[f64; FINE], from: f64, step: f64) -> [f64; 5] {
+    SHARES.map(|share| quantile(points, from, step, share))
+}
+
+fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
     let wanted = share * points.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>();
     let mut below = 0.0;
     for (k, w) in points.windows(2).enumerate() {

@@ -135,7 +135,7 @@ fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
 pub fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
     let same = problem.model.hypers == whole.hypers;
     let solved = if same { problem.solve(&whole.at)? } else { return None };
-    Some(Peak { at: whole.at.clone(), solved, hessian: whole.hessian.clone() })
+    Some(Peak { at: whole.at.clone(), solved, hessian: whole.shape.0.clone() })
 }
 
 /// Peaks from starts with low noise, high noise and wrong positions, highest first.

@@ -149,24 +149,15 @@ impl Planner {
         };
         let scaled = DMatrix::from_fn(n + asked.len(), roots.len(), entry);
         let variances = problem.variances(&at);
-        let mut planner = Self {
-            noise: variances[..taps.len()].to_vec(),
-            taps,
-            positions: ask.positions,
-            covariance: &scaled * scaled.transpose(),
-            weights,
-            floor: floor / places,
-            chosen: Vec::new(),
-            pinned: 0,
-        };
+        let (noise, covariance) = (variances[..taps.len()].to_vec(), &scaled * scaled.transpose());
+        let (positions, floor, chosen) = (ask.positions, floor / places, Vec::new());
+        let mut planner = Self { taps, positions, noise, covariance, weights, floor, chosen, pinned: 0 };
         for run in 0..ask.runs {
             let place = planner.taps.len() + run;
             planner.moved(place, variances[place] / ZEROS);
         }
-        let kept: Vec<usize> =
-            (0..n + asked.len()).filter(|k| !(planner.taps.len()..n).contains(k)).collect();
-        planner.covariance =
-            DMatrix::from_fn(kept.len(), kept.len(), |i, k| planner.covariance[(kept[i], kept[k])]);
+        let first = planner.taps.len();
+        planner.covariance = planner.covariance.remove_rows(first, ask.runs).remove_columns(first, ask.runs);
         Some(planner)
     }
 

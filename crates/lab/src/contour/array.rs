@@ -6,7 +6,7 @@ use super::point::{Noise, Point, Pose};
 use crate::error::{Error, InputError, nearest};
 use crate::locate::group::Group;
 use crate::locate::object::{Objects, SHIFT, shift_column};
-use crate::locate::stream::{Ask, Counts};
+use crate::locate::stream::{Ask, Counts, add};
 use crate::locate::table::Readings;
 use crate::locate::{Answerer, Locator};
 use crate::measure::Names;
@@ -15,9 +15,8 @@ use crate::measure::header::Sheet;
 use crate::measure::skin::Skin;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use crate::sink::heading::kind;
 use crate::sink::lab::{LabCell, LabTable};
-use crate::sink::values::{Field, Values};
+use crate::sink::values::Field;
 
 pub const WHISKER: &str = "whisker";
 
@@ -56,8 +55,7 @@ pub fn answer(
         if let Some(group) = &mut group {
             // These columns follow the status.
             group.columns = Group::columns(ask, twofold, &readings.names);
-            let more = group.columns.iter().copied();
-            more.for_each(|name| readings.empty.add(name, Values::new(kind(name))));
+            add(&mut readings.empty, &group.columns);
         }
         if table.as_ref().is_some_and(|table| table.names != readings.empty.names) {
             let error =

@@ -14,6 +14,9 @@ const STEP: f64 = 1e-3;
 /// Largest standard deviation, degrees or mm, that says anything.
 const MOST_NOISE: f64 = 1000.0;
 
+/// Standard deviation of a heading where none is said, degrees.
+pub const ANGLE: f64 = 0.1;
+
 /// What is not certain beside the signal: one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -23,13 +26,6 @@ pub struct Noise {
     pub base: f64,
     /// Of the motor's angle at first touch, degrees: heading and drive err in opposite ways. `None`: 0 for a tap, unknown for a stroke.
     pub touch: Option<f64>,
-}
-
-impl Default for Noise {
-    /// 0.1° of heading, a base that is where it is said to be.
-    fn default() -> Self {
-        Self { angle: 0.1, base: 0.0, touch: None }
-    }
 }
 
 impl Noise {
@@ -166,12 +162,10 @@ impl Point {
 /// d a/d drive at a reading, mm per degree; 0 where it cannot be told.
 fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     let h = STEP * reading.drive.abs();
-    let at = |drive: f64| locator.locate(drive, reading.signal).distance;
-    let slope = match (at(reading.drive - h), reading.answer.located.distance, at(reading.drive + h)) {
-        (low, _, high) if low.is_finite() && high.is_finite() => (high - low) / (2.0 * h),
-        (low, here, _) if low.is_finite() => (here - low) / h,
-        (_, here, high) => (high - here) / h,
-    };
+    let ends = [-h, h].map(|by| (by, locator.locate(reading.drive + by, reading.signal).distance));
+    let here = (0.0, reading.answer.located.distance);
+    let [low, high] = ends.map(|end| if end.1.is_finite() { end } else { here });
+    let slope = (high.1 - low.1) / (high.0 - low.0);
     if slope.is_finite() { slope } else { 0.0 }
 }
 

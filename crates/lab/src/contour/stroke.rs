@@ -5,7 +5,7 @@
 //! angle, and θ′ follows from where the whisker first touched, but for a small creep: the contact moves along the object, never into it.
 //! Slope and bend of the signal then give the polynomial and the first touch, so that neither need be known before.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::curve::Covariance;
 use super::point::{Noise, Point, Pose};
@@ -28,30 +28,43 @@ const OFF: f64 = 5.0;
 /// Readings are used beyond the calibrated drives by this share of the ends.
 const BEYOND: f64 = 0.1;
 const SETTLED: f64 = 1e-10;
+/// Small changes of the first touch (degrees) and of the coefficients (mm).
+const STEPS: [f64; POWERS + 2] = [1e-4, 1e-3, 1e-3, 1e-3, 1e-3];
 /// Even number of parts of the integral of the creep.
 const PARTS: usize = 8;
 /// Noise that is counted at least, relative to the signal: the model is solved no better.
 const LEAST: f64 = 1e-6;
 
-#[derive(Debug, Clone)]
-pub struct Swept {
-    pub points: Vec<Point>,
-    /// Whether the contact stayed at one place of the object.
-    pub sharp: bool,
-    /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
-    pub touch: [f64; 2],
+/// A stroke that was followed, as run.json has it.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Followed {
+    /// Its number in the file.
+    pub stroke: f64,
+    /// Readings that made points.
+    pub points: usize,
+    /// `sharp` if the contact stayed at one place of the object, else `smooth`; `None` if its readings were taken as taps.
+    pub object: Option<&'static str>,
+    /// By how much the whisker had turned before drive 0.
+    pub touched_before_deg: f64,
+    pub sigma_touched_before_deg: f64,
     /// χ² per degree of freedom.
     pub chi2: f64,
+}
+
+impl Followed {
+    /// The stroke of this number, taken as taps.
+    pub fn as_taps(stroke: f64) -> Self {
+        let [touched_before_deg, sigma_touched_before_deg, chi2] = [f64::NAN; 3];
+        Self { stroke, points: 0, object: None, touched_before_deg, sigma_touched_before_deg, chi2 }
+    }
 }
 
 struct Stroke<'a> {
     locator: &'a Locator,
     skin: &'a Skin,
     sign: f64,
-    /// Drives, degrees from where the whisker is said to touch.
-    angles: Vec<f64>,
-    signals: Vec<f64>,
-    deviations: Vec<f64>,
+    /// Of each reading the drive, degrees from where the whisker is said to touch, the signal and its standard deviation.
+    readings: Vec<[f64; 3]>,
     span: f64,
     /// Calibrated drives, degrees.
     drives: [f64; 2],
@@ -94,32 +107,26 @@ impl Stroke<'_> {
     }
 
     fn residuals(&self, p: &[f64]) -> Option<Vec<f64>> {
-        let one = |((angle, signal), deviation): ((&f64, &f64), &f64)| {
+        let one = |[angle, signal, deviation]: &[f64; 3]| {
             let (a, turn) = self.state(p, *angle);
             Some((signal - self.expected(a, turn)?) / deviation)
         };
-        let readings = self.angles.iter().zip(&self.signals).zip(&self.deviations).map(one);
+        let readings = self.readings.iter().map(one);
         let expected = |j: usize| EXPECTED * p[1] * self.span.to_radians().powi(j as i32);
         let before = (2..p.len()).map(|k| Some(p[k] / expected(k - 1)));
         readings.chain([Some(p[0] / self.touch)]).chain(before).collect()
-    }
-
-    fn steps(&self, n: usize) -> Vec<f64> {
-        let mut all = vec![1e-3; n];
-        all[0] = 1e-4;
-        all
     }
 
     /// The fit of a sharp object, unless Schwarz's criterion for two more numbers prefers a smooth one (higher powers are hardly free).
     fn fit(&self, start: f64) -> Option<Minimum> {
         let of = |p: &[f64]| self.residuals(p);
         let minimum =
-            |from: &[f64]| by_values(&of, from, &self.steps(from.len()), &vec![FREE; from.len()], SETTLED);
+            |from: &[f64]| by_values(&of, from, &STEPS[..from.len()], &vec![FREE; from.len()], SETTLED);
         let sharp = minimum(&[0.0, start])?;
         let mut from = sharp.at.clone();
         from.resize(POWERS + 2, 0.0);
         let smooth = minimum(&from);
-        let room = 2.0 * (self.angles.len() as f64).ln();
+        let room = 2.0 * (self.readings.len() as f64).ln();
         Some(smooth.filter(|smooth| smooth.chi2() + room < sharp.chi2()).unwrap_or(sharp))
     }
 
@@ -130,14 +137,14 @@ impl Stroke<'_> {
     }
 }
 
-/// Points of a stroke of the whisker that first touched at `pose`; `None` of too few readings, both signs, or uncalibrated drives.
+/// Points of a stroke that first touched at `pose`, and `followed` with what they tell; `None` of too few readings, both signs, or uncalibrated drives.
 pub fn swept(
-    locator: &Locator,
-    skin: &Skin,
+    (locator, skin): (&Locator, &Skin),
     pose: &Pose,
     readings: &[&AnsweredRow],
     noise: &Noise,
-) -> Option<Swept> {
+    followed: Followed,
+) -> Option<(Vec<Point>, Followed)> {
     let angle = |r: &AnsweredRow| r.drive - locator.drive_origin;
     let sum: f64 = readings.iter().map(|r| r.signal).filter(|s| s.is_finite()).sum();
     let sign = sum.signum();
@@ -153,21 +160,16 @@ pub fn swept(
         if used.len() < FEWEST {
             return None;
         }
-        let of = |f: &dyn Fn(&AnsweredRow) -> f64| used.iter().map(|&i| f(readings[i])).collect::<Vec<f64>>();
-        let least = LEAST * scale;
-        let angles = of(&angle);
-        let stroke = Stroke {
-            locator,
-            skin,
-            sign,
-            signals: of(&|r| r.signal),
-            deviations: of(&|r| (locator.noise() * (1.0 + r.share).sqrt()).hypot(least)),
-            span: angles.iter().copied().fold(0.0, f64::max),
-            angles,
-            drives,
-            touch: noise.touch.filter(|t| *t > 0.0).unwrap_or(TOUCH),
+        let of = |&i: &usize| {
+            let r = readings[i];
+            [angle(r), r.signal, (locator.noise() * (1.0 + r.share).sqrt()).hypot(LEAST * scale)]
         };
-        let start = median(&mut of(&|r| r.answer.located.distance));
+        let told: Vec<[f64; 3]> = used.iter().map(of).collect();
+        let span = told.iter().map(|[angle, ..]| *angle).fold(0.0, f64::max);
+        let touch = noise.touch.filter(|t| *t > 0.0).unwrap_or(TOUCH);
+        let stroke = Stroke { locator, skin, sign, readings: told, span, drives, touch };
+        let start =
+            median(&mut used.iter().map(|&i| readings[i].answer.located.distance).collect::<Vec<_>>());
         let found = stroke.fit(start)?;
         let off = &found.residuals[..used.len()];
         let spread = 1.4826 * median(&mut off.iter().map(|r| r.abs()).collect::<Vec<_>>());
@@ -185,7 +187,6 @@ pub fn swept(
     let free = (found.residuals.len() - found.at.len()) as f64;
     let chi2 = found.chi2() / free;
     let covariance = &found.covariance * chi2.max(1.0);
-    let h = stroke.steps(found.at.len());
     let point = |i: usize| -> Option<Point> {
         let reading = readings[i];
         let angle = reading.drive - stroke.locator.drive_origin;
@@ -193,8 +194,12 @@ pub fn swept(
             return None;
         }
         let (a, turn) = stroke.state(&found.at, angle);
-        let place = |p: &[f64]| Some(stroke.place(p, pose, angle).to_vec());
-        let j = slopes(&place, &found.at, &h)?;
+        // Place and distance.
+        let told = |p: &[f64]| {
+            let [x, y] = stroke.place(p, pose, angle);
+            Some(vec![x, y, stroke.distance(p, angle).0])
+        };
+        let j = slopes(&told, &found.at, &STEPS[..found.at.len()])?;
         let of_fit: DMatrix<f64> = &j * &covariance * j.transpose();
         let at = stroke.place(&found.at, pose, angle);
         // Errors of the calibration move the whole stroke along the whisker.
@@ -203,10 +208,6 @@ pub fn swept(
         let common = (reading.answer.located.sigma.powi(2) - of_reading).max(0.0);
         let heading = pose.turned((angle - turn).to_radians());
         let across = [-(at[1] - pose.base[1]), at[0] - pose.base[0]];
-        let sigma_a = DVector::from_fn(found.at.len(), |k, _| {
-            if k == 0 { 0.0 } else { (angle / stroke.span).powi(k as i32 - 1) }
-        });
-        let sigma_a = (sigma_a.transpose() * &covariance * &sigma_a)[(0, 0)] + common;
         Some(Point {
             at,
             covariance: Covariance([of_fit[(0, 0)], of_fit[(0, 1)], of_fit[(1, 1)]])
@@ -214,7 +215,7 @@ pub fn swept(
                 .along(heading.direction(stroke.skin.slope()), common)
                 .along(across, noise.angle.to_radians().powi(2)),
             share: if sharp { 1.0 } else { 2.0 } / n as f64,
-            distance: [a, sigma_a.sqrt()],
+            distance: [a, (of_fit[(2, 2)] + common).sqrt()],
             height: pose.base[2],
             swept: true,
             outlier: false,
@@ -226,5 +227,7 @@ pub fn swept(
         let nothing = Point::nothing(readings[i].answer.located.status);
         Point { outlier: outliers[i], ..used.unwrap_or(nothing) }
     });
-    Some(Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2 })
+    let (object, sigma) = (if sharp { "sharp" } else { "smooth" }, covariance[(0, 0)].sqrt());
+    let touch = Followed { touched_before_deg: found.at[0], sigma_touched_before_deg: sigma, ..followed };
+    Some((all.collect(), Followed { object: Some(object), chi2, ..touch }))
 }

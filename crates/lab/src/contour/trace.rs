@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Point, placed};
-use super::stroke::swept;
+use super::stroke::{Followed, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
@@ -16,7 +16,7 @@ use crate::scene::Drive;
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
 const LEAST: f64 = 1e-3;
 
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceOptions {
     pub noise: Noise,
     /// Contact on the surface of the whisker, or on its centreline; as its model says if not said.
@@ -25,22 +25,6 @@ pub struct TraceOptions {
     pub taps: bool,
     /// Kind of the curve; that which is best if not said.
     pub kind: Option<Kind>,
-}
-
-/// A stroke that was followed, as run.json has it.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Followed {
-    /// Its number in the file.
-    pub stroke: f64,
-    /// Readings that made points.
-    pub points: usize,
-    /// `sharp` if the contact stayed at one place of the object, else `smooth`; `None` if its readings were taken as taps.
-    pub object: Option<&'static str>,
-    /// By how much the whisker had turned before drive 0.
-    pub touched_before_deg: f64,
-    pub sigma_touched_before_deg: f64,
-    /// χ² per degree of freedom.
-    pub chi2: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -89,22 +73,15 @@ impl Trace {
             let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
             let pose = &places[rows[0]].0;
             rows.iter().for_each(|&i| groups[i] = rows[0]);
-            let found = swept(locator, &skin, pose, &of, &asked.noise);
-            for (&i, point) in rows.iter().zip(found.iter().flat_map(|found| &found.points)) {
+            let as_taps = Followed::as_taps(f64::from_bits(number));
+            let found = swept((locator, &skin), pose, &of, &asked.noise, as_taps);
+            let (made, followed) = found.unwrap_or((Vec::new(), as_taps));
+            for (&i, point) in rows.iter().zip(made) {
                 // An outlier of its stroke keeps the place that it has as a tap.
-                points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { *point };
+                points[i] = if point.outlier { Point { outlier: true, ..points[i] } } else { point };
             }
-            let [touched_before_deg, sigma_touched_before_deg] =
-                found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
-            let followed = Followed {
-                stroke: f64::from_bits(number),
-                points: rows.iter().filter(|&&i| points[i].is_there()).count(),
-                object: found.as_ref().map(|found| if found.sharp { "sharp" } else { "smooth" }),
-                touched_before_deg,
-                sigma_touched_before_deg,
-                chi2: found.map_or(f64::NAN, |found| found.chi2),
-            };
-            strokes.push(followed);
+            let there = rows.iter().filter(|&&i| points[i].is_there()).count();
+            strokes.push(Followed { points: there, ..followed });
         }
         go_on()?;
         let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !points[i].outlier).collect();

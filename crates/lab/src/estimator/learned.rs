@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
-use vibrissa_learned::curve::{Curve, Expected, Spread, Weights};
+use vibrissa_learned::curve::{Curve, Expected, Spread};
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Joint, Object, Told};
@@ -275,11 +275,10 @@ impl LearnedCurve {
     }
 
     /// 95 % interval of the distance of an object, mm.
-    pub fn ends(&self, object: &Object, told: &Told, tared: bool, same_run: bool) -> [f64; 2] {
-        let joint = self.joint(tared, false);
+    pub fn ends(&self, object: &Object<'_>, told: &Told, tared: bool, same_run: bool) -> [f64; 2] {
         let variance = (told.sigma / (told.a - object.frame)).powi(2);
-        let longer = object.weights(joint, told.a, same_run);
-        let longer = longer.map_or(1.0, |weights| self.curve.longer(weights, variance, tared, same_run));
+        let longer = object.weights(told.a);
+        let longer = longer.map_or(1.0, |weights| self.curve.longer(&weights, variance, tared, same_run));
         stretched(told.a, told.ends, longer)
     }
 
@@ -294,9 +293,8 @@ impl LearnedCurve {
         let (tared, y, of_zero) = self.read(reading, share);
         let inverse = self.of(tared);
         let found = inverse.at(drive, same_run).find(y, of_zero)?;
-        let mut weights = Weights::default();
-        weights.add(1.0, [y, found.slope * found.a], share);
-        let longer = self.curve.longer(weights, (found.sigma * found.slope).powi(2), tared, same_run);
+        let alone = [[1.0, y, found.slope * found.a, share]];
+        let longer = self.curve.longer(&alone, (found.sigma * found.slope).powi(2), tared, same_run);
         Ok(Found { ends: stretched(found.a, found.ends, longer), ..found })
     }
 

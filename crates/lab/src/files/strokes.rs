@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::contour::point::{Noise, Pose};
+use crate::contour::point::{ANGLE, Noise, Pose};
 use crate::error::InputError;
 use crate::simulate::object::{Curve, Object};
 use crate::simulate::strokes::Strokes;
@@ -132,7 +132,7 @@ impl Array {
     }
 
     fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
-        let angle = file.or("angle_noise", Noise::default().angle, Item::ranged)?;
+        let angle = file.or("angle_noise", ANGLE, Item::ranged)?;
         let base = file.or("base_noise", 0.0, Item::ranged)?;
         let whiskers = file.needs("whisker")?;
         let mut mounts: Vec<Mount> = Vec::new();

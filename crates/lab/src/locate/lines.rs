@@ -36,8 +36,8 @@ pub struct Source<'a> {
     /// Lines so far; of a table in memory, those with its names and its rows.
     number: usize,
     place: usize,
-    /// Length of a line that was read and not yet given.
-    held: Option<usize>,
+    /// Whether the line was read and not yet given.
+    held: bool,
     begun: bool,
     comments: Comments,
 }
@@ -49,7 +49,7 @@ impl<'a> Source<'a> {
             LabTable::Frame(frame) => LabTable::Frame(frame),
         };
         let (line, comments) = (Vec::with_capacity(256), Comments::default());
-        Self { input, line, ask, number: 0, place: 0, held: None, begun: false, comments }
+        Self { input, line, ask, number: 0, place: 0, held: false, begun: false, comments }
     }
 
     /// Reads the first line; a header goes to `rows`, anything else is given by [`Self::next`].
@@ -68,7 +68,7 @@ impl<'a> Source<'a> {
             let line = e.line.or(Some(self.number));
             e.at(self.ask.label(), line)
         };
-        let unread = self.held.is_some_and(|n| n <= LONGEST && text(&self.line, n).is_none());
+        let unread = self.held && self.line.len() <= LONGEST && text(&self.line).is_none();
         if unread && self.ask.label.is_some() {
             let error = InputError::new("this file is not UTF-8 text, so its columns cannot be told by name");
             return Err(at(error.allowed("CSV saved as UTF-8")).into());
@@ -77,7 +77,7 @@ impl<'a> Source<'a> {
             let error = InputError::new("these lines end with CR alone");
             return Err(at(error.allowed("lines that end with LF or CR LF")).into());
         }
-        let header = match self.held.and_then(|n| text(&self.line, n)) {
+        let header = match text(&self.line).filter(|_| self.held) {
             Some(text) => {
                 let file = self.ask.label.is_some();
                 rows.first(LabRow::Line(text), &self.comments, self.ask.columns, file).map_err(at)?
@@ -85,7 +85,7 @@ impl<'a> Source<'a> {
             None => false,
         };
         if header || !self.is_read() {
-            self.held = None;
+            self.held = false;
         }
         Ok(())
     }
@@ -97,61 +97,49 @@ impl<'a> Source<'a> {
 
     pub fn next(&mut self, rows: &mut RowReader<'_>) -> Result<Option<Line<'_>>, Error> {
         self.first(rows)?;
-        if let LabTable::Frame(frame) = self.input {
-            self.number += 1;
-            while self.number < frame.len() + 2 && !self.is_read() {
-                self.number += 1;
-            }
-            let row = LabRow::Of(frame, self.number - 2);
-            let (number, place) = (self.number, self.place);
-            self.place += 1;
-            let line = Line { row: Some(row), number, place, whole: true, waiting: false };
-            return Ok((number < frame.len() + 2).then_some(line));
-        }
-        let mut length = self.held.take();
-        while length.is_none() {
-            length = self.read(rows)?;
-            if length.is_none() {
+        let mut held = std::mem::take(&mut self.held);
+        while !held {
+            if !self.read(rows)? {
                 return Ok(None);
             }
-            length = length.filter(|_| self.is_read());
+            held = self.is_read();
         }
         self.place += 1;
-        let LabTable::Text(reader) = &self.input else { return Ok(None) };
-        Ok(Some(Line {
-            row: text(&self.line, length.unwrap_or_default()).map(LabRow::Line),
-            number: self.number,
-            place: self.place - 1,
-            whole: self.line.ends_with(b"\n"),
-            waiting: !reader.buffer().contains(&b'\n'),
-        }))
+        let (row, whole, waiting) = match &self.input {
+            LabTable::Frame(frame) => (Some(LabRow::Of(frame, self.number - 2)), true, false),
+            LabTable::Text(reader) => {
+                let waiting = !reader.buffer().contains(&b'\n');
+                (text(&self.line).map(LabRow::Line), self.line.ends_with(b"\n"), waiting)
+            }
+        };
+        Ok(Some(Line { row, number: self.number, place: self.place - 1, whole, waiting }))
     }
 
-    /// The length, at most one more than [`LINE`], of the next line that is no comment; at most [`LONGEST`] bytes of it are kept.
-    fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
+    /// Reads the next line that is no comment, at most one byte more than [`LINE`], or the next row in memory; whether there is one.
+    fn read(&mut self, rows: &RowReader<'_>) -> Result<bool, Error> {
         loop {
-            let LabTable::Text(reader) = &mut self.input else { return Ok(None) };
-            let unread = |e| Error::io(self.ask.label(), e);
+            let reader = match &mut self.input {
+                LabTable::Text(reader) => reader,
+                LabTable::Frame(frame) => {
+                    self.number += 1;
+                    return Ok(self.number < frame.len() + 2);
+                }
+            };
             self.line.clear();
-            let begin = reader.by_ref().take(LONGEST as u64).read_until(b'\n', &mut self.line);
-            let mut length = begin.map_err(unread)?;
-            if length == LONGEST && !self.line.ends_with(b"\n") {
-                let rest = reader.by_ref().take((LINE + 1 - LONGEST) as u64).skip_until(b'\n');
-                length += rest.map_err(unread)?;
+            let length = reader.by_ref().take(LINE as u64 + 1).read_until(b'\n', &mut self.line);
+            if length.map_err(|e| Error::io(self.ask.label(), e))? == 0 {
+                return Ok(false);
             }
-            let length = Some(length).filter(|length| *length > 0);
-            self.number += usize::from(length.is_some());
-            if length.is_some_and(|length| length > LINE) {
+            self.number += 1;
+            if self.line.len() > LINE {
                 let error = InputError::new("this line is longer than 1 MiB, so these are no readings");
                 let error = error.at(self.ask.label(), Some(self.number));
                 return Err(error.allowed("lines of up to 1 MiB").into());
             }
-            let comment =
-                length.filter(|_| self.line.strip_prefix(BOM).unwrap_or(&self.line).starts_with(b"#"));
-            if comment.is_none() {
-                return Ok(length);
+            if !self.line.strip_prefix(BOM).unwrap_or(&self.line).starts_with(b"#") {
+                return Ok(true);
             }
-            match comment.and_then(|n| text(&self.line, n)) {
+            match text(&self.line) {
                 Some(text) if self.begun => {
                     let (line, said) = (self.number, self.ask.columns);
                     rows.same(line, text, said).map_err(|e| e.at(self.ask.label(), Some(line)))?;
@@ -163,7 +151,7 @@ impl<'a> Source<'a> {
     }
 }
 
-fn text(line: &[u8], length: usize) -> Option<&str> {
-    let text = (length <= LONGEST).then(|| std::str::from_utf8(line).ok()).flatten()?;
+fn text(line: &[u8]) -> Option<&str> {
+    let text = (line.len() <= LONGEST).then(|| std::str::from_utf8(line).ok()).flatten()?;
     Some(text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}'))
 }

@@ -100,17 +100,17 @@ pub fn next(
     let learned = learned(place).ok_or("taps are taken together by `learned`")?;
     let (signal, share) = own.first().map_or((1.0, 0.0), |(k, tap)| (tap.signal, taps[*k].shares[0]));
     let joint = learned.joint(learned.read(signal, share).0, false);
-    let mut object = Object::new(joint);
+    let mut object = Object::new(joint, same_run);
     for (k, asked) in &own {
         let Reading { zeros: zero, shift, ref shares, .. } = taps[*k];
         let (_, y, of_zero) = learned.read(asked.signal, shares[0]);
-        object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
+        object.add(Tap { u: asked.drive, y, of_zero, zero, shift });
     }
     let places: Vec<usize> = own.iter().map(|(k, _)| *k).collect();
     let stands = places.last().map_or(0.0, |k| taps[*k].shift);
     let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
-    let told = object.told(joint).ok_or("these taps fit no distance")?;
-    let outlook = Outlook::new(joint, &object, same_run);
+    let told = object.told().ok_or("these taps fit no distance")?;
+    let outlook = Outlook::new(&object);
     let known = Known { locator, side, joint, outlook: &outlook, frame: object.frame, a: told.a };
     // Before the first tap the object may be anywhere.
     let shifts = shifts.filter(|_| object.count > 0);
@@ -122,12 +122,12 @@ pub fn next(
     };
     let more =
         of_best.map_or(Vec::new(), |best| (0..6).map(|k| (1 << k, after(best, f64::from(1 << k)))).collect());
-    let now = [told.a, outlook.spread()];
+    let now = [told.a, outlook.spread];
     let least = more.iter().map(|(_, sigma)| *sigma).fold(now[1], f64::min);
     let floor =
         of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(least));
     let mut status = Status::OK;
-    let apart = object.apart(joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
+    let apart = object.apart(told.a).map(|(ago, by)| (places[places.len() - 1 - ago], by));
     if object.count > 0 {
         status |= doubts(side, &object, &told);
     }
@@ -198,7 +198,7 @@ impl Known<'_> {
 
     /// Of these places of the base those from which the object is within the calibrated distances wherever it is likely.
     fn reachable(&self, [lo, hi]: [f64; 2]) -> Option<[f64; 2]> {
-        let likely = || self.outlook.likely().iter().map(|(x, _)| x.exp() + self.frame);
+        let likely = || self.outlook.likely.iter().map(|(x, _)| x.exp() + self.frame);
         let [first, last] = self.side.distances;
         let nearest = likely().fold(f64::INFINITY, f64::min) - first;
         let farthest = likely().fold(f64::NEG_INFINITY, f64::max) - last;
@@ -209,7 +209,7 @@ impl Known<'_> {
     /// By so many drives between these ends, with the base at one place.
     fn tried_at(&self, shift: f64, (ends, count): ([f64; 2], usize)) -> Vec<Tried> {
         let near = shift - self.frame;
-        let seen: Vec<f64> = self.outlook.likely().iter().map(|(x, _)| x.exp() - near).collect();
+        let seen: Vec<f64> = self.outlook.likely.iter().map(|(x, _)| x.exp() - near).collect();
         let one = |u: f64| {
             let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
             let largest = signals.fold(f64::NEG_INFINITY, f64::max);

@@ -37,15 +37,15 @@ pub enum By<'a> {
 }
 
 /// The taps of an object, by one gauge or by two.
-enum Taps {
+enum Taps<'a> {
     /// With the side and taring of its first tap, which others have too.
-    One(Object, (usize, bool)),
+    One(Object<'a>, (usize, bool)),
     Two(PairObject),
 }
 
 /// An object, and the lines of the taps of it that are compared, the last at the end.
-struct Known {
-    taps: Taps,
+struct Known<'a> {
+    taps: Taps<'a>,
     lines: Vec<usize>,
 }
 
@@ -55,7 +55,7 @@ pub struct Objects<'a> {
     place: Option<usize>,
     shift: Option<usize>,
     /// By name, the one that was tapped last at the end.
-    known: IndexMap<String, Known>,
+    known: IndexMap<String, Known<'a>>,
     forgets: Once,
     unplaced: Once,
     other_side: Once,
@@ -167,20 +167,20 @@ impl<'a> Objects<'a> {
             let learned = locator.sides[asked.side].learned()?;
             let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
             let kind = (asked.side, tared);
-            let known = self.known(&name, ask, || Taps::One(Object::new(learned.joint(tared, false)), kind));
+            let joint = learned.joint(tared, false);
+            let known = self.known(&name, ask, || Taps::One(Object::new(joint, same_run), kind));
             let Taps::One(object, its_kind) = &mut known.taps else { return None };
-            let (joint, side) = (learned.joint(tared, false), &locator.sides[its_kind.0]);
-            if *its_kind == kind {
-                let tap = Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift };
-                object.add(joint, tap, same_run);
+            let (side, other) = (&locator.sides[its_kind.0], *its_kind != kind);
+            if !other {
+                object.add(Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift });
             }
-            let (count, other) = (object.count, *its_kind != kind);
-            let of = side.learned().filter(|_| count > 1 || other);
-            let told = of.and_then(|of| Some((of, object.told(of.joint(its_kind.1, false))?)));
+            let count = object.count;
+            let told = if count > 1 || other { object.told() } else { None };
             if count > 1 || other {
-                located = told.as_ref().map_or(Located::nothing(Status::NO_ROOT), |(of, told)| {
+                located = told.as_ref().map_or(Located::nothing(Status::NO_ROOT), |told| {
                     let normal = Located::normal(told.a, told.sigma, doubts(side, object, told));
-                    let interval = ask.interval.then(|| of.ends(object, told, its_kind.1, same_run));
+                    let of = side.learned().filter(|_| ask.interval);
+                    let interval = of.map(|of| of.ends(object, told, its_kind.1, same_run));
                     Located { interval: interval.unwrap_or(normal.interval), ..normal }
                 });
             }
@@ -193,7 +193,7 @@ impl<'a> Objects<'a> {
                 });
                 return Some((numbers, located.status));
             }
-            let apart = told.as_ref().and_then(|(_, told)| object.apart(joint, told.a, same_run));
+            let apart = told.as_ref().and_then(|told| object.apart(told.a));
             (&mut known.lines, count, object.compared(), apart, self::limit)
         };
         lines.push(line);
@@ -206,7 +206,7 @@ impl<'a> Objects<'a> {
     }
 
     /// The object `name`, else one that `new` makes in place of the oldest of too many.
-    fn known(&mut self, name: &str, ask: &Ask<'_>, new: impl FnOnce() -> Taps) -> &mut Known {
+    fn known(&mut self, name: &str, ask: &Ask<'_>, new: impl FnOnce() -> Taps<'a>) -> &mut Known<'a> {
         let known = self.known.shift_remove(name);
         if known.is_none() && self.known.len() == MOST {
             self.known.shift_remove_index(0);
@@ -234,7 +234,7 @@ pub(super) fn hundredths(by: f64) -> f64 {
 }
 
 /// Words of warning of what the taps of an object tell.
-pub(super) fn doubts(side: &Opened, object: &Object, told: &Told) -> Status {
+pub(super) fn doubts(side: &Opened, object: &Object<'_>, told: &Told) -> Status {
     object.seen(told.a).into_iter().fold(Status::OK, |all, a| {
         // The other distance is judged as seen from the same base.
         all | side.doubts(a, told.near.map(|near| near - told.a + a), told.sigma)

@@ -208,11 +208,11 @@ impl Locator {
         let moved = |gauge: usize, error: f64| solved.inverse.map(|by| by[gauge] * error);
         let [zero, model] = [self.of_zero.sqrt(), of_model].map(|error| moved(0, error));
         let [factor, misalignment] = [of_factor, of_misalignment].map(|error| moved(1, error));
+        let bias = [side.bias_at(solved.drive), 0.0];
         let parts = Parts {
             at: [solved.a, solved.tilt],
-            own: covariance([0, 1].map(|k| moved(k, noises[k]))),
-            zeros: [0, 1].map(|k| moved(k, zeros[k])),
-            shared: [zero, model, factor, misalignment, [side.bias_at(solved.drive), 0.0]],
+            own: covariance(&[0, 1].map(|k| moved(k, noises[k]))),
+            moved: [zero, model, factor, misalignment, bias, moved(0, zeros[0]), moved(1, zeros[1])],
         };
         let [[aa, at], [_, tt]] = parts.covariance();
         let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());

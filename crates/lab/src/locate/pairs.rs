@@ -22,27 +22,24 @@ pub struct Parts {
     pub at: [f64; 2],
     /// Covariance that is of this tap alone.
     pub own: [[f64; 2]; 2],
-    /// By how much one standard deviation of the zero of each gauge moves them.
-    pub zeros: [[f64; 2]; 2],
-    /// The same of each of the numbers that all taps share.
-    pub shared: [[f64; 2]; SHARED],
+    /// By how much one standard deviation of each number moves them: of those that all taps share, and of the zero of each gauge.
+    pub moved: [[f64; 2]; SHARED + 2],
 }
 
 impl Parts {
+    /// The covariance with all that moves them.
     pub fn covariance(&self) -> [[f64; 2]; 2] {
-        let (own, shared) = (self.with_zeros(), covariance(self.shared));
-        [0, 1].map(|i| [0, 1].map(|j| own[i][j] + shared[i][j]))
+        self.with(&self.moved)
     }
 
-    /// The covariance of this tap alone, where nothing else is known of its zeros.
-    fn with_zeros(&self) -> [[f64; 2]; 2] {
-        let zeros = covariance(self.zeros);
-        [0, 1].map(|i| [0, 1].map(|j| self.own[i][j] + zeros[i][j]))
+    fn with(&self, moved: &[[f64; 2]]) -> [[f64; 2]; 2] {
+        let more = covariance(moved);
+        [0, 1].map(|i| [0, 1].map(|j| self.own[i][j] + more[i][j]))
     }
 }
 
 /// Covariance of what independent numbers move so far.
-pub(super) fn covariance<const N: usize>(by: [[f64; 2]; N]) -> [[f64; 2]; 2] {
+pub(super) fn covariance(by: &[[f64; 2]]) -> [[f64; 2]; 2] {
     [0, 1].map(|i| [0, 1].map(|j| by.iter().map(|by| by[i] * by[j]).sum()))
 }
 
@@ -74,13 +71,10 @@ impl Sums {
     }
 }
 
-/// By how much one tap is moved by each number; by the zeros where those are numbers.
+/// By how much one tap is moved by each of so many numbers; by the zeros where those are numbers.
 fn rows(tap: &Parts, n: usize) -> DMatrix<f64> {
-    DMatrix::from_fn(2, n, |i, j| match j {
-        0 | 1 => f64::from(u8::from(i == j)),
-        _ if j < ZEROS => tap.shared[j - 2][i],
-        _ => tap.zeros[j - ZEROS][i],
-    })
+    let own = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+    DMatrix::from_fn(2, n, |i, j| j.checked_sub(2).map_or_else(|| own(i, j), |k| tap.moved[k][i]))
 }
 
 /// Distances of taps from what the others say, relative, that count as equal.
@@ -123,7 +117,7 @@ impl PairObject {
             return None;
         }
         // The error of the zero counts with each tap.
-        let own = |tap: &Parts| Matrix2::from(tap.with_zeros());
+        let own = |tap: &Parts| Matrix2::from(tap.with(&tap.moved[SHARED..]));
         let mut sums = Sums::new(ZEROS);
         for tap in &self.taps {
             sums.add(&rows(tap, ZEROS), &own(tap).try_inverse()?, Vector2::from(tap.at));

@@ -151,7 +151,7 @@ impl Kept {
         let mut empty = Frame::of(&table.file, ["line"]);
         names.into_iter().zip(&own).for_each(|(name, kind)| empty.add(name, Values::new(*kind)));
         let common = common.into_iter().zip(more).filter(|(_, more)| *more).map(|(name, _)| name);
-        add(&mut empty, &table.table, &common.chain(added.iter().copied()).collect::<Vec<_>>());
+        add(&mut empty, &common.chain(added.iter().copied()).collect::<Vec<_>>());
         Self { empty, own, more }
     }
 
@@ -181,9 +181,9 @@ pub fn answer(
     let mut table = Frame::of("located.csv", [locator.rig.setup.drive.column()]);
     if !ask.keep {
         (0..who.signals()).for_each(|k| table.add(who.column(k).to_owned(), Values::new(Kind::Number)));
-        add(&mut table, "located", &added(who, ask.interval)[1..]);
+        add(&mut table, &added(who, ask.interval)[1..]);
         if ask.by != By::Unsaid {
-            add(&mut table, "located", &Group::columns(ask, who.is_twofold(), &[]));
+            add(&mut table, &Group::columns(ask, who.is_twofold(), &[]));
         }
         // A reader of a stream may wait for its header.
         write(&table, true)?;
@@ -300,13 +300,11 @@ fn put(
     Ok(())
 }
 
-/// Adds these columns to `answers`, a table of the heading `table`. The name of an object or a stroke is a word.
-fn add(answers: &mut Frame, table: &str, names: &[&'static str]) {
+/// Adds these columns to `answers`. The name of an object or a stroke is a word.
+pub fn add(answers: &mut Frame, names: &[&'static str]) {
     for name in names {
         let is_name = [super::object::NAME, super::strokes::NAME].contains(name);
-        let of = |heading| fact_in(heading, name).map(|fact| fact.kind);
-        let known = [table, "together", "along"].into_iter().find_map(of).unwrap_or_else(|| kind(name));
-        answers.add(*name, Values::new(if is_name { Kind::Word } else { known }));
+        answers.add(*name, Values::new(if is_name { Kind::Word } else { kind(name) }));
     }
 }
 

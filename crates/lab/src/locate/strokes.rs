@@ -168,7 +168,7 @@ impl<'a> Strokes<'a> {
         let known = self.now.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
         let side = &locator.sides[k];
-        let count = own.stroke.count();
+        let count = own.stroke.count;
         // Without a learned curve a side cannot be read along a stroke.
         let others = self.now.signals[usize::from(side.sign > 0.0)];
         if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise() {

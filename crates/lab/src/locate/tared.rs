@@ -115,10 +115,8 @@ fn recorded<'s>(
 
 /// Rows of readings, one by one, above their zeros.
 pub(super) struct TaredRows<'a> {
-    who: Answerer<'a>,
     source: Source<'a>,
     pub rows: RowReader<'a>,
-    ask: &'a Ask<'a>,
     tares: Vec<Tare>,
     zeros: u64,
     /// Whether the last row was one of the zero.
@@ -142,12 +140,12 @@ impl<'a> TaredRows<'a> {
         let thousands = zero.is_none().then(Thousands::default);
         let tares = tares(who, &rows, ask, zero.unwrap_or_default())?;
         let (zeros, unclear) = (0, Once::default());
-        Ok(Self { who, source, rows, ask, tares, zeros, follows: false, asked: false, thousands, unclear })
+        Ok(Self { source, rows, tares, zeros, follows: false, asked: false, thousands, unclear })
     }
 
     pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
-        let Self { who, source, rows, ask, .. } = self;
-        let (who, ask) = (*who, *ask);
+        let Self { source, rows, .. } = self;
+        let (who, ask) = (rows.who, source.ask);
         // The search for zeros, if there was one, has judged these numbers.
         let seen = self.thousands.as_mut();
         let unclear = Some(&mut self.unclear).filter(|_| seen.is_some());

@@ -125,37 +125,24 @@ impl<'a> Task<'a> {
     }
 
     pub fn value(&self, at: Place) -> f64 {
-        if self.is_inside(at) { self.value_of(&self.across(at[0]), at) } else { f64::INFINITY }
+        self.value_of(&self.across(at[0]), at)
     }
 
-    fn is_inside(&self, at: Place) -> bool {
-        (0..2).all(|k| at[k] >= self.ends[k][0] && at[k] <= self.ends[k][1])
-    }
-
+    /// −2 ln p at a place, from the table `across` at its ln a.
     pub fn value_of(&self, across: &[Vec<f64>], at: Place) -> f64 {
-        if !self.is_inside(at) {
-            return f64::INFINITY;
-        }
-        self.solved(&self.at(across, at))
-            .map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0], [0.0; 2]))
+        let value = || {
+            let off = self.at(across, at);
+            let (factor, b) = self.factor(&off)?;
+            let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
+            let value = off.left.norm_squared() + ln_spread - b.dot(&factor.solve(&b)) + ln_det(&factor);
+            value.is_finite().then(|| value - 2.0 * self.joint.prior(at[0], [0.0; 2]))
+        };
+        let inside = (0..2).all(|k| (self.ends[k][0]..=self.ends[k][1]).contains(&at[k]));
+        if inside { value().unwrap_or(f64::INFINITY) } else { f64::INFINITY }
     }
 
-    /// −2 ln likelihood, and the shared numbers.
-    pub fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
-        let (factor, b) = self.factor(off)?;
-        let solved = factor.solve(&b);
-        let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
-        let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det(&factor);
-        value.is_finite().then_some((value, solved))
-    }
-
-    /// Degrees of freedom for the noise: trace of (1 + sᵀ s)⁻¹, less 2 for distance and touch.
-    pub fn freedom(&self, off: &Off) -> Option<f64> {
-        let told = self.shared() as f64 - self.factor(off)?.0.inverse().trace();
-        Some(off.left.len() as f64 - told - 2.0)
-    }
-
-    fn factor(&self, off: &Off) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+    /// Factor of 1 + s sᵀ of the shared numbers s, and Σ s · deviation.
+    pub fn factor(&self, off: &Off) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
         let n = self.shared();
         let (mut a, mut b) = (DMatrix::<f64>::identity(n, n), DVector::<f64>::zeros(n));
         for (shared, left) in off.shared.column_iter().zip(&off.left) {

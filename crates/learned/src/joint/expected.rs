@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::course::{Place, Task};
 use super::{NEAR, Nuisance, Offset};
-use crate::invert::lagrange;
+use crate::invert::{blend, lagrange};
 
 /// Uncertainty, as a share of the signal, of the straight line between touch and smallest calibrated drive.
 pub(super) const TOE: f64 = 0.05;
@@ -28,13 +28,7 @@ impl Task<'_> {
     pub fn across(&self, x: f64) -> Vec<Vec<f64>> {
         let (k, t) = self.joint.place(x);
         let (weights, width) = (lagrange::<NEAR>(t), self.joint.width());
-        let of = |row: &Vec<f64>| {
-            let near = row[k * width..(k + NEAR) * width].chunks(width);
-            near.zip(weights).fold(vec![0.0; width], |mut sum, (point, w)| {
-                sum.iter_mut().zip(point).for_each(|(sum, x)| *sum += w * x);
-                sum
-            })
-        };
+        let of = |row: &Vec<f64>| blend(&weights, row[k * width..].chunks(width), width);
         self.joint.table.iter().map(of).collect()
     }
 
@@ -64,8 +58,11 @@ impl Task<'_> {
         let mut rest = joint.rest.clone();
         rest[1] = 0.0;
         // Linear from the touch to the first calibrated drive, and from the last one on.
-        let part = |end: &[f64], share: f64| -> Vec<f64> {
-            (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect()
+        let part = |end: &[f64], since: f64, until: f64| {
+            let share = since / until;
+            let values: Vec<f64> = (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect();
+            let slope = (values[0] - rest[0]) / until;
+            (values, slope)
         };
         let of_run = |c: usize| self.course.same_run && joint.of_run[c];
         let n = self.bins.len();
@@ -76,19 +73,17 @@ impl Task<'_> {
         };
         for (k, bin) in self.bins.iter().enumerate() {
             let since = bin.u - touch;
-            let values = match since {
-                s if s <= 0.0 => rest.clone(),
-                s if s < from => part(&ends[0], s / from),
-                s if s > to => part(&ends[1], s / to),
-                s => self.tap(across, s - mean),
+            let (values, slope) = match since {
+                s if s <= 0.0 => (rest.clone(), 0.0),
+                s if s < from => part(&ends[0], s, from),
+                s if s > to => part(&ends[1], s, to),
+                s => {
+                    let (v, values) = (s - mean, self.tap(across, s - mean));
+                    let slope = (self.signal(across, (1.0 + STEP) * v) - values[0]) / (STEP * v);
+                    (values, slope)
+                }
             };
             let signal = values[0] - rest[0];
-            let slope = match since {
-                s if s <= 0.0 => 0.0,
-                s if s < from => signal / from,
-                s if s > to => signal / to,
-                s => (self.signal(across, (1.0 + STEP) * (s - mean)) - values[0]) / (STEP * (s - mean)),
-            };
             let toe = if since > 0.0 && since < from { 1.0 - since / from } else { 0.0 };
             let bend = BEND * toe * since / from;
             let toe = TOE * toe;

@@ -23,7 +23,7 @@ use std::ops::Range;
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
-use crate::invert::{Inverse, POINTS, lagrange, place, prior, slopes, tabled};
+use crate::invert::{Inverse, POINTS, blend, lagrange, place, prior, slopes, tabled};
 
 const SMALL: f64 = 1e-4;
 const WINDOW: f64 = 6.0;
@@ -59,17 +59,6 @@ pub struct Tap {
     pub zero: u64,
     /// Shift of the base towards the object, from the origin of the reported distance, mm.
     pub shift: f64,
-}
-
-/// Mode of the posterior.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mode {
-    /// ln a of the maximum.
-    pub at: f64,
-    /// Standard deviation in ln a.
-    pub sd: f64,
-    /// Share of the posterior mass.
-    pub share: f64,
 }
 
 /// Result of the taps of an object.
@@ -151,14 +140,12 @@ impl Joint {
         let places: Vec<(usize, f64)> = points.map(|k| self.place(self.seen(self.x(k), shift))).collect();
         let [first, last] = [places.first(), places.last()].map(|place| place.map_or(0, |(k, _)| *k));
         let (width, all) = (self.width(), self.slice(u, same_run, first..last + NEAR));
-        let mut moved = vec![0.0; places.len() * width];
-        for (point, (k, t)) in moved.chunks_mut(width).zip(places) {
-            for (w, near) in lagrange::<NEAR>(t).iter().zip(all[(k - first) * width..].chunks(width)) {
-                point.iter_mut().zip(near).for_each(|(sum, x)| *sum += w * x);
-            }
+        let moved = |(k, t): (usize, f64)| {
+            let mut point = blend(&lagrange::<NEAR>(t), all[(k - first) * width..].chunks(width), width);
             point[1] = point[1].max(f64::MIN_POSITIVE);
-        }
-        moved
+            point
+        };
+        places.into_iter().flat_map(moved).collect()
     }
 
     /// ln distance from a base shifted by `shift` mm towards the object; x is ln a from the origin.
@@ -208,20 +195,18 @@ impl Joint {
         let (k, t) = self.place(seen);
         let slice = self.slice(tap.u, same_run, k..k + NEAR);
         let width = self.width();
-        let (values, slopes) = (lagrange(t), slopes(t));
-        let of = |column: usize, weights: &[f64; NEAR]| {
-            weights.iter().zip(slice.chunks(width)).map(|(w, point)| w * point[column]).sum::<f64>()
-        };
-        let mut shared: Vec<f64> = (2..width).map(|column| of(column, &values)).collect();
-        shared.push(FREE * (x - seen).exp() * of(0, &slopes) / self.inverse.grid[1]);
-        (tap.y - of(0, &values), of(1, &values).max(f64::MIN_POSITIVE), shared)
+        let [values, slopes] =
+            [lagrange::<NEAR>(t), slopes(t)].map(|weights| blend(&weights, slice.chunks(width), width));
+        let mut shared = values[2..].to_vec();
+        shared.push(FREE * (x - seen).exp() * slopes[0] / self.inverse.grid[1]);
+        (tap.y - values[0], values[1].max(f64::MIN_POSITIVE), shared)
     }
 
     /// Signal of a tap at drive `u` and ln a = x.
     pub fn signal(&self, u: f64, x: f64) -> f64 {
         let (k, t) = self.place(x);
         let slice = self.slice(u, true, k..k + NEAR);
-        lagrange::<NEAR>(t).iter().zip(slice.chunks(self.width())).map(|(w, point)| w * point[0]).sum()
+        blend(&lagrange::<NEAR>(t), slice.chunks(self.width()), 1)[0]
     }
 }
 

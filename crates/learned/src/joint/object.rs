@@ -4,42 +4,46 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::{FREE, JUDGED, Joint, Mode, NEAR, NONE, SECOND, Tap, Told, WINDOW};
-use crate::curve::Weights;
+use super::{FREE, JUDGED, Joint, NEAR, NONE, SECOND, Tap, Told, WINDOW};
+use crate::curve::Weighted;
 use crate::evidence::ln_det;
-use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, lagrange, quantile};
+use crate::invert::{FINE, POINTS, lagrange, quantiles};
 
 /// Taps of one object so far.
 #[derive(Debug, Clone)]
-pub struct Object {
+pub struct Object<'a> {
+    pub(super) joint: &'a Joint,
+    /// True for taps of a run of the calibration.
+    pub(super) same_run: bool,
     taps: Vec<Tap>,
     /// Number of taps.
     pub count: usize,
     /// Zero whose error is the last shared number.
     zero: Option<u64>,
-    pub(super) of_zero: f64,
+    of_zero: f64,
     /// Shift of the base at the first tap, mm ([`Tap::shift`]); the grid is in distances from there.
     pub frame: f64,
     shifts: [f64; 2],
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
 
-impl Object {
-    /// Object before its first tap.
-    pub fn new(joint: &Joint) -> Self {
+impl<'a> Object<'a> {
+    /// Object before its first tap; `same_run` if its taps are of a run of the calibration.
+    pub fn new(joint: &'a Joint, same_run: bool) -> Self {
         let n = joint.of_run.len() + 1;
         let points = vec![(DMatrix::identity(n, n), DVector::zeros(n), 0.0); POINTS];
-        Self { taps: Vec::new(), count: 0, zero: None, of_zero: 0.0, frame: 0.0, shifts: [0.0; 2], points }
+        let (taps, count, zero, of_zero, frame, shifts) = (Vec::new(), 0, None, 0.0, 0.0, [0.0; 2]);
+        Self { joint, same_run, taps, count, zero, of_zero, frame, shifts, points }
     }
 
-    /// Adds `tap`; `same_run` for a run of the calibration.
-    pub fn add(&mut self, joint: &Joint, mut tap: Tap, same_run: bool) {
+    /// Adds `tap`.
+    pub fn add(&mut self, mut tap: Tap) {
         if self.count == 0 {
             self.frame = tap.shift;
         }
         tap.shift -= self.frame;
         self.shifts = [self.shifts[0].min(tap.shift), self.shifts[1].max(tap.shift)];
-        self.weigh(joint, tap, same_run, 1.0);
+        self.weigh(tap, 1.0);
         (self.count, self.of_zero) = (self.count + 1, tap.of_zero);
         if self.taps.len() == JUDGED {
             self.taps.remove(0);
@@ -52,13 +56,13 @@ impl Object {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
     }
 
-    pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
+    pub(super) fn weigh(&mut self, tap: Tap, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             // Integrates the error of the last zero out, so that this one can use its number.
             self.points.iter_mut().for_each(|(a, b, c)| *c += integrate(a, b, b.len() - 1));
         }
-        let slice = joint.shifted(tap.u, tap.shift, same_run, 0..POINTS);
-        let width = joint.width();
+        let slice = self.joint.shifted(tap.u, tap.shift, self.same_run, 0..POINTS);
+        let width = self.joint.width();
         let mut shared = DVector::zeros(width - 1);
         for (point, (a, b, c)) in slice.chunks(width).zip(&mut self.points) {
             let (r, d) = (tap.y - point[0], point[1]);
@@ -66,16 +70,26 @@ impl Object {
             shared[width - 2] = tap.of_zero.sqrt();
             a.ger(times / d, &shared, &shared, 1.0);
             b.axpy(times * r / d, &shared, 1.0);
-            *c += times * (r * r / d + d.ln());
+            // The mean of so many taps.
+            *c += times * r * r / d + d.ln();
         }
     }
 
-    pub(super) fn factor(&self, k: usize) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
-        let (a, b, _) = &self.points[k];
-        Some((a.clone().cholesky()?, b.clone()))
+    /// A tap more above the last zero, with no signal yet; `shift` is that from the first tap.
+    pub(super) fn next(&self, u: f64, shift: f64) -> Tap {
+        Tap { u, y: 0.0, of_zero: self.of_zero, zero: self.zero.unwrap_or_default(), shift }
     }
 
-    pub(super) fn heights(&self, joint: &Joint) -> Vec<f64> {
+    /// By how much the shared numbers, as the taps tell them at point `k`, move a tap that has these; it stands above the last zero.
+    pub(super) fn moved(&self, k: usize, shared: &[f64]) -> f64 {
+        let (a, b, _) = &self.points[k];
+        let solved = a.clone().cholesky().map_or(DVector::zeros(b.len()), |factor| factor.solve(b));
+        let of_zero = self.of_zero.sqrt();
+        solved.iter().zip(shared.iter().chain([&of_zero])).map(|(s, x)| s * x).sum()
+    }
+
+    pub(super) fn heights(&self) -> Vec<f64> {
+        let joint = self.joint;
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
             joint.prior(joint.x(k), self.shifts) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det(&factor))
@@ -84,8 +98,8 @@ impl Object {
     }
 
     /// Distance from all taps; `None` if no distance is likely, or the most likely one is at an end of the range.
-    pub fn told(&self, joint: &Joint) -> Option<Told> {
-        let heights = self.heights(joint);
+    pub fn told(&self) -> Option<Told> {
+        let (joint, heights) = (self.joint, self.heights());
         let modes = modes(joint, &heights);
         let mode = modes.iter().find(|mode| mode.share >= SECOND)?;
         if joint.is_cut(mode.at) {
@@ -101,27 +115,22 @@ impl Object {
         let fine: [f64; FINE] = std::array::from_fn(|k| at(joint, &heights, from + step * k as f64));
         let top = fine.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let density = fine.map(|x| (x - top).exp());
-        let [lo, middle, hi] = QUANTILES.map(|share| quantile(&density, from, step, share));
-        let ends = ENDS_95.map(|share| quantile(&density, from, step, share).exp() + self.frame);
-        let told = Told { a: middle.exp() + self.frame, sigma: 0.5 * (hi.exp() - lo.exp()), ends, near };
+        let [least, lo, a, hi, most] = quantiles(&density, from, step).map(f64::exp);
+        let [a, least, most] = [a, least, most].map(|a| a + self.frame);
+        let told = Told { a, sigma: 0.5 * (hi - lo), ends: [least, most], near };
         (told.a.is_finite() && told.sigma > 0.0).then_some(told)
     }
 
     /// The last taps linearised at `a` (mm), distance and repeated zeros as shared numbers: (residual, variance, shared numbers), A's factor, b.
     #[allow(clippy::type_complexity)]
-    fn linear(
-        &self,
-        joint: &Joint,
-        a: f64,
-        same_run: bool,
-    ) -> Option<(Vec<(f64, f64, DVector<f64>)>, Cholesky<f64, Dyn>, DVector<f64>)> {
+    fn linear(&self, a: f64) -> Option<(Vec<(f64, f64, DVector<f64>)>, Cholesky<f64, Dyn>, DVector<f64>)> {
         let x = (a - self.frame).ln();
         // A zero of several taps is one shared number; that of a single tap is noise.
         let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
         let zeros: BTreeSet<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
-        let n = joint.of_run.len() + 1 + zeros.len();
+        let n = self.joint.of_run.len() + 1 + zeros.len();
         let of_tap = |tap: &Tap| {
-            let (r, d, mut shared) = joint.local(tap, x, same_run);
+            let (r, d, mut shared) = self.joint.local(tap, x, self.same_run);
             let own = zeros.iter().position(|zero| *zero == tap.zero);
             shared.extend((0..zeros.len()).map(|k| if own == Some(k) { tap.of_zero.sqrt() } else { 0.0 }));
             (r, if own.is_some() { d } else { d + tap.of_zero }, DVector::from_vec(shared))
@@ -135,24 +144,23 @@ impl Object {
         Some((local, a.cholesky()?, b))
     }
 
-    /// Weights of the last taps in the estimate of ln a at the distance `a`, mm.
-    pub fn weights(&self, joint: &Joint, a: f64, same_run: bool) -> Option<Weights> {
-        let (local, factor, b) = self.linear(joint, a, same_run)?;
-        let distance = joint.of_run.len();
-        let mut all = Weights::default();
+    /// The last taps with their weights in the estimate of ln a at the distance `a`, mm.
+    pub fn weights(&self, a: f64) -> Option<Vec<Weighted>> {
+        let (local, factor, b) = self.linear(a)?;
+        let distance = self.joint.of_run.len();
         let row = factor.solve(&DVector::from_fn(b.len(), |k, _| if k == distance { FREE } else { 0.0 }));
-        for ((r, d, shared), tap) in local.iter().zip(&self.taps) {
-            all.add(row.dot(shared) / d, [tap.y - r, shared[distance] / FREE], 0.0);
-        }
-        Some(all)
+        let of = |((r, d, shared), tap): (&(f64, f64, DVector<f64>), &Tap)| {
+            [row.dot(shared) / d, tap.y - r, shared[distance] / FREE, 0.0]
+        };
+        Some(local.iter().zip(&self.taps).map(of).collect())
     }
 
     /// Outlier among the last taps for a free distance near `a` (mm): taps since it, and deviation in standard deviations. `None` for one tap.
-    pub fn apart(&self, joint: &Joint, a: f64, same_run: bool) -> Option<(usize, f64)> {
+    pub fn apart(&self, a: f64) -> Option<(usize, f64)> {
         if self.taps.len() < 2 {
             return None;
         }
-        let (local, factor, b) = self.linear(joint, a, same_run)?;
+        let (local, factor, b) = self.linear(a)?;
         let solved = factor.solve(&b);
         let off = |(r, d, shared): &(f64, f64, DVector<f64>)| {
             let known = 1.0 - shared.dot(&factor.solve(shared)) / d;
@@ -247,6 +255,13 @@ fn top_of(joint: &Joint, heights: &[f64], k: usize) -> (f64, f64, f64) {
     let t = if bend > 0.0 { (slope / bend).clamp(-1.0, 1.0) } else { k as f64 - m as f64 };
     let sd = if bend > 0.0 { step / bend.sqrt() } else { f64::INFINITY };
     (joint.x(m) + t * step, sd, q + slope * t - 0.5 * bend * t * t)
+}
+
+/// Mode of a posterior over ln a: its maximum, its standard deviation, and its share of the mass.
+struct Mode {
+    at: f64,
+    sd: f64,
+    share: f64,
 }
 
 fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {

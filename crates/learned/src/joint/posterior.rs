@@ -6,9 +6,8 @@ use vibrissa_core::normal::quantile as quantile_of_bell;
 
 use super::NEAR;
 use super::course::{COARSE, Mode, POSTERIOR, Place, Task};
-use crate::invert::{FINE, lagrange, quantile};
+use crate::invert::{FINE, SHARES, lagrange, quantiles};
 
-const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
 const NONE: f64 = 60.0;
 const WINDOW: f64 = 5.0;
 /// Fewest bins whose residuals determine their scatter.
@@ -51,7 +50,7 @@ impl Task<'_> {
             if change == [1.0; 2] {
                 let mass = along.iter().sum::<f64>() * step * part;
                 let (density, step) = (finer(&along), (hi - lo) / (FINE - 1) as f64);
-                let a = SHARES.map(|share| quantile(&density, lo, step, share).exp());
+                let a = quantiles(&density, lo, step).map(f64::exp);
                 let mean = touch[1] / touch[0];
                 let sd = (touch[2] / touch[0] - mean * mean).max(0.0).sqrt();
                 return a.iter().all(|a| a.is_finite()).then_some((mass, a, [mode.at[1] + mean, sd]));
@@ -68,8 +67,8 @@ impl Task<'_> {
     /// Drive of the largest misfit of adjacent readings, its size in standard deviations, and the factor for the variances.
     pub fn misfit(&self, at: Place) -> Option<([f64; 2], f64)> {
         let off = self.at(&self.across(at[0]), at);
-        let (_, solved) = self.solved(&off)?;
-        let left = &off.left - off.shared.tr_mul(&solved);
+        let (factor, b) = self.factor(&off)?;
+        let left = &off.left - off.shared.tr_mul(&factor.solve(&b));
         let left: Vec<[f64; 2]> = left.iter().zip(&off.spread).map(|(r, s)| [r * s, s * s]).collect();
         let mut most = [f64::NAN, 0.0];
         for size in [1, 2, 4, 8] {
@@ -82,7 +81,9 @@ impl Task<'_> {
             }
         }
         let chi2: f64 = left.iter().map(|[r, d]| r * r / d).sum();
-        let freedom = self.freedom(&off)?.max(1.0);
+        // Degrees of freedom for the noise: trace of (1 + sᵀ s)⁻¹, less 2 for distance and touch.
+        let told = self.shared() as f64 - factor.inverse().trace();
+        let freedom = (left.len() as f64 - told - 2.0).max(1.0);
         let excess = (2.0 * chi2).sqrt() - (2.0 * freedom - 1.0).sqrt();
         // Many residuals determine the scatter better than differences of neighbours.
         let judged = excess > SMOOTH || left.len() >= JUDGED;

@@ -33,7 +33,8 @@ const FEWEST: usize = 4;
 #[derive(Debug, Clone, Default)]
 pub struct Stroke {
     bins: Vec<Bin>,
-    count: usize,
+    /// Number of readings so far.
+    pub count: usize,
     last: Vec<Bin>,
     steps: Vec<f64>,
     differences: Vec<f64>,
@@ -41,11 +42,6 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// Number of readings so far.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
     /// Least and largest mean drive of the bins.
     pub fn drives(&self) -> Option<[f64; 2]> {
         Some([self.bins.first()?.u, self.bins.last()?.u])

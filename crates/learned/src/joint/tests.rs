@@ -70,15 +70,15 @@ fn intervals_of_several_taps_hold_what_they_promise() {
             let [least, most] = [near + f64::max(shifts[1], 0.0), far + f64::min(shifts[2], 0.0)];
             let a: f64 = least + (most - least) * dice.uniform();
             let [c0, c1, gain, zero] = std::array::from_fn(|_| dice.normal());
-            let mut object = Object::new(&joint);
+            let mut object = Object::new(&joint, false);
             for k in 0..n {
                 let (u, shift) = (1.3 + 3.5 * dice.uniform(), shifts[k % 3]);
                 let x = curve.scales.place(a - shift, 2.5)[0];
                 let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain;
                 let y = POWER.value(a - shift, u) * factor + size * (0.01 * zero + 0.02 * dice.normal());
-                object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0, shift }, false);
+                object.add(Tap { u, y, of_zero: 0.0, zero: 0, shift });
             }
-            let told = object.told(&joint).unwrap();
+            let told = object.told().unwrap();
             let z = (told.a - a) / told.sigma;
             inside += usize::from(z.abs() < 1.0);
             beyond += usize::from(z.abs() > 3.0);
@@ -154,32 +154,29 @@ fn an_outlook_is_what_taps_would_bring() {
     let size = 2.5 * 32.0_f64.powf(-1.5);
     let spread = Spread { floor: (0.01 * size).powi(2), gain: 1e-4, zero: 1e-8, ..Spread::default() };
     let (_, _, joint) = made(spread, false);
-    let mut object = Object::new(&joint);
+    let mut object = Object::new(&joint, false);
     for taps in 0..3 {
-        let outlook = Outlook::new(&joint, &object, false);
+        let outlook = Outlook::new(&object);
         for (u, times) in [(1.5, 1.0), (4.0, 1.0), (4.0, 64.0)] {
             let (mut sum, mut total) = (0.0, 0.0);
-            for (x, share) in outlook.likely() {
+            for (x, share) in &outlook.likely {
                 let then = |y: f64| {
                     let mut then = object.clone();
                     let of_zero = if taps > 0 { 1e-9 } else { 0.0 };
-                    then.weigh(&joint, Tap { u, y, of_zero, zero: 0, shift: 0.0 }, false, times);
+                    then.weigh(Tap { u, y, of_zero, zero: 0, shift: 0.0 }, times);
                     then
                 };
                 // The signal that is most likely if the object is there: the top of a parabola.
                 let (m, h) = (joint.signal(u, *x), 0.01 * size);
-                let [p, q, r] = [m - h, m, m + h].map(|y| object::at(&joint, &then(y).heights(&joint), *x));
+                let [p, q, r] = [m - h, m, m + h].map(|y| object::at(&joint, &then(y).heights(), *x));
                 let most = m + 0.5 * h * (r - p) / (2.0 * q - p - r);
-                sum += share * Outlook::new(&joint, &then(most), false).spread();
+                sum += share * Outlook::new(&then(most)).spread;
                 total += share;
             }
             let (found, expected) = (outlook.after(u, 0.0, times), sum / total);
             assert!((found / expected - 1.0).abs() < 1e-6, "{taps} taps, {u}: {found} {expected}");
         }
-        object.add(
-            &joint,
-            Tap { u: 3.0, y: 1.01 * POWER.value(31.0, 3.0), of_zero: 1e-9, zero: 0, shift: 0.0 },
-            false,
-        );
+        let y = 1.01 * POWER.value(31.0, 3.0);
+        object.add(Tap { u: 3.0, y, of_zero: 1e-9, zero: 0, shift: 0.0 });
     }
 }

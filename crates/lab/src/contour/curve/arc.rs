@@ -43,12 +43,7 @@ impl Arc {
         // Tangent and chord make the angle under which the chord is seen from the third place.
         let [u, v] = [[-e[0], -e[1]], [d[0] - e[0], d[1] - e[1]]];
         let lift = (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]);
-        let back = std::f64::consts::PI;
-        let one = |direction: f64| Self::new(p, direction, Some(curvature));
-        // Of the four candidates that on whose circle all three places lie.
-        let all = [lift, -lift, lift + back, back - lift].map(|turn| one(along + turn));
-        let miss = |a: &Self| points.iter().map(|p| a.off(*p).abs()).fold(0.0, f64::max);
-        all.into_iter().filter(|a| miss(a).is_finite()).min_by(|a, b| miss(a).total_cmp(&miss(b)))
+        curvature.is_finite().then(|| Self::new(p, along - lift, Some(curvature)))
     }
 
     /// 1/mm; 0 of a line.

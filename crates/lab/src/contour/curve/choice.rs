@@ -63,21 +63,14 @@ pub struct Chosen {
     pub scale: f64,
     /// Distance to the left of each point (mm), over its standard deviation as said, and whether it is an outlier.
     pub off: Vec<(f64, f64, bool)>,
-    /// All kinds that could be drawn, the simplest first.
+    /// All kinds that could be drawn, the simplest first; none before it was chosen.
     pub judged: Vec<Judged>,
-}
-
-struct Drawn {
-    kind: Kind,
-    curve: Curve,
-    scale: f64,
-    outliers: Vec<bool>,
-    /// Loss of each group, and square distances of what counts.
+    /// Loss of each group that was left out, and square distances of what counts.
     losses: Vec<f64>,
     squares: [f64; 2],
 }
 
-impl Drawn {
+impl Chosen {
     fn loss(&self) -> f64 {
         self.losses.iter().sum()
     }
@@ -114,18 +107,17 @@ fn spread(curve: &Curve, samples: &[Sample], free: f64) -> f64 {
 }
 
 /// Length of a curve along those of `samples` that are no outliers, mm; 0 of a point.
-fn length(curve: &Curve, samples: &[Sample], outliers: &[bool]) -> f64 {
-    let near: Vec<Sample> = samples.iter().zip(outliers).filter(|(_, o)| !**o).map(|(s, _)| *s).collect();
+fn length(curve: &Curve, samples: &[Sample], off: &[(f64, f64, bool)]) -> f64 {
+    let near: Vec<Sample> = samples.iter().zip(off).filter(|(_, off)| !off.2).map(|(s, _)| *s).collect();
     let places = curve.traced(&near, PLACES);
     places.windows(2).map(|w| (w[1].0[0] - w[0].0[0]).hypot(w[1].0[1] - w[0].0[1])).sum()
 }
 
-/// The arc of a kind with the least median distance among those through a few of the points.
-fn start(samples: &[Sample], kind: Kind) -> Option<Arc> {
+/// The arc with the least median distance among those through so many of the points: two for a line, three for a circle.
+fn start(samples: &[Sample], places: usize) -> Option<Arc> {
     let every = samples.len().div_ceil(LOOKS).max(1);
     let looked: Vec<&Sample> = samples.iter().step_by(every).collect();
     let n = looked.len();
-    let places = if kind == Kind::Line { 2 } else { 3 };
     // A linear congruence (Knuth's MMIX) is random enough.
     let mut state = 0x2545_F491_4F6C_DD1D_u64;
     let mut draw = || {
@@ -169,36 +161,41 @@ struct Judge<'a> {
 
 impl Judge<'_> {
     /// Weights of samples: their shares, 0 of outliers.
-    fn weights(&self, outliers: &[bool]) -> Vec<f64> {
-        self.samples.iter().zip(outliers).map(|(s, o)| if *o { 0.0 } else { s.share }).collect()
+    fn weights(&self, off: &[(f64, f64, bool)]) -> Vec<f64> {
+        self.samples.iter().zip(off).map(|(s, (.., outlier))| if *outlier { 0.0 } else { s.share }).collect()
     }
 
     /// The curve of a kind that is drawn from `first` on, until its outliers settle; judged by the curves without each of the groups. `free`: its parameters.
-    fn drawn(&self, (kind, first, free): (Kind, Curve, f64), stiffness: f64) -> Option<Drawn> {
+    fn drawn(&self, (kind, first, free): (Kind, Curve, f64), stiffness: f64) -> Option<Chosen> {
         let samples = self.samples;
-        let judge = |curve: &Curve| -> (f64, Vec<bool>) {
+        let judge = |curve: &Curve| -> (f64, Vec<(f64, f64, bool)>) {
             let scale = spread(curve, samples, free).max(1.0);
-            (scale, samples.iter().map(|s| off(curve, s).1.abs() > OFF * scale).collect())
+            let of = |s: &Sample| {
+                let (d, z) = off(curve, s);
+                (d, z, z.abs() > OFF * scale)
+            };
+            (scale, samples.iter().map(of).collect())
         };
         let (mut curve, mut outliers) = (first, Vec::new());
         for _ in 0..PASSES {
-            let (_, next) = judge(&curve);
+            let off = judge(&curve).1;
+            let next: Vec<bool> = off.iter().map(|off| off.2).collect();
             if next == outliers {
                 break;
             }
             outliers = next;
-            curve = curve.fit(samples, &self.weights(&outliers), stiffness)?;
+            curve = curve.fit(samples, &self.weights(&off), stiffness)?;
         }
-        let (scale, outliers) = judge(&curve);
-        let size = (self.extent, length(&curve, samples, &outliers));
+        let (scale, off) = judge(&curve);
+        let size = (self.extent, length(&curve, samples, &off));
         let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
-        let all = curve.without(samples, &self.weights(&outliers), stiffness, self.groups)?;
+        let all = curve.without(samples, &self.weights(&off), stiffness, self.groups)?;
         for (group, unseen) in self.groups.iter().zip(all) {
             let mut sum = 0.0;
             for &i in group {
                 let (loss, d) = loss(&unseen, scale, &samples[i], size);
                 sum += samples[i].share * loss;
-                if !outliers[i] {
+                if !off[i].2 {
                     squares[0] += samples[i].share * d * d;
                     squares[1] += samples[i].share;
                 }
@@ -206,23 +203,13 @@ impl Judge<'_> {
             losses.push(sum);
         }
         let sound = losses.iter().all(|l| l.is_finite());
-        sound.then_some(Drawn { kind, curve, scale, outliers, losses, squares })
-    }
-
-    /// A point, a line or a circle.
-    fn simple(&self, kind: Kind) -> Option<Drawn> {
-        let (first, free) = match kind {
-            Kind::Point => (Curve::Point(Spot::middle(self.samples)), 1.0),
-            Kind::Line => (Curve::Arc(start(self.samples, kind)?), 2.0),
-            _ => (Curve::Arc(start(self.samples, kind)?), 3.0),
-        };
-        self.drawn((kind, first, free), 0.0)
+        sound.then_some(Chosen { kind, curve, scale, off, judged: Vec::new(), losses, squares })
     }
 
     /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
-    fn smooth(&self, base: &Arc) -> Option<Drawn> {
+    fn smooth(&self, base: &Arc) -> Option<Chosen> {
         let flat = Curve::Smooth(Smooth::beside(base, self.samples, self.groups.len())?);
-        let all = self.weights(&vec![false; self.samples.len()]);
+        let all: Vec<f64> = self.samples.iter().map(|s| s.share).collect();
         let of = |power: &f64| {
             let stiffness = 10f64.powf(*power);
             self.drawn((Kind::Smooth, flat.fit(self.samples, &all, stiffness)?, 0.0), stiffness)
@@ -251,11 +238,15 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
     }
     let groups = groups(samples);
     let judge = Judge { samples, groups: &groups, extent: 2.0 * extent.max(spread) };
-    let mut all: Vec<Drawn> = Vec::new();
-    for (kind, least) in [(Kind::Point, 2), (Kind::Line, 3), (Kind::Circle, 4)] {
-        if groups.len() >= least && (kind == Kind::Point || !one_place) {
-            all.extend(judge.simple(kind));
-        }
+    let mut all: Vec<Chosen> = Vec::new();
+    for (kind, free) in [(Kind::Point, 1), (Kind::Line, 2), (Kind::Circle, 3)] {
+        let first = match kind {
+            _ if groups.len() <= free => None,
+            Kind::Point => Some(Curve::Point(Spot::middle(samples))),
+            _ if one_place => None,
+            _ => start(samples, free).map(Curve::Arc),
+        };
+        all.extend(first.and_then(|first| judge.drawn((kind, first, free as f64), 0.0)));
     }
     let arcs = all.iter().filter(|d| matches!(d.curve, Curve::Arc(_)));
     let base = arcs.min_by(|a, b| a.loss().total_cmp(&b.loss()));
@@ -265,7 +256,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
     let nothing = if one_place { Nothing::OnePlace } else { Nothing::Undetermined };
     let least = all.iter().min_by(|a, b| a.loss().total_cmp(&b.loss())).ok_or(nothing)?;
     let shares: f64 = samples.iter().map(|s| s.share).sum();
-    let judged = |d: &Drawn| {
+    let judged = |d: &Chosen| {
         let n = groups.len() as f64;
         let differences: Vec<f64> = d.losses.iter().zip(&least.losses).map(|(a, b)| a - b).collect();
         let mean = differences.iter().sum::<f64>() / n;
@@ -274,7 +265,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
             kind: d.kind,
             loss: d.loss() / shares,
             left_out_rms_mm: (d.squares[0] / d.squares[1]).sqrt(),
-            outliers: d.outliers.iter().filter(|o| **o).count(),
+            outliers: d.off.iter().filter(|off| off.2).count(),
             loss_more_than_best: n * mean / shares,
             loss_more_se: (n * variance).sqrt() / shares,
         }
@@ -284,12 +275,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         Some(kind) => all.iter().position(|d| d.kind == kind),
         None => judged.iter().position(|j| j.loss_more_than_best <= j.loss_more_se.max(WORTH)),
     };
-    let drawn = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
-    let off = samples.iter().zip(&drawn.outliers).map(|(s, outlier)| {
-        let (d, z) = off(&drawn.curve, s);
-        (d, z, *outlier)
-    });
-    let off = off.collect();
-    let Drawn { kind, curve, scale, .. } = drawn;
-    Ok(Chosen { kind, curve: curve.scaled(scale * scale), scale, off, judged })
+    let chosen = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
+    let curve = chosen.curve.clone().scaled(chosen.scale * chosen.scale);
+    Ok(Chosen { curve, judged, ..chosen })
 }
