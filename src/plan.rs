@@ -186,17 +186,11 @@ const DOUBLE: f64 = 2.0;
 const SEARCHED: f64 = 2e4;
 
 pub fn of_study(study: &Study, options: &RunOptions) -> f64 {
-    let Some(layout) = study.space.layout() else {
-        let taps = match &study.space {
-            Space::List(listed) => listed.len() as f64,
-            Space::Grid(_) => 0.0,
-        };
+    let taps = study.space.tuples().0 as f64;
+    let charted = |layout: &Layout| options.precision != Some(Precision::F64) && Scope::fits(study, layout);
+    let Some(layout) = study.space.layout().filter(charted) else {
         return solved(taps, &study.setup, options);
     };
-    let taps = layout.len() as f64;
-    if options.precision == Some(Precision::F64) || !Scope::fits(study, &layout) {
-        return solved(taps, &study.setup, options);
-    }
     let each = if layout.drives().is_some_and(|axis| axis.len() > 1) { READ_TOGETHER } else { READ };
     shared(taps * each, options)
 }

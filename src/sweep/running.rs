@@ -9,14 +9,12 @@ use super::keep::Best;
 use super::{Keeper, Kept, Place, Reached, Taps, Writers, charted};
 use crate::backend::Choice;
 use crate::census::{self, sample};
-use crate::curve::both::{self, Both};
-use crate::curve::{self, Ask, Curve};
 use crate::design::Design;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
 use crate::progress::{Progress, go_on};
-use crate::scene::{Per, Study, Theory, Tuple};
+use crate::scene::{Per, Setup, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{AtDrive, Frame, Table};
 
@@ -25,7 +23,6 @@ pub(super) struct Run<'a> {
     pub evaluator: Evaluator<'a>,
     pub writers: Writers,
     pub reached: Reached,
-    pub kept: Vec<Tuple>,
     pub plan: &'a Plan,
     pub stop: &'a AtomicBool,
     pub progress: &'a mut dyn Progress,
@@ -48,7 +45,6 @@ impl<'a> Run<'a> {
             evaluator,
             writers: Writers::none(),
             reached,
-            kept: Vec::new(),
             plan,
             stop,
             progress,
@@ -81,38 +77,13 @@ impl<'a> Run<'a> {
         Ok(outcomes)
     }
 
-    /// The exact model's curve of each of `asks`; empty unless distances come from the exact model.
-    pub fn curves(
+    /// What `solve` finds by further taps, whose number it tells.
+    pub fn more<T>(
         &mut self,
-        designs: &[Design],
-        asks: impl Iterator<Item = Ask>,
-    ) -> Result<Vec<Option<Curve>>, Error> {
-        if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
-            return Ok(Vec::new());
-        }
-        let asks: Vec<Ask> = asks.collect();
+        solve: impl FnOnce(&Setup, &mut Evaluator<'a>) -> Result<(Vec<T>, u64), SolveError>,
+    ) -> Result<Vec<T>, Error> {
         let setup = &self.study.setup;
-        let (curves, solved) = self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks))?;
-        self.reached.counts.solved += solved;
-        Ok(curves)
-    }
-
-    /// Estimates from the two strains of each of `tasks`; `reach` gives the smallest and largest distance of a design. Empty if not used.
-    pub fn both(
-        &mut self,
-        designs: &[Design],
-        tasks: impl FnOnce() -> Vec<Task>,
-        outcomes: &[Outcome],
-        reach: impl Fn(usize) -> [f64; 2],
-    ) -> Result<Vec<Option<Both>>, Error> {
-        let setup = &self.study.setup;
-        if !both::asked(setup) {
-            return Ok(Vec::new());
-        }
-        let ask =
-            |(task, tap): (Task, &Outcome)| both::Ask::own(setup, task, tap, reach(task.design as usize));
-        let asks: Vec<both::Ask> = tasks().into_iter().zip(outcomes).map(ask).collect();
-        let (found, solved) = self.timed(|evaluator| both::both(setup, evaluator, designs, &asks))?;
+        let (found, solved) = self.timed(|evaluator| solve(setup, evaluator))?;
         self.reached.counts.solved += solved;
         Ok(found)
     }
@@ -240,7 +211,6 @@ fn write_kept(run: &mut Run<'_>, taps: &Taps<'_>, kept: &[Kept]) -> Result<(), E
     let n = kept.len() as u64;
     run.reached.handed.note("kept rows", [1, n, n]);
     run.reached.counts.kept = Some(n);
-    run.kept = kept.iter().map(|row| row.at.design).collect();
     let setup = &run.study.setup;
     let (columns, mut rows) = (AtDrive::chosen(setup), Table::Designs.heading().frame_for(setup));
     for row in kept {
