@@ -8,8 +8,9 @@ use crate::chart::axis::Axis;
 use crate::chart::build::Built;
 use crate::chart::series::{Row, Series};
 use crate::error::Error;
+use crate::optimise::best::fitted;
 use crate::physics::solid::{Held, SKIN};
-use crate::scene::{Convention, Drive, Material, Side, Spec};
+use crate::scene::{Convention, Spec};
 
 /// Version of the format.
 pub const FORMAT: u32 = 1;
@@ -38,7 +39,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
         "vibrissa_explore": FORMAT,
         "version": env!("CARGO_PKG_VERSION"),
         "name": spec.name,
-        "drive": if setup.drive == Drive::Angle { "angle" } else { "displacement" },
+        "drive": setup.drive.word(),
         "model": {
             "shear": setup.model.shear,
             "surface": setup.model.surface,
@@ -50,7 +51,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "skin": setup.model.distorting.then_some(SKIN),
         },
         "sensor": { "signal": setup.signal.word() },
-        "gauge": { "side": side(setup.gauge.side), "strain_limit": setup.gauge.strain_limit },
+        "gauge": { "side": setup.gauge.side.word(), "strain_limit": setup.gauge.strain_limit },
         "estimate": {
             "theory": super::theory(setup).word(),
             "elongation": estimate.convention == Convention::Elongation,
@@ -76,10 +77,6 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
     }))
 }
 
-fn side(side: Side) -> &'static str {
-    if side == Side::Contact { "contact" } else { "far" }
-}
-
 /// Terms as rows: orders over all axes except the last, then coefficients in single precision.
 fn rows(series: &Series) -> Value {
     let row = |row: &Row| {
@@ -103,11 +100,8 @@ fn kept(spec: &Spec) -> Result<Value, Error> {
         moved.iter().for_each(|key| {
             section.remove(*key);
         });
-        if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material)
-            && let Some(material) = section.get_mut("material")
-        {
-            // Replaces the curve, whose path is relative to the spec, by its fit.
-            *material = toml::Value::Table([("yeoh".to_owned(), c.to_vec().into())].into_iter().collect());
+        if let (Some(fitted), Some(material)) = (fitted(spec), section.get_mut("material")) {
+            *material = fitted;
         }
         section.into_iter().map(|(key, value)| Ok(format!("{key} = {value}\n"))).collect()
     };
