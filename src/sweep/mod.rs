@@ -114,7 +114,7 @@ fn attempt(
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let open = |out| Folder::open(out, about.question.clone(), &names, target.force);
     let folder = target.out.map(open).transpose()?;
-    let method = running::method(study, choice, target.stop)?;
+    let method = choice.open(&study.setup.model)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let mut run = Run::new((study, plan), method, (target.stop, progress));
     let mut resumed = None;

@@ -7,8 +7,6 @@ use std::time::Instant;
 use super::group::{Group, Strokes};
 use super::keep::Best;
 use super::{Keeper, Kept, Place, Reached, Taps, Writers, charted};
-use crate::backend::Choice;
-use crate::census::{self, sample};
 use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
@@ -114,22 +112,6 @@ impl<'a> Run<'a> {
         }
         self.writers.write(table, pieces)
     }
-}
-
-/// Taps on which a device is compared with the CPU before the first row. They are taken from the whole space, so that all parts agree.
-const TAPS: u32 = 32;
-
-/// The method of `choice`, after its device was compared with the CPU on taps of `study`. Kernels of cones are checked on fixed taps instead.
-pub(super) fn method(study: &Study, choice: &Choice, stop: &AtomicBool) -> Result<Method, Error> {
-    let (setup, method) = (&study.setup, choice.open(&study.setup.model)?);
-    if choice.backend.adapter.is_none() || setup.built.is_none() {
-        return Ok(method);
-    }
-    let taps = census::Taps::of(setup, &sample::random(&study.space, TAPS, 0));
-    // Taps left to the reference are not compared.
-    let mut evaluator = Evaluator::new(setup, method).stopping(stop).sparing(usize::MAX);
-    evaluator.run(&taps.designs, &taps.tasks)?;
-    Ok(evaluator.into_method())
 }
 
 pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
