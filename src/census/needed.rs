@@ -89,7 +89,7 @@ impl Said {
             let these = &outcomes[from..from + row.distances.len()];
             let told =
                 |i: usize| Told::by(&own, k).towards(row.point.direction()).or_both(both.get(from + i));
-            let (_, estimates) = row.reduced(setup, &designs[k], these, told);
+            let (_, estimates) = row.reduced(setup, &designs[k], these, told, None);
             let answer =
                 |(tap, told): (&Outcome, &Estimated)| (tap.strain, tap.arc, tap.status | told.status);
             answers.extend(these.iter().zip(&estimates).map(answer));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::chart::ranges::Wanted;
 use crate::design::Design;
-use crate::estimate::Estimated;
+use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
 use crate::reduce::range;
 use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Sampler, Setup, Space, Study, Tuple};
@@ -32,6 +32,9 @@ pub struct Row {
     pub reach: [f64; 2],
 }
 
+/// The calibration of another whisker: its estimator, K̄ and drive.
+pub type Given<'d> = (Estimator<'d>, Option<f64>, f64);
+
 impl Row {
     /// Of distances that are all there are.
     pub fn new(point: Tuple, distances: Arc<[f64]>) -> Self {
@@ -51,19 +54,27 @@ impl Row {
         self.distances.iter().map(|a| Tuple { a: *a, ..self.point })
     }
 
-    /// The statistics of its `design` and the estimate of each of its solved `taps`; `told` converts the strain of each.
+    /// The statistics of its `design` and the estimate of each of its solved `taps`; `told` converts the strain of each, by the calibration of
+    /// another whisker if it is `given`.
     pub fn reduced<'d, 't>(
         &self,
         setup: &Setup,
         design: &'d Design,
         taps: &[Outcome],
         told: impl Fn(usize) -> Told<'t>,
+        given: Option<Given<'d>>,
     ) -> (Reduction<'d>, Vec<Estimated>) {
-        let mut reduced = Reduction::new(setup, design, self.reach, (taps.len(), 1));
-        let at = |i: usize| (self.distances[i], self.point.drive);
-        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), at(i), tap));
-        reduced.calibrate();
-        let estimate = |(i, tap): (usize, &Outcome)| reduced.estimate_by((i, 0), at(i), tap, told(i));
+        let own = || Some(Estimator::new(design.setup(setup), design.shared.as_ref()?, self.reach));
+        let estimator = given.map_or_else(own, |(estimator, ..)| Some(estimator));
+        let mut reduced = Reduction::with(setup, design, estimator, (taps.len(), 1));
+        let at = |i: usize, drive: f64| (self.distances[i], drive);
+        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), at(i, self.point.drive), tap));
+        match given {
+            Some((_, k, _)) => reduced.calibrate_as(k),
+            None => reduced.calibrate(),
+        }
+        let drive = given.map_or(self.point.drive, |(.., drive)| drive);
+        let estimate = |(i, tap): (usize, &Outcome)| reduced.estimate_by((i, 0), at(i, drive), tap, told(i));
         let estimates = taps.iter().enumerate().map(estimate).collect();
         (reduced, estimates)
     }
@@ -197,12 +208,13 @@ pub fn choosing_in(wanted: &Wanted, layout: &Layout) -> Vec<Row> {
 }
 
 /// Ranges of D, d, L_a, x_ss, l and the drive.
-fn sides(w: &Wanted) -> [[f64; 2]; 6] {
+pub fn sides(w: &Wanted) -> [[f64; 2]; 6] {
     [w.D, w.d, w.L_a, w.x_ss, w.l, w.drive]
 }
 
+/// The tuple of D, d, L_a, x_ss, l and the drive.
 #[allow(non_snake_case)]
-fn point([D, d, L_a, x_ss, l, drive]: [f64; 6]) -> Tuple {
+pub fn point([D, d, L_a, x_ss, l, drive]: [f64; 6]) -> Tuple {
     Tuple { D, d, L_a, x_ss, l, a: f64::NAN, drive, ..Tuple::default() }
 }
 

@@ -33,7 +33,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
     let axis =
         |(name, axis): (&str, &Axis)| json!({ "name": name, "variable": axis.map, "range": axis.range });
     let axes: Vec<Value> = AXIS_NAMES.into_iter().zip(chart.axes()).map(axis).collect();
-    let estimate = &setup.estimate;
+    let (estimate, ranges) = (&setup.estimate, &domain.whiskers);
     let held = Held::new(&setup.model);
     Ok(json!({
         "vibrissa_explore": FORMAT,
@@ -59,8 +59,8 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "range": estimate.range,
         },
         "domain": {
-            "D": domain.D, "d": domain.d, "L_a": domain.L_a, "x_ss": domain.x_ss, "l": domain.l,
-            "hub": domain.hub, "a": domain.a, "drive": domain.drive,
+            "D": ranges.D, "d": ranges.d, "L_a": ranges.L_a, "x_ss": ranges.x_ss, "l": ranges.l,
+            "hub": domain.hub, "a": domain.a, "drive": ranges.drive,
         },
         "start": {
             "D": domain.start.D, "d": domain.start.d, "L_a": domain.start.L_a, "x_ss": domain.start.x_ss,

@@ -1,9 +1,12 @@
 //! Scores candidates from the solved taps of their nominal and sampled whiskers.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::score::{self, Seen, continued, deviation, gather, over};
 use super::{Limit, Score};
+use crate::census::Row;
 use crate::chart::lanes::Figures;
 use crate::curve::both::{self, Both};
 use crate::curve::{Curve, Reach};
@@ -13,12 +16,12 @@ use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
 use crate::reduce::Spread;
 use crate::scene::{COLUMNS, Calibrated, Column, Direction, Property, Robust, Search, Setup, Theory, Tuple};
-use crate::statistics::{DriveRow, Reduction, Told};
+use crate::statistics::{DriveRow, Told};
 
 pub(super) struct Judge<'a> {
     pub setup: &'a Setup,
     pub search: &'a Search,
-    pub distances: Vec<f64>,
+    pub distances: Arc<[f64]>,
     pub reach: [f64; 2],
     pub deviations: Vec<[f64; COLUMNS]>,
     /// Relative safety margin of the limits: the error of the kernel, so that a more accurate one also finds them kept.
@@ -230,28 +233,12 @@ impl Judge<'_> {
         own: Told<'_>,
         given: Option<&Calibration<'_>>,
     ) -> DriveRow {
-        let n = (taps.len(), 1);
-        let mut reduced = match given {
-            Some(other) => Reduction::with(self.setup, design, Some(other.estimator), n),
-            None => Reduction::new(self.setup, design, self.reach, n),
-        };
-        let at = |i: usize| (self.distances[i], design.tuple.drive);
-        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), at(i), tap));
+        let row = Row { point: design.tuple, distances: self.distances.clone(), reach: self.reach };
         let told = given.and_then(|other| other.curve).map_or(own, Told::Other);
         let told = told.towards(design.tuple.direction());
-        let drive = match given {
-            Some(other) => {
-                reduced.calibrate_as(other.k);
-                other.drive
-            }
-            None => {
-                reduced.calibrate();
-                design.tuple.drive
-            }
-        };
-        for (i, tap) in taps.iter().enumerate() {
-            reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told.or_both(both.get(i)));
-        }
+        let given = given.map(|other| (other.estimator, other.k, other.drive));
+        let each = |i: usize| told.or_both(both.get(i));
+        let (reduced, _) = row.reduced(self.setup, design, taps, each, given);
         reduced.drives[0]
     }
 }

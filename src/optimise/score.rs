@@ -214,7 +214,7 @@ pub(super) fn read(
     let unsolved =
         taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
     let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
-    let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
+    let nearest = taps.iter().zip(judge.distances.iter()).map(near).fold(f64::INFINITY, f64::min);
     let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
     let highest = match (told, other.and_then(|other| other.curve)) {
         _ if !both.is_empty() => None,
