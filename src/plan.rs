@@ -203,18 +203,11 @@ pub fn of_search(search: &Search, space: &Space, setup: &Setup, options: &RunOpt
 }
 
 fn solved(taps: f64, setup: &Setup, options: &RunOptions) -> f64 {
-    let friction = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
-    let mut each = SOLVED;
-    if friction {
-        each *= FRICTION;
-    }
-    if options.precision == Some(Precision::F64) {
-        each *= DOUBLE;
-    }
+    let rubs = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
+    let friction = if rubs { FRICTION } else { 1.0 };
+    let double = if options.precision == Some(Precision::F64) { DOUBLE } else { 1.0 };
     // Closed forms are fast on any backend.
-    if setup.model.geometry == Geometry::Linear {
-        each = 0.0;
-    }
+    let each = if setup.model.geometry == Geometry::Linear { 0.0 } else { SOLVED * friction * double };
     shared(taps * each, options)
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::running::rank;
+use super::running::{chunks, offer};
 use super::{Kept, Reached, Run, Taps};
 use crate::census::{self, Row};
 use crate::chart::lanes::{Found, Words};
@@ -142,7 +142,7 @@ impl Search<'_> {
         let easy = (designs - hard.len() as u64) * self.layout.block();
         run.reached.counts.taps += easy;
         run.reached.counts.interpolated += easy;
-        rank(run, self.taps, &hard)?;
+        chunks(run, self.taps, (hard.into_iter(), None), (&[], None), offer)?;
         run.show(0);
         bound(&mut run.reached.found, self.ranker.keep());
         run.complete(designs, (run.designs.end - run.designs.start, "designs"))

@@ -116,7 +116,7 @@ impl<'a> Run<'a> {
 
 pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     let every: Vec<Table> = Table::ALL.into_iter().filter(|t| run.writers.wants(*t)).collect();
-    let own = (run.designs.clone(), run.designs.end - run.designs.start, "designs");
+    let own = (run.designs.clone(), Some((run.designs.end - run.designs.start, "designs")));
     if run.study.output.top.is_none() {
         return chunks(run, taps, own, (&every, None), |run, complete| {
             complete.iter().flatten().for_each(|row| run.reached.shown.offer(row));
@@ -144,42 +144,38 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     designs.dedup();
     let of = designs.len() as u64;
     let before = run.reached.counts.clone();
-    chunks(run, taps, (designs.into_iter(), of, "kept designs"), (&rest, Some(&kept)), |run, _| {
+    let designs = (designs.into_iter(), Some((of, "kept designs")));
+    chunks(run, taps, designs, (&rest, Some(&kept)), |run, _| {
         run.reached.counts.taps = before.taps;
         run.reached.counts.combinations.clone_from(&before.combinations);
     })
 }
 
-/// Solves and writes the remaining designs of `of`, chunk by chunk; `take` receives the complete rows of each design.
-fn chunks(
+/// Solves and writes the remaining `designs`, chunk by chunk, which are `counted` as complete of so many; `take` receives the complete rows of each
+/// design.
+pub(super) fn chunks(
     run: &mut Run<'_>,
     taps: &Taps<'_>,
-    (designs, of, what): (impl Iterator<Item = u64>, u64, &str),
+    (designs, counted): (impl Iterator<Item = u64>, Option<(u64, &str)>),
     (tables, kept): (&[Table], Option<Strokes<'_>>),
     mut take: impl FnMut(&mut Run<'_>, Vec<Vec<Kept>>),
 ) -> Result<(), Error> {
-    let mut designs = designs.skip(run.reached.next as usize).peekable();
+    let done = counted.map_or(0, |_| run.reached.next as usize);
+    let mut designs = designs.skip(done).peekable();
     // Rows of designs that alternate are written all at once.
     let all = !taps.in_order() && !tables.is_empty();
     while let Some(group) = Group::next(run, taps, (&mut designs, all))? {
         let complete = group.finish(run, taps, (tables, kept))?;
         take(run, complete);
-        run.complete(group.numbers.len() as u64, (of, what))?;
+        if let Some(of) = counted {
+            run.complete(group.numbers.len() as u64, of)?;
+        }
     }
     Ok(())
 }
 
-/// Offers the complete rows of `designs` to the best ones; does not count as a chunk.
-pub(super) fn rank(run: &mut Run<'_>, taps: &Taps<'_>, designs: &[u64]) -> Result<(), Error> {
-    let mut designs = designs.iter().copied().peekable();
-    while let Some(group) = Group::next(run, taps, (&mut designs, false))? {
-        let complete = group.finish(run, taps, (&[], None))?;
-        offer(run, complete);
-    }
-    Ok(())
-}
-
-fn offer(run: &mut Run<'_>, complete: Vec<Vec<Kept>>) {
+/// Offers the complete rows of designs to the best ones.
+pub(super) fn offer(run: &mut Run<'_>, complete: Vec<Vec<Kept>>) {
     let best = &mut run.reached.best;
     for rows in complete {
         match run.study.output.per {
