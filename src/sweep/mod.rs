@@ -106,7 +106,8 @@ fn attempt(
     ((before, chart), needed): ((f64, Option<f64>), Option<&mut Needed>),
 ) -> Result<Option<(Report, Tables)>, Error> {
     let begun = Instant::now();
-    let full = fuller(needed.as_deref());
+    // The full model, if any effects are left off.
+    let full = needed.as_deref().filter(|n| !n.left().is_empty()).map(|n| n.full.clone());
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound);
     let (study, shard) = (&spec.study, target.shard);
     let about = About::new(spec, plan, choice, (shard, bound));
@@ -235,11 +236,6 @@ pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
     let allowed =
         "the whole without --shard, parts without top, or parts without --model-error and [run] model_error";
     Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
-}
-
-/// The full model, if any effects are left off.
-fn fuller(needed: Option<&Needed>) -> Option<Setup> {
-    needed.filter(|n| !n.left().is_empty()).map(|n| n.full.clone())
 }
 
 /// `model_error` of `run.json`, if requested; the outer `None` if the kept rows show that a fuller model is needed.
