@@ -186,17 +186,11 @@ const DOUBLE: f64 = 2.0;
 const SEARCHED: f64 = 2e4;
 
 pub fn of_study(study: &Study, options: &RunOptions) -> f64 {
-    let Some(layout) = study.space.layout() else {
-        let taps = match &study.space {
-            Space::List(listed) => listed.len() as f64,
-            Space::Grid(_) => 0.0,
-        };
+    let taps = study.space.tuples().0 as f64;
+    let charted = |layout: &Layout| options.precision != Some(Precision::F64) && Scope::fits(study, layout);
+    let Some(layout) = study.space.layout().filter(charted) else {
         return solved(taps, &study.setup, options);
     };
-    let taps = layout.len() as f64;
-    if options.precision == Some(Precision::F64) || !Scope::fits(study, &layout) {
-        return solved(taps, &study.setup, options);
-    }
     let each = if layout.drives().is_some_and(|axis| axis.len() > 1) { READ_TOGETHER } else { READ };
     shared(taps * each, options)
 }
@@ -209,18 +203,11 @@ pub fn of_search(search: &Search, space: &Space, setup: &Setup, options: &RunOpt
 }
 
 fn solved(taps: f64, setup: &Setup, options: &RunOptions) -> f64 {
-    let friction = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
-    let mut each = SOLVED;
-    if friction {
-        each *= FRICTION;
-    }
-    if options.precision == Some(Precision::F64) {
-        each *= DOUBLE;
-    }
+    let rubs = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
+    let friction = if rubs { FRICTION } else { 1.0 };
+    let double = if options.precision == Some(Precision::F64) { DOUBLE } else { 1.0 };
     // Closed forms are fast on any backend.
-    if setup.model.geometry == Geometry::Linear {
-        each = 0.0;
-    }
+    let each = if setup.model.geometry == Geometry::Linear { 0.0 } else { SOLVED * friction * double };
     shared(taps * each, options)
 }
 

@@ -13,13 +13,14 @@ use serde_json::{Value, json};
 
 use super::cases::{self, Configuration};
 use super::compare::{Figures, Line, Odd, compare, of_backend};
+use super::sample::point;
 use super::{Place, Row, Taps, present};
 use crate::backend::Backend;
 use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method};
 use crate::kernel::rule::smallest_tolerance;
 use crate::reduce;
-use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Sampler, Tuple};
+use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Sampler};
 use crate::sink::Field;
 
 /// The configurations of model §5, all effects off to all on.
@@ -201,10 +202,8 @@ pub fn taps(c: &Configuration, count: usize) -> Taps {
         let at = |dimension, from: f64, to: f64| {
             from + (to - from) * f64::from(Sampler::Sobol.coordinate(1, dimension, k)) / 2f64.powi(32)
         };
-        let (big, tip, drive) = (at(0, 8.0, 12.0), at(1, 2.0, 7.0), at(2, 0.5, 10.0));
-        let point =
-            Tuple { D: big, d: tip, L_a: 50.0, x_ss: 5.0, l: 2.0, a: f64::NAN, drive, ..Tuple::default() };
-        Row::new(point, distances.clone())
+        let values = [at(0, 8.0, 12.0), at(1, 2.0, 7.0), 50.0, 5.0, 2.0, at(2, 0.5, 10.0)];
+        Row::new(point(values), distances.clone())
     };
     let whiskers = count.div_ceil(distances.len()).max(1) as u32;
     Taps::of_rows(&c.setup, &(0..whiskers).map(row).collect::<Vec<_>>())

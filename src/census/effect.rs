@@ -68,11 +68,6 @@ impl Setting {
         effects.into_iter().for_each(|e| e.switch(&mut rest, false));
         rest
     }
-
-    /// The paper's theory: linear, without any effect; rig and gauge stay.
-    pub fn linear(&self) -> Self {
-        self.without(Effect::all().filter(|e| !e.is_of_rig()))
-    }
 }
 
 #[derive(Debug, Clone, Copy)]

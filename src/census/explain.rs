@@ -121,7 +121,8 @@ pub fn explain(study: &Study, choice: &Choice) -> Result<Explanation, Error> {
     let in_model = |e: &&Explained| e.on == Some(true) && !e.effect.is_of_rig();
     let all_effects = match effects.iter().filter(in_model).count() {
         0 | 1 => None,
-        _ => compare(&said, &said.linear())?,
+        // The paper's theory: linear, without any effect; rig and gauge stay.
+        _ => compare(&said, &said.without(Effect::all().filter(|e| !e.is_of_rig())))?,
     };
     Ok(Explanation { taps: sample::taps(&rows), total, effects, all_effects })
 }

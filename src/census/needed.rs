@@ -16,9 +16,10 @@ use super::{At, Effect, Row, Setting, Taps, relative};
 use crate::backend::Choice;
 use crate::curve::{self, Ask, Reach, both};
 use crate::error::{Error, InputError};
-use crate::evaluate::{Evaluator, Guard, doubts};
+use crate::estimate::Estimated;
+use crate::evaluate::{Evaluator, Guard, Outcome, doubts};
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Setup, Spec};
-use crate::statistics::{Reduction, Told};
+use crate::statistics::Told;
 use crate::status::Status;
 
 /// Smallest bound that two solutions in f64 can be judged by.
@@ -86,17 +87,12 @@ impl Said {
         for (k, row) in rows.iter().enumerate() {
             let from = answers.len();
             let these = &outcomes[from..from + row.distances.len()];
-            let at = |i: usize| (row.distances[i], row.point.drive);
-            let mut reduced = Reduction::new(setup, &designs[k], row.reach, (these.len(), 1));
-            for (i, tap) in these.iter().enumerate() {
-                reduced.count((i, 0), at(i), tap);
-            }
-            reduced.calibrate();
-            for (i, tap) in these.iter().enumerate() {
-                let told = Told::by(&own, k).towards(row.point.direction()).or_both(both.get(from + i));
-                let estimated = reduced.estimate_by((i, 0), at(i), tap, told);
-                answers.push((tap.strain, tap.arc, tap.status | estimated.status));
-            }
+            let told =
+                |i: usize| Told::by(&own, k).towards(row.point.direction()).or_both(both.get(from + i));
+            let (_, estimates) = row.reduced(setup, &designs[k], these, told, None);
+            let answer =
+                |(tap, told): (&Outcome, &Estimated)| (tap.strain, tap.arc, tap.status | told.status);
+            answers.extend(these.iter().zip(&estimates).map(answer));
         }
         Ok(Self { taps, answers })
     }

@@ -5,8 +5,12 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::chart::ranges::Wanted;
+use crate::design::Design;
+use crate::estimate::{Estimated, Estimator};
+use crate::evaluate::Outcome;
 use crate::reduce::range;
-use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Sampler, Space, Study, Tuple};
+use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Sampler, Setup, Space, Study, Tuple};
+use crate::statistics::{Reduction, Told};
 
 /// Taps of a spread at most.
 const LIMIT: u64 = 2000;
@@ -28,6 +32,9 @@ pub struct Row {
     pub reach: [f64; 2],
 }
 
+/// The calibration of another whisker: its estimator, K̄ and drive.
+pub type Given<'d> = (Estimator<'d>, Option<f64>, f64);
+
 impl Row {
     /// Of distances that are all there are.
     pub fn new(point: Tuple, distances: Arc<[f64]>) -> Self {
@@ -35,8 +42,41 @@ impl Row {
         Self { point, distances, reach }
     }
 
+    /// Rows over `some` distances of `layout`, or all, first and last among them.
+    pub fn over(layout: &Layout, some: u64) -> impl Fn(Tuple) -> Self {
+        let some = even(layout.n_distances, some.min(layout.n_distances));
+        let (distances, reach): (Arc<[f64]>, _) =
+            (some.map(|i| layout.distance(i)).collect(), layout.reach());
+        move |point| Self { point, distances: distances.clone(), reach }
+    }
+
     pub fn taps(&self) -> impl Iterator<Item = Tuple> {
         self.distances.iter().map(|a| Tuple { a: *a, ..self.point })
+    }
+
+    /// The statistics of its `design` and the estimate of each of its solved `taps`; `told` converts the strain of each, by the calibration of
+    /// another whisker if it is `given`.
+    pub fn reduced<'d, 't>(
+        &self,
+        setup: &Setup,
+        design: &'d Design,
+        taps: &[Outcome],
+        told: impl Fn(usize) -> Told<'t>,
+        given: Option<Given<'d>>,
+    ) -> (Reduction<'d>, Vec<Estimated>) {
+        let own = || Some(Estimator::new(design.setup(setup), design.shared.as_ref()?, self.reach));
+        let estimator = given.map_or_else(own, |(estimator, ..)| Some(estimator));
+        let mut reduced = Reduction::with(setup, design, estimator, (taps.len(), 1));
+        let at = |i: usize, drive: f64| (self.distances[i], drive);
+        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), at(i, self.point.drive), tap));
+        match given {
+            Some((_, k, _)) => reduced.calibrate_as(k),
+            None => reduced.calibrate(),
+        }
+        let drive = given.map_or(self.point.drive, |(.., drive)| drive);
+        let estimate = |(i, tap): (usize, &Outcome)| reduced.estimate_by((i, 0), at(i, drive), tap, told(i));
+        let estimates = taps.iter().enumerate().map(estimate).collect();
+        (reduced, estimates)
     }
 }
 
@@ -68,13 +108,11 @@ fn of_grid(layout: &Layout, limit: u64) -> Vec<Row> {
         drives = layout.n_drives.min(limit / (designs * distances));
         distances = layout.n_distances.min(limit / (designs * drives));
     }
-    let distances = over(layout, distances);
-    let row = |point| Row { point, distances: distances.clone(), reach: layout.reach() };
     let strokes = |k: u64| {
         let design = layout.design(k);
         even(layout.n_drives, drives).map(move |j| layout.stroke(&design, j))
     };
-    golden(layout.n_designs, designs).flat_map(strokes).map(row).collect()
+    golden(layout.n_designs, designs).flat_map(strokes).map(Row::over(layout, distances)).collect()
 }
 
 fn of_list(listed: &Listed, limit: u64) -> Vec<Row> {
@@ -101,11 +139,6 @@ fn of_list(listed: &Listed, limit: u64) -> Vec<Row> {
 fn even(n: u64, some: u64) -> impl Iterator<Item = u64> {
     let gaps = some.saturating_sub(1).max(1);
     (0..some).map(move |i| (u128::from(i) * u128::from(n - 1) / u128::from(gaps)) as u64)
-}
-
-/// `some` distances of `layout`, or all, first and last among them.
-fn over(layout: &Layout, some: u64) -> Arc<[f64]> {
-    even(layout.n_distances, some.min(layout.n_distances)).map(|i| layout.distance(i)).collect()
 }
 
 /// `some` of 0 … `n` − 1, or a few less, without a period, ascending.
@@ -164,24 +197,24 @@ pub fn choosing(study: &Study) -> Vec<Row> {
 /// The rows by which a model is chosen for whiskers anywhere in the box `wanted`, over the distances of `layout`: at least 2000 taps, and the corners.
 pub fn choosing_in(wanted: &Wanted, layout: &Layout) -> Vec<Row> {
     let (directions, sides, mut rows) = (outermost(layout), sides(wanted), corners(wanted, layout));
-    let distances = over(layout, DISTANCES);
     let inside = |i: u32| {
         let share = |k: usize| f64::from(Sampler::Sobol.coordinate(0, k as u32, i)) / 2f64.powi(32);
         let value = |k: usize| sides[k][0] + (sides[k][1] - sides[k][0]) * share(k);
-        let point = point(std::array::from_fn(value)).towards(directions[i as usize % directions.len()]);
-        Row { point, distances: distances.clone(), reach: layout.reach() }
+        point(std::array::from_fn(value)).towards(directions[i as usize % directions.len()])
     };
-    rows.extend((0..LIMIT.div_ceil(distances.len() as u64) as u32).map(inside));
+    let count = LIMIT.div_ceil(layout.n_distances.min(DISTANCES)) as u32;
+    rows.extend((0..count).map(inside).map(Row::over(layout, DISTANCES)));
     rows
 }
 
 /// Ranges of D, d, L_a, x_ss, l and the drive.
-fn sides(w: &Wanted) -> [[f64; 2]; 6] {
+pub fn sides(w: &Wanted) -> [[f64; 2]; 6] {
     [w.D, w.d, w.L_a, w.x_ss, w.l, w.drive]
 }
 
+/// The tuple of D, d, L_a, x_ss, l and the drive.
 #[allow(non_snake_case)]
-fn point([D, d, L_a, x_ss, l, drive]: [f64; 6]) -> Tuple {
+pub fn point([D, d, L_a, x_ss, l, drive]: [f64; 6]) -> Tuple {
     Tuple { D, d, L_a, x_ss, l, a: f64::NAN, drive, ..Tuple::default() }
 }
 
@@ -199,10 +232,10 @@ fn outermost(layout: &Layout) -> Vec<Direction> {
 
 /// The corners of a box against the outermost poles of `layout`, each once, over its distances.
 fn corners(wanted: &Wanted, layout: &Layout) -> Vec<Row> {
-    let (sides, distances) = (sides(wanted), over(layout, DISTANCES));
+    let sides = sides(wanted);
     let once = |k: &u32| (0..6).all(|i| k >> i & 1 == 0 || sides[i][0] != sides[i][1]);
     let corner = |k: u32| point(std::array::from_fn(|i| sides[i][(k >> i & 1) as usize]));
     let poles = outermost(layout).into_iter();
     let points = poles.flat_map(|d| (0..1 << 6).filter(once).map(move |k| corner(k).towards(d)));
-    points.map(|point| Row { point, distances: distances.clone(), reach: layout.reach() }).collect()
+    points.map(Row::over(layout, DISTANCES)).collect()
 }

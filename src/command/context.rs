@@ -15,9 +15,9 @@ use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::locate::Calibration;
 use crate::measure::Data;
-use crate::optimise::{Watch, report};
+use crate::optimise::Watch;
 use crate::progress::{Progress, go_on};
-use crate::scene::{COLUMNS, Column, RunOptions, Setup, Space, Spec};
+use crate::scene::{Column, RunOptions, Spec};
 use crate::sink::{Folder, Frame, LabTable, Question, Sheet, TableFormat, memory};
 use crate::{files, spec};
 
@@ -248,16 +248,7 @@ impl<'a> Context<'a> {
         let parse = |label: &str, text: &str, base: &Path| spec::parse_listed(label, text, base, Some(taps));
         let mut spec = self.read(path, "spec", parse)?;
         let kind = spec.study.setup.drive;
-        let Space::List(tuples) = &spec.study.space else { return Ok(spec) };
-        let mut largest = [f64::NAN; COLUMNS];
-        for tuple in (0..tuples.len()).map(|i| tuples.tuple(i).to_array()) {
-            largest = std::array::from_fn(|k| tuple[k].max(largest[k]));
-        }
-        let place = |column: Column, what: String| InputError::new(what).key(column.name(kind));
-        spec.warnings.extend(spec::unusual_taps(kind, largest, place));
-        let setup = Setup { drive: kind, ..Setup::default() };
-        let of_tuples =
-            |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", report::key(&setup, *c))));
+        let of_tuples = |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", c.key(kind))));
         spec.in_force.retain(|(key, ..)| !of_tuples(key));
         Ok(spec)
     }

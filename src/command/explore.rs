@@ -77,8 +77,8 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
 }
 
 fn domain(baked: &Baked) -> Value {
-    let d = &baked.domain;
-    json!({ "D_mm": d.D, "d_tip_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": d.hub, "a_mm": d.a, "drive": d.drive })
+    let (domain, d) = (&baked.domain, &baked.domain.whiskers);
+    json!({ "D_mm": d.D, "d_tip_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": domain.hub, "a_mm": domain.a, "drive": d.drive })
 }
 
 /// Checks that `out` may be written: not a folder, not an input, and only an older page is replaced unless forced.

@@ -9,11 +9,12 @@ pub mod page;
 mod taps;
 
 use crate::chart::axis::{AXES, FIRST_PLACE};
+use crate::chart::ranges::Wanted;
 use crate::design::amount;
 use crate::error::{Error, InputError};
 use crate::physics::solid::is_solid;
 use crate::plan::Layout;
-use crate::scene::{Axis, Column, Contact, Drive, Geometry, Setup, Spec, Theory, Tuple};
+use crate::scene::{Axis, Contact, Drive, Geometry, Setup, Spec, Theory, Tuple};
 use along::Along;
 use taps::Census;
 
@@ -168,19 +169,12 @@ const LAST_TAPER: f64 = 0.92;
 
 /// Ranges, lengths in mm, and the start of the page.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(non_snake_case)]
 pub struct Domain {
-    pub D: [f64; 2],
-    pub d: [f64; 2],
-    pub L_a: [f64; 2],
-    pub x_ss: [f64; 2],
-    pub l: [f64; 2],
+    pub whiskers: Wanted,
     /// r₀; a single value with a displacement drive, which it does not affect, and with a pole radius.
     pub hub: [f64; 2],
     pub pole: f64,
     pub a: [f64; 2],
-    /// θ, degrees, or δ, mm.
-    pub drive: [f64; 2],
     /// The first design of the spec, at a middle drive.
     pub start: Tuple,
     pub reach: [f64; 2],
@@ -205,20 +199,24 @@ impl Domain {
             let error = error.key("model.pole_radius").value(pole);
             return Err(error.allowed("0, or hub = 0 in [whisker]"));
         }
-        let drives = layout.bounds(Column::Drive);
-        let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(Column::ALL[k]));
-        let reach = layout.reach();
-        let mut drive = around(drives, [0.5, 2.0]);
+        let (asked, reach) = (Wanted::of(layout), layout.reach());
+        let mut drive = around(asked.drive, [0.5, 2.0]);
         if angle {
-            drive[1] = drive[1].min(60.0).max(drives[1]);
+            drive[1] = drive[1].min(60.0).max(asked.drive[1]);
         }
-        let largest = base[1];
+        let largest = asked.D[1];
         Ok(Self {
-            D: around(base, [0.8, 1.2]),
-            d: around(tip, [0.8, 1.2]),
-            L_a: around(length, [0.8, 1.2]),
-            x_ss: if x_ss[1] > 0.0 { around(x_ss, [0.5, 2.0]) } else { [0.0, 0.5 * largest] },
-            l: around(grid, [0.5, 2.0]),
+            whiskers: Wanted {
+                D: around(asked.D, [0.8, 1.2]),
+                d: around(asked.d, [0.8, 1.2]),
+                L_a: around(asked.L_a, [0.8, 1.2]),
+                x_ss: match asked.x_ss {
+                    [_, 0.0] => [0.0, 0.5 * largest],
+                    places => around(places, [0.5, 2.0]),
+                },
+                l: around(asked.l, [0.5, 2.0]),
+                drive,
+            },
             hub: match setup.hub {
                 _ if !angle || pole > 0.0 => [0.0; 2],
                 0.0 => [0.0, largest],
@@ -226,8 +224,7 @@ impl Domain {
             },
             pole,
             a: around(reach, [0.7, 1.4]),
-            drive,
-            start: Tuple { drive: middle(layout, drives), ..layout.design(0) },
+            start: Tuple { drive: middle(layout, asked.drive), ..layout.design(0) },
             reach,
             distances: layout.n_distances,
         })
@@ -237,15 +234,16 @@ impl Domain {
     pub fn scaled(&self, kind: Drive) -> [[f64; 2]; AXES] {
         let [near, far] = self.a;
         let over_a = |[lo, hi]: [f64; 2]| [lo / far, hi / near];
-        let drive = self.drive.map(|drive| amount(kind, drive));
-        let reach = [near / self.L_a[1], (far / self.L_a[0]).min(1.0)];
-        let lost = [1.0 - self.d[1] / self.D[0], 1.0 - self.d[0] / self.D[1]];
+        let Wanted { D: base, d: tip, L_a: length, drive, .. } = self.whiskers;
+        let drive = drive.map(|drive| amount(kind, drive));
+        let reach = [near / length[1], (far / length[0]).min(1.0)];
+        let lost = [1.0 - tip[1] / base[0], 1.0 - tip[0] / base[1]];
         let least = lost[0] * if lost[0] < 0.0 { reach[1] } else { reach[0] };
         let most = lost[1] * if lost[1] < 0.0 { reach[0] } else { reach[1] };
         [
             if kind == Drive::Angle { drive } else { over_a(drive) },
             if self.pole > 0.0 { over_a([self.pole; 2]) } else { over_a(self.hub) },
-            over_a(self.D),
+            over_a(base),
             [least.max(-1.0), most.min(LAST_TAPER)],
             [FIRST_PLACE, LAST_PLACE],
         ]

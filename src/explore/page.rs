@@ -8,8 +8,9 @@ use crate::chart::axis::Axis;
 use crate::chart::build::Built;
 use crate::chart::series::{Row, Series};
 use crate::error::Error;
+use crate::optimise::best::fitted;
 use crate::physics::solid::{Held, SKIN};
-use crate::scene::{Convention, Drive, Material, Side, Spec};
+use crate::scene::{Convention, Spec};
 
 /// Version of the format.
 pub const FORMAT: u32 = 1;
@@ -32,13 +33,13 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
     let axis =
         |(name, axis): (&str, &Axis)| json!({ "name": name, "variable": axis.map, "range": axis.range });
     let axes: Vec<Value> = AXIS_NAMES.into_iter().zip(chart.axes()).map(axis).collect();
-    let estimate = &setup.estimate;
+    let (estimate, ranges) = (&setup.estimate, &domain.whiskers);
     let held = Held::new(&setup.model);
     Ok(json!({
         "vibrissa_explore": FORMAT,
         "version": env!("CARGO_PKG_VERSION"),
         "name": spec.name,
-        "drive": if setup.drive == Drive::Angle { "angle" } else { "displacement" },
+        "drive": setup.drive.word(),
         "model": {
             "shear": setup.model.shear,
             "surface": setup.model.surface,
@@ -50,7 +51,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "skin": setup.model.distorting.then_some(SKIN),
         },
         "sensor": { "signal": setup.signal.word() },
-        "gauge": { "side": side(setup.gauge.side), "strain_limit": setup.gauge.strain_limit },
+        "gauge": { "side": setup.gauge.side.word(), "strain_limit": setup.gauge.strain_limit },
         "estimate": {
             "theory": super::theory(setup).word(),
             "elongation": estimate.convention == Convention::Elongation,
@@ -58,8 +59,8 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "range": estimate.range,
         },
         "domain": {
-            "D": domain.D, "d": domain.d, "L_a": domain.L_a, "x_ss": domain.x_ss, "l": domain.l,
-            "hub": domain.hub, "a": domain.a, "drive": domain.drive,
+            "D": ranges.D, "d": ranges.d, "L_a": ranges.L_a, "x_ss": ranges.x_ss, "l": ranges.l,
+            "hub": domain.hub, "a": domain.a, "drive": ranges.drive,
         },
         "start": {
             "D": domain.start.D, "d": domain.start.d, "L_a": domain.start.L_a, "x_ss": domain.start.x_ss,
@@ -74,10 +75,6 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
         "census": baked.census,
         "kept": kept(spec)?,
     }))
-}
-
-fn side(side: Side) -> &'static str {
-    if side == Side::Contact { "contact" } else { "far" }
 }
 
 /// Terms as rows: orders over all axes except the last, then coefficients in single precision.
@@ -103,11 +100,8 @@ fn kept(spec: &Spec) -> Result<Value, Error> {
         moved.iter().for_each(|key| {
             section.remove(*key);
         });
-        if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material)
-            && let Some(material) = section.get_mut("material")
-        {
-            // Replaces the curve, whose path is relative to the spec, by its fit.
-            *material = toml::Value::Table([("yeoh".to_owned(), c.to_vec().into())].into_iter().collect());
+        if let (Some(fitted), Some(material)) = (fitted(spec), section.get_mut("material")) {
+            *material = fitted;
         }
         section.into_iter().map(|(key, value)| Ok(format!("{key} = {value}\n"))).collect()
     };

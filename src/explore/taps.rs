@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::Domain;
 use super::along::{ARC, Along, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, SIGNAL, TAPER, linear};
 use crate::census;
+use crate::census::sample::{self, point};
 use crate::chart::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared, amount, is_whisker};
 use crate::error::SolveError;
@@ -194,14 +195,8 @@ fn whisker(domain: &Domain, i: usize, hub: f64) -> Tuple {
     const ROOT: f64 = 1.096_981_557_798_560_7;
     let at =
         |k: i32, [lo, hi]: [f64; 2]| lo + (hi - lo) * (0.5 + hub + (i + 1) as f64 * ROOT.powi(-k)).fract();
-    Tuple {
-        D: at(1, domain.D),
-        d: at(2, domain.d),
-        L_a: at(3, domain.L_a),
-        x_ss: at(4, domain.x_ss),
-        l: at(5, domain.l),
-        a: at(6, domain.a),
-        drive: at(7, domain.drive),
-        ..Tuple::default()
-    }
+    let whisker = sample::sides(&domain.whiskers);
+    // The distance stands between the lengths and the drive.
+    let values = std::array::from_fn(|k| at([1, 2, 3, 4, 5, 7][k], whisker[k]));
+    Tuple { a: at(6, domain.a), ..point(values) }
 }

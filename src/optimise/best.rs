@@ -1,7 +1,7 @@
 //! `best.toml`: the best design as a spec. Also judges the best design by the other estimator.
 
 use super::TOLERANCE;
-use super::report::{Design, key, why};
+use super::report::{Design, why};
 use super::{Found, Goal, Report, Score, Scorer};
 use crate::error::Error;
 use crate::evaluate::Method;
@@ -16,10 +16,9 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
     }
     let Tuple { D, d, L_a, x_ss, l, drive, .. } = report.best.point;
     let setup = &spec.study.setup;
-    let drive_key = key(setup, Column::Drive);
     let profile = best.get("whisker").is_some_and(|whisker| whisker.get("profile").is_some());
     let own = [("D", D), ("d", d), ("L_a", L_a)].into_iter().filter(|_| !profile);
-    let rest = [("gauge", "x_ss", x_ss), ("gauge", "l", l), ("tap", drive_key, drive)];
+    let rest = [("gauge", "x_ss", x_ss), ("gauge", "l", l), ("tap", Column::Drive.key(setup.drive), drive)];
     let columns = own.map(|(key, value)| ("whisker", key, value)).chain(rest);
     let properties = setup.rigs.iter().flat_map(|rigs| {
         rigs.properties.iter().map(|property| {
@@ -41,13 +40,10 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
         }
         table.insert(name.into(), value.into());
     }
-    if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material) {
-        // The curve's path is relative to the spec, so the fitted coefficients are written instead.
-        let material: toml::Table =
-            [("yeoh".to_owned(), toml::Value::from(c.to_vec()))].into_iter().collect();
-        if let Some(model) = best.get_mut("model").and_then(toml::Value::as_table_mut) {
-            model.insert("material".into(), material.into());
-        }
+    if let Some(fitted) = fitted(spec)
+        && let Some(model) = best.get_mut("model").and_then(toml::Value::as_table_mut)
+    {
+        model.insert("material".into(), fitted);
     }
     let b = &report.backends[1];
     let mut run = toml::Table::new();
@@ -66,6 +62,14 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
         why(&spec.study.setup, search, report),
     );
     Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)
+}
+
+/// The fitted material in place of a measured curve, whose path is relative to the spec.
+pub(crate) fn fitted(spec: &Spec) -> Option<toml::Value> {
+    let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material) else {
+        return None;
+    };
+    Some(toml::Table::from_iter([("yeoh".to_owned(), c.to_vec().into())]).into())
 }
 
 /// Number of drives in the first scan (nominal whisker only), and how many of them on each side of the best the second scan covers.

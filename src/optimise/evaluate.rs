@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::judge::Judge;
+use super::judge::{Distances, Judge, Taps};
 use super::score::deviations;
 use super::{Found, Score, Variables, report};
 use crate::backend::{Backend, Choice};
@@ -13,7 +13,7 @@ use crate::chart::lanes::Figures;
 use crate::chart::ranges::Wanted;
 use crate::chart::ranker::Ranker;
 use crate::chart::reader::{LEAST_TAPS, Reader, directions};
-use crate::curve::{self, Ask, Reach, both};
+use crate::curve::{self, Ask, both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Task};
@@ -98,6 +98,20 @@ impl<'a> Scorer<'a> {
         Ok(self.along(point, &[point.drive])?[0].0)
     }
 
+    /// Row and score of the nominal `whisker` at each of `drives`.
+    pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
+        let deviations = std::mem::take(&mut self.judge.deviations);
+        let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..*whisker }).collect();
+        let parts = points.chunks((self.batch / self.judge.distances.len()).max(1));
+        let row = |judge: &Judge<'a>, designs: &[Design], taps: Taps<'_>, told: Distances<'_>| {
+            let row = judge.reduce(&designs[0], (taps.0, told.1), Told::by(told.0, 0), None);
+            (row, judge.score(designs, taps, told))
+        };
+        let all: Result<Vec<_>, Error> = parts.map(|part| self.solved(part, row)).collect();
+        self.judge.deviations = deviations;
+        Ok(all?.concat())
+    }
+
     pub fn design(&mut self, Found { point, score }: Found) -> Result<report::Design, Error> {
         let unit = report::unit(self.judge.setup, &point);
         Ok(report::Design { point, row: self.row(&point)?, score, unit })
@@ -127,9 +141,18 @@ impl<'a> Scorer<'a> {
     }
 
     fn batch(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
-        if let Some(reader) = self.rows.clone() {
-            return self.read(&reader, points);
+        match self.rows.clone() {
+            Some(reader) => self.read(&reader, points),
+            None => self.solved(points, Judge::score),
         }
+    }
+
+    /// What `told` makes of the solved whiskers of each of `points`.
+    fn solved<T: Send>(
+        &mut self,
+        points: &[Tuple],
+        told: impl Fn(&Judge<'a>, &[Design], Taps<'_>, Distances<'_>) -> T + Sync,
+    ) -> Result<Vec<T>, Error> {
         let judge = &self.judge;
         let whiskers = 1 + judge.deviations.len();
         let n = judge.distances.len();
@@ -157,15 +180,15 @@ impl<'a> Scorer<'a> {
         let ask = |t: usize| judge.ask(&designs, whiskers, tasks[t], &taps[t]);
         let asks: Vec<both::Ask> = (0..tasks.len()).into_par_iter().map(ask).collect();
         let (both, _) = both::both(judge.setup, &mut self.evaluator, &designs, &asks)?;
-        let score = |p: usize| {
+        let one = |p: usize| {
             let (first, last) = (p * whiskers, (p + 1) * whiskers);
             let both = both.get(first * n..last * n).unwrap_or_default();
             let own = own.get(first..last).unwrap_or_default();
             let again = (last - first - 1) * n;
             let upright = upright.get(p * again..(p + 1) * again).unwrap_or_default();
-            judge.score(&designs[first..last], (&taps[first * n..last * n], upright), (own, both))
+            told(judge, &designs[first..last], (&taps[first * n..last * n], upright), (own, both))
         };
-        Ok((0..points.len()).into_par_iter().map(score).collect())
+        Ok((0..points.len()).into_par_iter().map(one).collect())
     }
 }
 
@@ -228,36 +251,5 @@ impl Scorer<'_> {
         let taps = Reader::new(setup, (distances, &directions), wanted, tolerance)?.map(Arc::new);
         let any = taps.is_some();
         Ok((Self { evaluator: self.evaluator.reading(taps), ..self }, any))
-    }
-
-    pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
-        let mut all = Vec::with_capacity(drives.len());
-        for part in drives.chunks((self.batch / self.judge.distances.len()).max(1)) {
-            all.extend(self.along_some(whisker, part)?);
-        }
-        Ok(all)
-    }
-
-    fn along_some(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
-        let (setup, reach, n) = (self.judge.setup, self.judge.reach, self.judge.distances.len());
-        let design = Design::new(setup, *whisker);
-        let at = |drive: &f64| Design { tuple: Tuple { drive: *drive, ..*whisker }, ..design.clone() };
-        let designs: Vec<Design> = drives.iter().map(at).collect();
-        let tasks = self.judge.tasks(&designs);
-        let taps = self.evaluator.run(&designs, &tasks)?;
-        let reached = Reach::of(whisker.direction(), reach);
-        let asks = (0..).zip(drives).map(|(design, &drive)| Ask { design, drive, reach: reached });
-        let (own, _) = curve::solve(setup, &mut self.evaluator, &designs, &asks.collect::<Vec<_>>())?;
-        let asks: Vec<both::Ask> =
-            tasks.iter().zip(&taps).map(|(task, tap)| both::Ask::own(setup, *task, tap, reach)).collect();
-        let (both, _) = both::both(setup, &mut self.evaluator, &designs, &asks)?;
-        let one = |j: usize| {
-            let taps = &taps[j * n..(j + 1) * n];
-            let both = both.get(j * n..(j + 1) * n).unwrap_or_default();
-            let row = self.judge.reduce(&designs[j], (taps, both), Told::by(&own, j), None);
-            let own = own.get(j..=j).unwrap_or_default();
-            (row, self.judge.score(&designs[j..=j], (taps, &[]), (own, both)))
-        };
-        Ok((0..drives.len()).map(one).collect())
     }
 }

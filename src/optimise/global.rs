@@ -1,16 +1,11 @@
 //! Several starts, each a swarm and the polish of its best candidates.
 
-use std::borrow::Borrow;
-use std::cell::RefCell;
-
-use argmin::core::{CostFunction, Executor, PopulationState};
-use argmin::solver::particleswarm::{Particle, ParticleSwarm};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 use super::polish::{self, Radii};
-use super::{Ended, Found, Goal, Halt, Session, Stage, Variables};
-use crate::scene::sampler::Sampler;
+use super::{Ended, Found, Goal, Halt, Score, Session, Stage, Variables};
+use crate::scene::{Sampler, Tuple};
 
 pub const STARTS: u32 = 12;
 const LEAST: u32 = 4;
@@ -152,6 +147,18 @@ fn size(k: u32, drives: usize) -> (usize, u64) {
     ((particles / drives).max(PARTICLES), steps)
 }
 
+/// Weights of a particle's velocity, and of the ways to its own best place and to that of all (M. Clerc, Standard Particle Swarm Optimisation, 2012).
+const INERTIA: f64 = 0.5 / std::f64::consts::LN_2;
+const PULL: f64 = 0.5 + std::f64::consts::LN_2;
+
+struct Particle {
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    /// Its best place, and the order there.
+    best: Vec<f64>,
+    order: f64,
+}
+
 /// Runs one swarm towards `goal`; its scores go to the session's archive. `seeds` are initial positions in the unit box.
 pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
     let (particles, steps) = size(session.start, session.variables.drives());
@@ -163,66 +170,59 @@ pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>
     }
     let scramble = random.next_u64() | 1;
     let even = |i: usize, c: usize| Sampler::Sobol.uniform(scramble, c as u32, i as u32);
-    let mut positions: Vec<Vec<f64>> = seeds.iter().take(particles).cloned().collect();
-    positions.extend((positions.len()..particles).map(|i| (0..k).map(|c| even(i, c)).collect()));
-    let velocity = |i: usize| (0..k).map(|c| 0.5 * (even(particles + i, c) - 0.5)).collect();
-
-    let flock = Flock { session: RefCell::new(session), goal, halt: RefCell::new(None) };
-    let costs = flock.orders(&positions)?;
-    let swarm: Vec<Particle<Vec<f64>, f64>> = positions
-        .into_iter()
-        .zip(costs)
-        .enumerate()
-        .map(|(i, (position, cost))| Particle::new(position, cost, velocity(i)))
-        .collect();
-    let solver = ParticleSwarm::new((vec![0.0; k], vec![1.0; k]), particles).with_rng_generator(random);
-    let halt = &flock.halt;
-    let run = Executor::new(&flock, solver)
-        .configure(|state: PopulationState<_, f64>| state.population(swarm).max_iters(steps))
-        .timer(false)
-        .run();
-    match (run, halt.take()) {
-        (_, Some(halt)) => Err(halt),
-        (Err(e), None) => Err(Halt::Failed(crate::error::Error::Run(e.to_string()))),
-        (Ok(_), None) => Ok(()),
+    let particle = |i: usize| {
+        let position = seeds.get(i).cloned().unwrap_or_else(|| (0..k).map(|c| even(i, c)).collect());
+        let velocity = (0..k).map(|c| 0.5 * (even(particles + i, c) - 0.5)).collect();
+        Particle { best: position.clone(), position, velocity, order: f64::INFINITY }
+    };
+    let mut swarm: Vec<Particle> = (0..particles).map(particle).collect();
+    let first = orders(session, goal, &swarm)?;
+    swarm.iter_mut().zip(first).for_each(|(one, order)| one.order = order);
+    swarm.sort_by(|a, b| a.order.total_cmp(&b.order));
+    let (mut best, mut least) = (swarm[0].best.clone(), swarm[0].order);
+    for _ in 0..steps {
+        for one in &mut swarm {
+            let own = pull(&mut random, &one.position, &one.best);
+            let all = pull(&mut random, &one.position, &best);
+            let pulls = own.iter().zip(&all);
+            for ((v, x), (own, all)) in one.velocity.iter_mut().zip(&mut one.position).zip(pulls) {
+                *v = *v * INERTIA + own + all;
+                *x = (*x + *v).clamp(0.0, 1.0);
+            }
+        }
+        for (i, order) in orders(session, goal, &swarm)?.into_iter().enumerate() {
+            let one = &mut swarm[i];
+            if order < one.order {
+                (one.best, one.order) = (one.position.clone(), order);
+            }
+            if order < least {
+                (best, least) = (one.position.clone(), order);
+            }
+        }
     }
+    Ok(())
 }
 
-struct Flock<'s, 'a> {
-    session: RefCell<&'s mut Session<'a>>,
-    goal: Goal,
-    halt: RefCell<Option<Halt>>,
+/// A random part of the way from one place to another, times its weight.
+fn pull(random: &mut Xoshiro256PlusPlus, from: &[f64], to: &[f64]) -> Vec<f64> {
+    let drawn = |(from, to): (&f64, &f64)| {
+        let way = to - from;
+        if way == 0.0 {
+            return 0.0;
+        }
+        let share = (random.next_u64() >> 12) as f64 / 2f64.powi(52);
+        PULL * (share * way.abs() + way.min(0.0))
+    };
+    from.iter().zip(to).map(drawn).collect()
 }
 
-impl Flock<'_, '_> {
-    fn orders<P: Borrow<Vec<f64>>>(&self, positions: &[P]) -> Result<Vec<f64>, Halt> {
-        let mut session = self.session.borrow_mut();
-        let variables = session.variables;
-        let drives = variables.drives();
-        let points: Vec<_> =
-            positions.iter().flat_map(|u| (0..drives).map(|j| variables.point(u.borrow(), j))).collect();
-        let scores = session.scores(Stage::Swarm, &points)?;
-        let best = |s: &[_]| s.iter().map(|s| self.goal.order(s)).fold(f64::INFINITY, f64::min);
-        Ok(scores.chunks(drives).map(best).collect())
-    }
-}
-
-impl CostFunction for &Flock<'_, '_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, u: &Vec<f64>) -> Result<f64, argmin::core::Error> {
-        Ok(self.bulk_cost(std::slice::from_ref(u))?[0])
-    }
-
-    fn bulk_cost<P>(&self, positions: &[P]) -> Result<Vec<f64>, argmin::core::Error>
-    where
-        P: Borrow<Vec<f64>>,
-    {
-        self.orders(positions).map_err(|halt| {
-            let error = argmin::core::Error::msg(format!("{halt:?}"));
-            self.halt.replace(Some(halt));
-            error
-        })
-    }
+/// The order of each particle at its position, at its best drive.
+fn orders(session: &mut Session<'_>, goal: Goal, swarm: &[Particle]) -> Result<Vec<f64>, Halt> {
+    let variables = session.variables;
+    let drives = variables.drives();
+    let at = |one: &Particle| (0..drives).map(|j| variables.point(&one.position, j)).collect::<Vec<_>>();
+    let points: Vec<Tuple> = swarm.iter().flat_map(at).collect();
+    let scores = session.scores(Stage::Swarm, &points)?;
+    let best = |s: &[Score]| s.iter().map(|s| goal.order(s)).fold(f64::INFINITY, f64::min);
+    Ok(scores.chunks(drives).map(best).collect())
 }

@@ -1,9 +1,12 @@
 //! Scores candidates from the solved taps of their nominal and sampled whiskers.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
-use super::score::{self, Read, Seen, continued, deviation, gather, over};
+use super::score::{self, Seen, continued, deviation, gather, over};
 use super::{Limit, Score};
+use crate::census::Row;
 use crate::chart::lanes::Figures;
 use crate::curve::both::{self, Both};
 use crate::curve::{Curve, Reach};
@@ -13,17 +16,23 @@ use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
 use crate::reduce::Spread;
 use crate::scene::{COLUMNS, Calibrated, Column, Direction, Property, Robust, Search, Setup, Theory, Tuple};
-use crate::statistics::{DriveRow, Reduction, Told};
+use crate::statistics::{DriveRow, Told};
 
 pub(super) struct Judge<'a> {
     pub setup: &'a Setup,
     pub search: &'a Search,
-    pub distances: Vec<f64>,
+    pub distances: Arc<[f64]>,
     pub reach: [f64; 2],
     pub deviations: Vec<[f64; COLUMNS]>,
     /// Relative safety margin of the limits: the error of the kernel, so that a more accurate one also finds them kept.
     pub margin: f64,
 }
+
+/// Taps, and calibrating taps if [`Judge::blind`].
+pub(super) type Taps<'s> = (&'s [Outcome], &'s [Outcome]);
+
+/// Exact curves, and estimates from two strains.
+pub(super) type Distances<'s> = (&'s [Option<Curve>], &'s [Option<Both>]);
 
 impl Judge<'_> {
     /// True if each sampled whisker is calibrated at upright poles, but measures poles of unknown direction.
@@ -115,63 +124,41 @@ impl Judge<'_> {
         }
     }
 
-    /// Score of a candidate: nominal whisker, then samples. `own`: exact curves; `both`: estimates from two strains; `upright`: calibrating taps if
-    /// [`Self::blind`].
-    pub fn score(
-        &self,
-        designs: &[Design],
-        (taps, upright): (&[Outcome], &[Outcome]),
-        (own, both): (&[Option<Curve>], &[Option<Both>]),
-    ) -> Score {
+    /// Score of a candidate: nominal whisker, then samples.
+    pub fn score(&self, designs: &[Design], (taps, upright): Taps<'_>, (own, both): Distances<'_>) -> Score {
         let n = self.distances.len();
         let both = |w: usize| both.get(w * n..(w + 1) * n).unwrap_or_default();
-        let nominal = Read::new(self, &designs[0], (&taps[..n], both(0)), Told::by(own, 0), None);
+        let (nominal, k) = score::read(self, &designs[0], (&taps[..n], both(0)), Told::by(own, 0), None);
         let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else {
-            return nominal.score;
+            return nominal;
         };
-        let calibration = match (robust.calibrated, &designs[0].shared) {
-            (Calibrated::Nominal, Some(shared)) => {
-                let curve = own.first().and_then(Option::as_ref);
-                let estimator = Estimator::new(designs[0].setup(self.setup), shared, self.reach);
-                let known = nominal.k.is_some() || curve.is_some();
-                known.then_some(Calibration {
-                    estimator,
-                    k: nominal.k,
-                    drive: designs[0].tuple.drive,
-                    curve,
-                    upright: None,
-                })
-            }
-            _ => None,
-        };
+        let curve = |w: usize| own.get(w).and_then(Option::as_ref);
+        let known = k.is_some() || curve(0).is_some();
+        let of_nominal = Some(&designs[0]).filter(|_| robust.calibrated == Calibrated::Nominal && known);
+        let calibration = of_nominal.and_then(|design| self.calibration(design, (k, None), curve(0)));
         let samples: Vec<Score> = (1..designs.len())
             .map(|w| {
                 let taps = &taps[w * n..(w + 1) * n];
                 let mine = upright.chunks(n).nth(w - 1).and_then(|upright| {
-                    self.calibrated(&designs[w], upright, own.get(w).and_then(Option::as_ref))
+                    let taps = continued(upright);
+                    let row = self.reduce(&designs[w], (&taps, &[]), Told::Formula, None);
+                    self.calibration(&designs[w], (row.k, Some(row.deviation)), curve(w))
                 });
                 let calibration = mine.as_ref().or(calibration.as_ref());
-                Read::new(self, &designs[w], (taps, both(w)), Told::by(own, w), calibration).score
+                score::read(self, &designs[w], (taps, both(w)), Told::by(own, w), calibration).0
             })
             .collect();
-        gather(robust, &nominal.score, &samples)
+        gather(robust, &nominal, &samples)
     }
 
-    fn calibrated<'d>(
+    fn calibration<'d>(
         &self,
         design: &'d Design,
-        upright: &[Outcome],
+        (k, upright): (Option<f64>, Option<Spread>),
         curve: Option<&'d Curve>,
     ) -> Option<Calibration<'d>> {
         let estimator = Estimator::new(design.setup(self.setup), design.shared.as_ref()?, self.reach);
-        let row = self.reduce(design, (&continued(upright), &[]), Told::Formula, None);
-        Some(Calibration {
-            estimator,
-            k: row.k,
-            drive: design.tuple.drive,
-            curve,
-            upright: Some(row.deviation),
-        })
+        Some(Calibration { estimator, k, drive: design.tuple.drive, curve, upright })
     }
 
     pub fn score_of_chart(&self, tuple: &Tuple, figures: &Figures) -> Score {
@@ -246,28 +233,12 @@ impl Judge<'_> {
         own: Told<'_>,
         given: Option<&Calibration<'_>>,
     ) -> DriveRow {
-        let n = (taps.len(), 1);
-        let mut reduced = match given {
-            Some(other) => Reduction::with(self.setup, design, Some(other.estimator), n),
-            None => Reduction::new(self.setup, design, self.reach, n),
-        };
-        let at = |i: usize| (self.distances[i], design.tuple.drive);
-        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), at(i), tap));
+        let row = Row { point: design.tuple, distances: self.distances.clone(), reach: self.reach };
         let told = given.and_then(|other| other.curve).map_or(own, Told::Other);
         let told = told.towards(design.tuple.direction());
-        let drive = match given {
-            Some(other) => {
-                reduced.calibrate_as(other.k);
-                other.drive
-            }
-            None => {
-                reduced.calibrate();
-                design.tuple.drive
-            }
-        };
-        for (i, tap) in taps.iter().enumerate() {
-            reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told.or_both(both.get(i)));
-        }
+        let given = given.map(|other| (other.estimator, other.k, other.drive));
+        let each = |i: usize| told.or_both(both.get(i));
+        let (reduced, _) = row.reduced(self.setup, design, taps, each, given);
         reduced.drives[0]
     }
 }

@@ -17,7 +17,6 @@ pub mod score;
 pub mod sensitivity;
 pub mod session;
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -139,9 +138,8 @@ pub fn find(
         session.stop_by(&NEVER);
         let best = settle(&mut session, ended, goal)?;
         if let Some(needed) = needed.as_mut().filter(|_| ended != Ended::Interrupted) {
-            let distances: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-            let found = front.iter().flatten().chain([&best]);
-            let rows: Vec<Row> = found.map(|f| Row::new(f.point, distances.clone())).collect();
+            let found = front.iter().flatten().chain([&best]).map(|f| f.point);
+            let rows: Vec<Row> = found.map(Row::over(&layout, layout.n_distances)).collect();
             if !needed.keeps(&rows, ended == Ended::Converged, &|| Ok(()))? {
                 session.scorers[0] = swarm(of_swarm(Some(needed)))?;
                 continue;

@@ -5,11 +5,11 @@ use serde_json::{Value, json};
 use super::best::Other;
 use super::front::Front;
 use super::sensitivity::{CONFIDENCE, Pair, Sensitivity, Share, Shares};
-use super::session::value;
+use super::session::{quantities, value};
 use super::{Ended, Limit, Score, Step};
 use crate::backend::Backend;
 use crate::error::{Error, InputError};
-use crate::scene::{Column, Objective, Property, Quantity, Search, Setup, Spec, Theory, Tuple};
+use crate::scene::{Objective, Quantity, Search, Setup, Spec, Theory, Tuple};
 use crate::sink::{AtDrive, Field, Frame, heading};
 use crate::statistics::DriveRow;
 
@@ -90,10 +90,6 @@ pub fn row(spec: &Spec, design: &Design) -> Value {
     design.at_drive().json(&spec.study.setup)
 }
 
-pub fn key(setup: &Setup, column: Column) -> &'static str {
-    Quantity::Column(column).name(setup.drive)
-}
-
 pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let s = &report.sensitivity;
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
@@ -167,7 +163,6 @@ fn other(setup: &Setup, other: &Other) -> Value {
 
 fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
     let setup = &spec.study.setup;
-    let properties: &[Property] = setup.rigs.as_ref().map_or(&[], |rigs| &rigs.properties);
     let mut table = heading("history").frame_for(setup);
     let last = report.history.len().saturating_sub(1);
     for (i, step) in report.history.iter().enumerate() {
@@ -179,9 +174,8 @@ fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
         let mut row: Vec<Field> =
             vec![step.evaluations.into(), u64::from(step.start).into(), step.stage.word().into()];
         let [sd, total, weighted] = s.figures;
-        row.extend([p.D, p.d, p.L_a, p.x_ss, p.l].map(Field::Number));
-        row.extend(properties.iter().map(|q| Field::Number(value(setup, p, Quantity::Property(*q)))));
-        row.extend([p.drive, sd, total, weighted, s.violation()].map(Field::Number));
+        let figures = [sd, total, weighted, s.violation()];
+        row.extend(quantities(setup).map(|q| value(setup, p, q)).chain(figures).map(Field::Number));
         table.row(row)?;
     }
     Ok(table)

@@ -181,72 +181,66 @@ pub(super) fn continued(taps: &[Outcome]) -> Vec<Outcome> {
     taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect()
 }
 
-pub(super) struct Read {
-    pub score: Score,
-    pub k: Option<f64>,
-}
-
-impl Read {
-    pub fn new(
-        judge: &Judge<'_>,
-        design: &Design,
-        (taps, both): (&[Outcome], &[Option<Both>]),
-        told: Told<'_>,
-        other: Option<&Calibration<'_>>,
-    ) -> Self {
-        let setup = design.setup(judge.setup);
-        let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
-        let mut score = judge.shape(&design.tuple);
-        let valid = [D, d, L_a, l].iter().all(|x| *x > 0.0) && x_ss >= 0.0;
-        let Some(shared) = design.shared.as_ref().filter(|_| valid && !score.outside()) else {
-            if !score.outside() {
-                score.set(Limit::Solved, 1.0);
-            }
-            return Self { score, k: None };
-        };
-        let taps = continued(taps);
-        let own = Estimator::new(setup, shared, judge.reach);
-        let mut row = judge.reduce(design, (&taps, both), told, other);
-        if let Some(spread) = other.and_then(|other| other.upright).filter(|_| row.complete()) {
-            row.deviation = spread;
+/// Score of a whisker, and its K̄.
+pub(super) fn read(
+    judge: &Judge<'_>,
+    design: &Design,
+    (taps, both): (&[Outcome], &[Option<Both>]),
+    told: Told<'_>,
+    other: Option<&Calibration<'_>>,
+) -> (Score, Option<f64>) {
+    let setup = design.setup(judge.setup);
+    let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
+    let mut score = judge.shape(&design.tuple);
+    let valid = [D, d, L_a, l].iter().all(|x| *x > 0.0) && x_ss >= 0.0;
+    let Some(shared) = design.shared.as_ref().filter(|_| valid && !score.outside()) else {
+        if !score.outside() {
+            score.set(Limit::Solved, 1.0);
         }
-        if row.complete() {
-            score.figures = figures(judge, &row, own.k_unit, L_a);
-        }
-
-        let largest =
-            |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
-        let unsolved =
-            taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
-        let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
-        let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
-        let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
-        let highest = match (told, other.and_then(|other| other.curve)) {
-            _ if !both.is_empty() => None,
-            (_, Some(curve)) => Some((1.0, curve.peak().1)),
-            (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
-            // A reading of the own model always has a distance.
-            (Told::Own(_) | Told::Other(_) | Told::Both(_), None) => None,
-        };
-        let peak = match told {
-            Told::Own(Some(curve)) => curve.peak().0,
-            _ => shared.theory.peak().0,
-        };
-        judge.limits(
-            &mut score,
-            &Seen {
-                nearest: shared.gauge[0] / nearest,
-                farthest: largest(&|t| t.arc) / L_a,
-                strain: shared.borne(largest(&Outcome::magnitude), &setup.gauge),
-                reading: largest(&|t| t.magnitude() / t.cosine()),
-                force: largest(&|t| t.normal_force),
-                unsolved: unsolved as f64 / taps.len() as f64,
-                highest,
-                peak,
-            },
-        );
-        Self { score, k: row.k }
+        return (score, None);
+    };
+    let taps = continued(taps);
+    let own = Estimator::new(setup, shared, judge.reach);
+    let mut row = judge.reduce(design, (&taps, both), told, other);
+    if let Some(spread) = other.and_then(|other| other.upright).filter(|_| row.complete()) {
+        row.deviation = spread;
     }
+    if row.complete() {
+        score.figures = figures(judge, &row, own.k_unit, L_a);
+    }
+
+    let largest =
+        |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
+    let unsolved =
+        taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
+    let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
+    let nearest = taps.iter().zip(judge.distances.iter()).map(near).fold(f64::INFINITY, f64::min);
+    let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
+    let highest = match (told, other.and_then(|other| other.curve)) {
+        _ if !both.is_empty() => None,
+        (_, Some(curve)) => Some((1.0, curve.peak().1)),
+        (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
+        // A reading of the own model always has a distance.
+        (Told::Own(_) | Told::Other(_) | Told::Both(_), None) => None,
+    };
+    let peak = match told {
+        Told::Own(Some(curve)) => curve.peak().0,
+        _ => shared.theory.peak().0,
+    };
+    judge.limits(
+        &mut score,
+        &Seen {
+            nearest: shared.gauge[0] / nearest,
+            farthest: largest(&|t| t.arc) / L_a,
+            strain: shared.borne(largest(&Outcome::magnitude), &setup.gauge),
+            reading: largest(&|t| t.magnitude() / t.cosine()),
+            force: largest(&|t| t.normal_force),
+            unsolved: unsolved as f64 / taps.len() as f64,
+            highest,
+            peak,
+        },
+    );
+    (score, row.k)
 }
 
 pub(super) struct Seen {

@@ -6,10 +6,10 @@
 //! is the total index E[Var(y|all others)]/Var(y). Both lie in [0, 1], and are exact if a variable has no effect, or all of it. Missing values are
 //! left out. Estimators on pairs of points (A. Saltelli et al., Comput. Phys. Commun. 181, 2010) leave [0, 1] for heavy tails.
 
-use super::session::value;
+use super::session::{quantities, value};
 use super::{Score, Scorer, Variables};
 use crate::error::Error;
-use crate::scene::{Column, Property, Quantity, Sampler, Tuple};
+use crate::scene::{Property, Quantity, Sampler, Tuple};
 
 const STEP: f64 = 1e-3;
 
@@ -33,12 +33,7 @@ pub struct Sensitivity {
 fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple) -> Result<Vec<(Quantity, Pair)>, Error> {
     let setup = scorer.judge.setup;
     let rigs = setup.rigs.as_deref();
-    let properties = rigs.map_or(&[][..], |rigs| &rigs.properties).iter().copied().map(Quantity::Property);
-    // Order of rows: properties of the rig come before the drive.
-    let whisker =
-        Column::ALL.into_iter().take_while(|column| *column != Column::Distance).map(Quantity::Column);
-    let parameters: Vec<Quantity> =
-        whisker.chain(properties).chain([Quantity::Column(Column::Drive)]).collect();
+    let parameters: Vec<Quantity> = quantities(setup).collect();
     let moved = |quantity: Quantity, share: f64| match (quantity, rigs) {
         (Quantity::Property(property), Some(rigs)) => {
             let values = rigs.properties.iter().zip(rigs.values(best.rig));

@@ -283,6 +283,14 @@ impl Variables {
     }
 }
 
+/// The quantities of a design with its drive, in the order of tables.
+pub fn quantities(setup: &Setup) -> impl Iterator<Item = Quantity> {
+    let whisker = Column::ALL.into_iter().take_while(|column| *column != Column::Distance);
+    let properties = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().copied());
+    let whisker = whisker.map(Quantity::Column).chain(properties.map(Quantity::Property));
+    whisker.chain([Quantity::Column(Column::Drive)])
+}
+
 /// Value of `quantity` at `point`; NaN for a property that does not vary.
 pub fn value(setup: &Setup, point: &Tuple, quantity: Quantity) -> f64 {
     match (quantity, &setup.rigs) {

@@ -5,19 +5,17 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::running::rank;
-use super::taps::tap;
+use super::running::{chunks, offer};
 use super::{Kept, Reached, Run, Taps};
+use crate::census::{self, Row};
 use crate::chart::lanes::{Found, Words};
 use crate::chart::ranker::{Ranker, Rankers};
-use crate::design::Design;
 use crate::error::{Error, SolveError};
-use crate::evaluate::Task;
 use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::plan::Layout;
 use crate::sink::AtDrive;
 use crate::sink::run_json::Counts;
-use crate::statistics::Reduction;
+use crate::statistics::Told;
 use crate::status::Status;
 
 /// Maximum number of designs in a chunk, and approximate number of its taps.
@@ -144,7 +142,7 @@ impl Search<'_> {
         let easy = (designs - hard.len() as u64) * self.layout.block();
         run.reached.counts.taps += easy;
         run.reached.counts.interpolated += easy;
-        rank(run, self.taps, &hard)?;
+        chunks(run, self.taps, (hard.into_iter(), None), (&[], None), offer)?;
         run.show(0);
         bound(&mut run.reached.found, self.ranker.keep());
         run.complete(designs, (run.designs.end - run.designs.start, "designs"))
@@ -168,31 +166,18 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
     let study = run.study;
     let mut kept = Vec::with_capacity(rows.len());
     let n = layout.n_distances as usize;
+    let row = Row::over(layout, layout.n_distances);
     for rows in rows.chunks((super::CHUNK as usize / n).max(1)) {
-        let designs: Vec<Design> =
-            rows.par_iter().map(|(_, k, _)| Design::new(&study.setup, layout.design(*k))).collect();
-        let tasks: Vec<Task> = (0..rows.len() * n)
-            .into_par_iter()
-            .map(|t| {
-                let (at, i) = (t / n, (t % n) as u64);
-                let tap = tap(layout, &designs[at].tuple, i * layout.n_drives + u64::from(rows[at].2));
-                Task::of(at as u32, &tap)
-            })
-            .collect();
-        let outcomes = run.evaluate(&designs, &tasks)?;
+        let stroke = |&(_, k, j): &(f32, u64, u32)| layout.stroke(&layout.design(k), j.into());
+        let asked: Vec<Row> = rows.iter().map(stroke).map(&row).collect();
+        let taps = census::Taps::of_rows(&study.setup, &asked);
+        let outcomes = run.evaluate(&taps.designs, &taps.tasks)?;
         let one = |at: usize| {
-            let (design, (charted, k, j)) = (&designs[at], rows[at]);
-            let stroke = layout.stroke(&design.tuple, u64::from(j));
-            let taps = &outcomes[at * n..(at + 1) * n];
-            let mut reduced = Reduction::new(&study.setup, design, layout.reach(), (n, 1));
-            let place = |i: usize| (layout.distance(i as u64), stroke.drive);
-            taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), place(i), tap));
-            reduced.calibrate();
-            for (i, tap) in taps.iter().enumerate() {
-                reduced.estimate((i, 0), place(i), tap);
-            }
+            let (design, (charted, k, j)) = (&taps.designs[at], rows[at]);
+            let outcomes = &outcomes[at * n..(at + 1) * n];
+            let (reduced, _) = asked[at].reduced(&study.setup, design, outcomes, |_| Told::Formula, None);
             let rank = reduced.rank(0, study.listed_by())?;
-            let at = AtDrive { design: stroke, row: reduced.drives[0].figures(), unit: reduced.unit() };
+            let at = AtDrive { design: design.tuple, row: reduced.drives[0].figures(), unit: reduced.unit() };
             Some(Kept { rank, index: (k, j), at, charted })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));

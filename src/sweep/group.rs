@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::taps::Places;
 use super::{CHUNK, Kept, Place, Run, Taps};
-use crate::curve::both::Both;
-use crate::curve::{Ask, Curve, Reach};
+use crate::curve::both::{self, Both};
+use crate::curve::{self, Ask, Curve, Reach};
 use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
@@ -115,12 +115,18 @@ impl Group {
             let reach = move |stroke: &Tuple| Reach::of(stroke.direction(), ends);
             one.strokes.iter().map(move |stroke| Ask { design, drive: stroke.drive, reach: reach(stroke) })
         });
-        let curves = run.curves(&self.designs, asks)?;
+        let asks: Vec<Ask> = asks.collect();
+        let curves = run.more(|setup, evaluator| curve::solve(setup, evaluator, &self.designs, &asks))?;
         let (first, end, mut both) = (self.starts[range.start], self.starts[range.end], Vec::new());
-        for from in (first..end).step_by(CHUNK as usize) {
+        let told = first..if both::asked(setup) { end } else { first };
+        for from in told.step_by(CHUNK as usize) {
             let taken = from..end.min(from + CHUNK as usize);
-            let (tasks, outcomes) = (|| self.tasks(taps, taken.clone()), &self.outcomes[taken.clone()]);
-            both.extend(run.both(&self.designs, tasks, outcomes, |d| taps.reach(self.numbers[d]))?);
+            let ask = |(task, tap): (Task, &Outcome)| {
+                both::Ask::own(setup, task, tap, taps.reach(self.numbers[task.design as usize]))
+            };
+            let asks: Vec<both::Ask> =
+                self.tasks(taps, taken.clone()).into_iter().zip(&self.outcomes[taken]).map(ask).collect();
+            both.extend(run.more(|setup, evaluator| both::both(setup, evaluator, &self.designs, &asks))?);
         }
         let mut places = Vec::with_capacity(all.len());
         let mut of_curves = 0;

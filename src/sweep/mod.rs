@@ -11,9 +11,7 @@ mod probe;
 mod running;
 mod taps;
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -26,7 +24,7 @@ use crate::error::{Error, InputError};
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;
-use crate::scene::{Layout, Setup, Space, Spec, Study, Tuple};
+use crate::scene::{Setup, Spec, Study, Tuple};
 use crate::sink::folder::unpack;
 use crate::sink::run_json::{self, Counts, Seconds};
 use crate::sink::{Folder, Shard, Written};
@@ -108,7 +106,8 @@ fn attempt(
     ((before, chart), needed): ((f64, Option<f64>), Option<&mut Needed>),
 ) -> Result<Option<(Report, Tables)>, Error> {
     let begun = Instant::now();
-    let full = fuller(needed.as_deref());
+    // The full model, if any effects are left off.
+    let full = needed.as_deref().filter(|n| !n.left().is_empty()).map(|n| n.full.clone());
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound);
     let (study, shard) = (&spec.study, target.shard);
     let about = About::new(spec, plan, choice, (shard, bound));
@@ -116,7 +115,7 @@ fn attempt(
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let open = |out| Folder::open(out, about.question.clone(), &names, target.force);
     let folder = target.out.map(open).transpose()?;
-    let method = running::method(study, choice, target.stop)?;
+    let method = choice.open(&study.setup.model)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let mut run = Run::new((study, plan), method, (target.stop, progress));
     let mut resumed = None;
@@ -136,7 +135,8 @@ fn attempt(
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     run.reached.counts.chart = plan.rankers.as_ref().map(|rankers| json!(rankers.summary()));
-    let done = running::run(&mut run, &Taps::new(&study.space)).and_then(|()| checked(&run, needed));
+    let taps = Taps::new(&study.space);
+    let done = running::run(&mut run, &taps).and_then(|()| checked(&run, &taps, needed));
     let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, .. } = run;
     let (told, tables) = match done.and_then(|told| Ok((told, writers.close()?))) {
         Ok(done) => done,
@@ -238,15 +238,15 @@ pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
     Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
 }
 
-/// The full model, if any effects are left off.
-fn fuller(needed: Option<&Needed>) -> Option<Setup> {
-    needed.filter(|n| !n.left().is_empty()).map(|n| n.full.clone())
-}
-
 /// `model_error` of `run.json`, if requested; the outer `None` if the kept rows show that a fuller model is needed.
-fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
+fn checked(
+    run: &Run<'_>,
+    taps: &Taps<'_>,
+    needed: Option<&mut Needed>,
+) -> Result<Option<Option<Value>>, Error> {
     let Some(needed) = needed else { return Ok(Some(None)) };
-    if !needed.keeps(&rows(&run.study.space, &run.kept), true, &|| run.check_stop())? {
+    let kept = run.reached.kept.as_deref().unwrap_or_default();
+    if !needed.keeps(&rows(taps, kept), true, &|| run.check_stop())? {
         return Ok(None);
     }
     let mut told = needed.summary();
@@ -254,20 +254,12 @@ fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<V
     Ok(Some(Some(told)))
 }
 
-fn rows(space: &Space, kept: &[Tuple]) -> Vec<Row> {
-    let listed = match space {
-        Space::Grid(factors) => {
-            let layout = Layout::new(factors);
-            let all: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-            return kept.iter().map(|t| Row::new(*t, all.clone())).collect();
-        }
-        Space::List(_) if kept.is_empty() => return Vec::new(),
-        Space::List(listed) => listed,
+fn rows(taps: &Taps<'_>, kept: &[(u64, u32)]) -> Vec<Row> {
+    let row = |&(k, stroke): &(u64, u32)| {
+        let (design, places) = (taps.design(k), taps.places(k));
+        let own = (0..).zip(&places.of).filter(|(_, (_, j))| *j == stroke);
+        let own: Vec<Tuple> = own.map(|(t, _)| taps.tap((k, &design), t)).collect();
+        Row::new(own[0], own.iter().map(|t| t.a).collect())
     };
-    let identity = |t: &Tuple| (key(t), [t.tilt, t.lean, t.drive].map(|x| (x + 0.0).to_bits()));
-    let mut distances: HashMap<_, Vec<f64>> = kept.iter().map(|t| (identity(t), Vec::new())).collect();
-    for t in listed.iter() {
-        distances.entry(identity(&t)).and_modify(|row| row.push(t.a));
-    }
-    kept.iter().map(|t| Row::new(*t, distances[&identity(t)].as_slice().into())).collect()
+    kept.iter().map(row).collect()
 }

@@ -100,7 +100,7 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
         "format": about.format.word(),
         "top": study.output.top,
         "candidates": plan.rankers.as_ref().map(Rankers::keep),
-        "tables": tables(study, plan),
+        "tables": wanted(study, plan).map(Table::word).collect::<Vec<_>>(),
         "whole": about.whole,
     })
 }
@@ -119,10 +119,6 @@ pub type Tables = [Option<Frame>; 3];
 fn wanted(study: &Study, plan: &Plan) -> impl Iterator<Item = Table> {
     let wanted = [plan.tuples, study.output.designs, study.output.distances];
     Table::ALL.into_iter().filter(move |table| wanted[*table as usize])
-}
-
-pub(super) fn tables(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    wanted(study, plan).map(Table::word).collect()
 }
 
 pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {

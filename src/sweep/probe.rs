@@ -33,29 +33,23 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let curves = 1.0 + more / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.rankers) {
         (Space::Grid(factors), Some(rankers)) => ranked(&mut run, &Layout::new(factors), rankers)?,
-        (Space::Grid(factors), None) => {
-            let layout = Layout::new(factors);
-            listed(&mut run, layout.len(), &|i| layout.tuple(i))? * curves
+        (space, _) => {
+            let (n, tuple) = space.tuples();
+            listed(&mut run, n, &tuple)? * curves
         }
-        (Space::List(list), _) => listed(&mut run, list.len() as u64, &|i| list.tuple(i as usize))? * curves,
     };
     Ok(choice.seconds + plan.seconds + opened + work + plan.bytes / WRITTEN)
 }
 
-fn paced(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<f64, Error> {
-    let [first, each] = pace(most, serve)?;
-    Ok(first + each * most.saturating_sub(1) as f64)
-}
-
-/// Seconds of the first item, and of each further one.
-fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f64; 2], Error> {
+/// Seconds of `all` items, from some of them, at most `most` at a time.
+fn paced(all: u64, most: u64, mut serve: impl FnMut(u64) -> Result<(), Error>) -> Result<f64, Error> {
     let mut timed = |n: u64| -> Result<f64, Error> {
         let start = Instant::now();
         serve(n)?;
         Ok(start.elapsed().as_secs_f64())
     };
     if most == 0 {
-        return Ok([0.0; 2]);
+        return Ok(0.0);
     }
     // The first one compiles shaders and makes charts; later differences exclude the latency of a device.
     let first = timed(1)?;
@@ -76,7 +70,7 @@ fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f
         before = (n, seconds);
         n = (4 * n).min(largest);
     }
-    Ok([first, each])
+    Ok(first + each * all.saturating_sub(1) as f64)
 }
 
 /// Spreads samples over `n` items without a period (golden ratio).
@@ -85,13 +79,11 @@ fn place(i: u64, n: u64) -> u64 {
 }
 
 fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64, Error> {
-    paced(n, &mut |some| solved(run, some, &|i| tuple(place(i, n))))
-}
-
-fn solved(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<(), Error> {
-    let tuples: Vec<Tuple> = (0..n).map(tuple).collect();
-    let taps = census::Taps::of(&run.study.setup, &tuples);
-    run.evaluate(&taps.designs, &taps.tasks).map(drop)
+    paced(n, n, |some| {
+        let tuples: Vec<Tuple> = (0..some).map(|i| tuple(place(i, n))).collect();
+        let taps = census::Taps::of(&run.study.setup, &tuples);
+        run.evaluate(&taps.designs, &taps.tasks).map(drop)
+    })
 }
 
 fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers) -> Result<f64, Error> {
@@ -102,14 +94,14 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers) -> Result<f64, E
     let start = Instant::now();
     let easy = match ranker.on_device(&mut run.evaluator, layout)? {
         Some(mut device) => {
-            let opened = start.elapsed().as_secs_f64();
-            let [first, each] = pace(layout.n_designs.min(device.most()), &mut |n| {
+            let (opened, most) = (start.elapsed().as_secs_f64(), layout.n_designs.min(device.most()));
+            let ranked = |n: u64| {
                 device.start(0..n, 0.0);
                 Ok(device.finish().transpose().map(drop)?)
-            })?;
-            opened + first + each * layout.n_designs.saturating_sub(1) as f64
+            };
+            opened + paced(layout.n_designs, most, ranked)?
         }
-        None => paced(layout.n_designs, &mut |n| {
+        None => paced(layout.n_designs, layout.n_designs, |n| {
             let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
             let mut found: Found = ranker.rank(layout, &ks, limit);
             limit = limit.min(charted::bound(&mut found, ranker.keep()));

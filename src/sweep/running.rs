@@ -7,16 +7,12 @@ use std::time::Instant;
 use super::group::{Group, Strokes};
 use super::keep::Best;
 use super::{Keeper, Kept, Place, Reached, Taps, Writers, charted};
-use crate::backend::Choice;
-use crate::census::{self, sample};
-use crate::curve::both::{self, Both};
-use crate::curve::{self, Ask, Curve};
 use crate::design::Design;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
 use crate::progress::{Progress, go_on};
-use crate::scene::{Per, Study, Theory, Tuple};
+use crate::scene::{Per, Setup, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{AtDrive, Frame, Table};
 
@@ -25,7 +21,6 @@ pub(super) struct Run<'a> {
     pub evaluator: Evaluator<'a>,
     pub writers: Writers,
     pub reached: Reached,
-    pub kept: Vec<Tuple>,
     pub plan: &'a Plan,
     pub stop: &'a AtomicBool,
     pub progress: &'a mut dyn Progress,
@@ -48,7 +43,6 @@ impl<'a> Run<'a> {
             evaluator,
             writers: Writers::none(),
             reached,
-            kept: Vec::new(),
             plan,
             stop,
             progress,
@@ -81,38 +75,13 @@ impl<'a> Run<'a> {
         Ok(outcomes)
     }
 
-    /// The exact model's curve of each of `asks`; empty unless distances come from the exact model.
-    pub fn curves(
+    /// What `solve` finds by further taps, whose number it tells.
+    pub fn more<T>(
         &mut self,
-        designs: &[Design],
-        asks: impl Iterator<Item = Ask>,
-    ) -> Result<Vec<Option<Curve>>, Error> {
-        if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
-            return Ok(Vec::new());
-        }
-        let asks: Vec<Ask> = asks.collect();
+        solve: impl FnOnce(&Setup, &mut Evaluator<'a>) -> Result<(Vec<T>, u64), SolveError>,
+    ) -> Result<Vec<T>, Error> {
         let setup = &self.study.setup;
-        let (curves, solved) = self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks))?;
-        self.reached.counts.solved += solved;
-        Ok(curves)
-    }
-
-    /// Estimates from the two strains of each of `tasks`; `reach` gives the smallest and largest distance of a design. Empty if not used.
-    pub fn both(
-        &mut self,
-        designs: &[Design],
-        tasks: impl FnOnce() -> Vec<Task>,
-        outcomes: &[Outcome],
-        reach: impl Fn(usize) -> [f64; 2],
-    ) -> Result<Vec<Option<Both>>, Error> {
-        let setup = &self.study.setup;
-        if !both::asked(setup) {
-            return Ok(Vec::new());
-        }
-        let ask =
-            |(task, tap): (Task, &Outcome)| both::Ask::own(setup, task, tap, reach(task.design as usize));
-        let asks: Vec<both::Ask> = tasks().into_iter().zip(outcomes).map(ask).collect();
-        let (found, solved) = self.timed(|evaluator| both::both(setup, evaluator, designs, &asks))?;
+        let (found, solved) = self.timed(|evaluator| solve(setup, evaluator))?;
         self.reached.counts.solved += solved;
         Ok(found)
     }
@@ -145,25 +114,9 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Taps on which a device is compared with the CPU before the first row. They are taken from the whole space, so that all parts agree.
-const TAPS: u32 = 32;
-
-/// The method of `choice`, after its device was compared with the CPU on taps of `study`. Kernels of cones are checked on fixed taps instead.
-pub(super) fn method(study: &Study, choice: &Choice, stop: &AtomicBool) -> Result<Method, Error> {
-    let (setup, method) = (&study.setup, choice.open(&study.setup.model)?);
-    if choice.backend.adapter.is_none() || setup.built.is_none() {
-        return Ok(method);
-    }
-    let taps = census::Taps::of(setup, &sample::random(&study.space, TAPS, 0));
-    // Taps left to the reference are not compared.
-    let mut evaluator = Evaluator::new(setup, method).stopping(stop).sparing(usize::MAX);
-    evaluator.run(&taps.designs, &taps.tasks)?;
-    Ok(evaluator.into_method())
-}
-
 pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     let every: Vec<Table> = Table::ALL.into_iter().filter(|t| run.writers.wants(*t)).collect();
-    let own = (run.designs.clone(), run.designs.end - run.designs.start, "designs");
+    let own = (run.designs.clone(), Some((run.designs.end - run.designs.start, "designs")));
     if run.study.output.top.is_none() {
         return chunks(run, taps, own, (&every, None), |run, complete| {
             complete.iter().flatten().for_each(|row| run.reached.shown.offer(row));
@@ -191,42 +144,38 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     designs.dedup();
     let of = designs.len() as u64;
     let before = run.reached.counts.clone();
-    chunks(run, taps, (designs.into_iter(), of, "kept designs"), (&rest, Some(&kept)), |run, _| {
+    let designs = (designs.into_iter(), Some((of, "kept designs")));
+    chunks(run, taps, designs, (&rest, Some(&kept)), |run, _| {
         run.reached.counts.taps = before.taps;
         run.reached.counts.combinations.clone_from(&before.combinations);
     })
 }
 
-/// Solves and writes the remaining designs of `of`, chunk by chunk; `take` receives the complete rows of each design.
-fn chunks(
+/// Solves and writes the remaining `designs`, chunk by chunk, which are `counted` as complete of so many; `take` receives the complete rows of each
+/// design.
+pub(super) fn chunks(
     run: &mut Run<'_>,
     taps: &Taps<'_>,
-    (designs, of, what): (impl Iterator<Item = u64>, u64, &str),
+    (designs, counted): (impl Iterator<Item = u64>, Option<(u64, &str)>),
     (tables, kept): (&[Table], Option<Strokes<'_>>),
     mut take: impl FnMut(&mut Run<'_>, Vec<Vec<Kept>>),
 ) -> Result<(), Error> {
-    let mut designs = designs.skip(run.reached.next as usize).peekable();
+    let done = counted.map_or(0, |_| run.reached.next as usize);
+    let mut designs = designs.skip(done).peekable();
     // Rows of designs that alternate are written all at once.
     let all = !taps.in_order() && !tables.is_empty();
     while let Some(group) = Group::next(run, taps, (&mut designs, all))? {
         let complete = group.finish(run, taps, (tables, kept))?;
         take(run, complete);
-        run.complete(group.numbers.len() as u64, (of, what))?;
+        if let Some(of) = counted {
+            run.complete(group.numbers.len() as u64, of)?;
+        }
     }
     Ok(())
 }
 
-/// Offers the complete rows of `designs` to the best ones; does not count as a chunk.
-pub(super) fn rank(run: &mut Run<'_>, taps: &Taps<'_>, designs: &[u64]) -> Result<(), Error> {
-    let mut designs = designs.iter().copied().peekable();
-    while let Some(group) = Group::next(run, taps, (&mut designs, false))? {
-        let complete = group.finish(run, taps, (&[], None))?;
-        offer(run, complete);
-    }
-    Ok(())
-}
-
-fn offer(run: &mut Run<'_>, complete: Vec<Vec<Kept>>) {
+/// Offers the complete rows of designs to the best ones.
+pub(super) fn offer(run: &mut Run<'_>, complete: Vec<Vec<Kept>>) {
     let best = &mut run.reached.best;
     for rows in complete {
         match run.study.output.per {
@@ -240,7 +189,6 @@ fn write_kept(run: &mut Run<'_>, taps: &Taps<'_>, kept: &[Kept]) -> Result<(), E
     let n = kept.len() as u64;
     run.reached.handed.note("kept rows", [1, n, n]);
     run.reached.counts.kept = Some(n);
-    run.kept = kept.iter().map(|row| row.at.design).collect();
     let setup = &run.study.setup;
     let (columns, mut rows) = (AtDrive::chosen(setup), Table::Designs.heading().frame_for(setup));
     for row in kept {

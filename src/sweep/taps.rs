@@ -111,7 +111,10 @@ impl<'a> Taps<'a> {
 
     pub fn tap(&self, (k, design): (u64, &Tuple), t: u64) -> Tuple {
         match self {
-            Self::Grid { layout, .. } => tap(layout, design, t),
+            Self::Grid { layout, .. } => {
+                let (i, j) = (t / layout.n_drives, t % layout.n_drives);
+                Tuple { a: layout.distance(i), ..layout.stroke(design, j) }
+            }
             Self::List(list) => {
                 let row = list.listed.tuple(list.rows(k)[t as usize] as usize);
                 Tuple { a: row.a, drive: row.drive, ..design.towards(row.direction()) }
@@ -165,9 +168,4 @@ impl<'a> Taps<'a> {
     pub fn in_order(&self) -> bool {
         !matches!(self, Self::List(list) if !list.in_order)
     }
-}
-
-pub(super) fn tap(layout: &Layout, design: &Tuple, t: u64) -> Tuple {
-    let (i, j) = (t / layout.n_drives, t % layout.n_drives);
-    Tuple { a: layout.distance(i), ..layout.stroke(design, j) }
 }

@@ -2,7 +2,6 @@
 //! The best tap angle, also by a reduced model (`--model-error`), in bounded time: the reference takes up to a second per tap; if kernels leave many
 //! taps to it, the search is repeated with a larger tolerance, then with fewer drives, and refused if it would still take minutes.
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::{FEW, LimitedBy, Report, Sample, TapAsked, best, few, find_by, write};
@@ -155,8 +154,8 @@ pub fn find(
     let Some(bound) = bound else { return find_by(study, asked, progress) };
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
-    let (whisker, n) = (layout.stroke(&layout.design(0), 0), layout.n_distances);
-    let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
+    let whisker = layout.stroke(&layout.design(0), 0);
+    let row = Row::over(&layout, layout.n_distances);
     loop {
         study.setup = needed.setup.clone();
         let report = match find_by(&study, TapAsked { needed: Some(&needed), ..asked }, &mut *progress) {
@@ -166,8 +165,8 @@ pub fn find(
             }
             found => found?,
         };
-        let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
-        let rows: Vec<Row> = report.turns().into_iter().map(row).collect();
+        let points = report.turns().into_iter().map(|drive| Tuple { drive, ..whisker });
+        let rows: Vec<Row> = points.map(&row).collect();
         if needed.keeps(&rows, true, &|| Ok(go_on(stop)?))? {
             let model_error = Some((needed.summary(), needed.sentence()));
             return Ok(Report { model_error, ..report });

@@ -29,7 +29,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
 use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study};
-use crate::sink::{Frame, TableFormat};
+use crate::sink::Frame;
 use crate::text_file::{Limit, TextFile};
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
 use properties::AxisItem;
@@ -110,12 +110,13 @@ fn of_user(
     let hub = properties::first(&sections.section("whisker").get("hub")?)?;
     let section = sections.section("gauge");
     let mut gauge: Gauge = section.read()?;
+    gauge.noise_strain = section.optional("noise_strain", properties::first)?;
     gauge.foil = section.optional("foil", model::foil)?;
     let (model, fit) = model::read(sections, base)?;
     let estimate: Estimate = sections.section("estimate").read()?;
     let section = sections.section("output");
-    section.get("format")?.word(&TableFormat::WORDS)?;
-    let output = Output { by_said: section.written("by").is_some(), ..section.read()? };
+    let tuples = section.optional("tuples", Item::flag)?;
+    let output = Output { by_said: section.written("by").is_some(), tuples, ..section.read()? };
     let mut run: RunOptions = sections.section("run").read()?;
     run.out = run.out.map(|out| base.join(out));
     let space::Read { mut space, directions, leaning, properties, rigs } = taps(sections, drive)?;

@@ -98,11 +98,6 @@ impl<'a> Item<'a> {
         Self { known, ..self }
     }
 
-    /// True if it was written, false for a default.
-    pub fn is_written(&self) -> bool {
-        self.span.is_some()
-    }
-
     /// An error at this value.
     pub fn error(&self, message: impl Into<String>) -> InputError {
         let value = match &self.span {

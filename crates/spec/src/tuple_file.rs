@@ -30,7 +30,8 @@ struct Rows {
     listed: Listed,
     places: Vec<(Property, usize)>,
     rigs: Arc<Rigs>,
-    largest: Vec<f64>,
+    /// Largest value of each column and of each property.
+    largest: ([f64; COLUMNS], Vec<f64>),
 }
 
 impl Rows {
@@ -38,15 +39,17 @@ impl Rows {
         let there = |(property, _): &(Property, usize)| names.contains(&property.about().column);
         let places: Vec<(Property, usize)> = varied().zip(COLUMNS..).filter(there).collect();
         let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
-        let (listed, largest) = (Listed::default(), vec![0.0; places.len()]);
+        let (listed, largest) = (Listed::default(), ([f64::NAN; COLUMNS], vec![0.0; places.len()]));
         Self { listed, largest, rigs: Arc::new(Rigs::listed(properties)), places }
     }
 
-    fn take(&mut self, row: &[f64]) -> Tuple {
+    fn take(&mut self, row: &[f64]) {
         let mut tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
+        self.largest.0 = std::array::from_fn(|k| row[k].max(self.largest.0[k]));
         if !self.places.is_empty() {
             let values: Vec<f64> = self.places.iter().map(|(_, place)| row[*place]).collect();
-            for ((value, largest), (property, _)) in values.iter().zip(&mut self.largest).zip(&self.places) {
+            for ((value, largest), (property, _)) in values.iter().zip(&mut self.largest.1).zip(&self.places)
+            {
                 if value.abs() > largest.abs() && property.about().range.holds(*value) {
                     *largest = *value;
                 }
@@ -57,7 +60,15 @@ impl Rows {
         if self.listed.len() as u64 <= MOST_ROWS {
             self.listed.push(&tuple);
         }
-        tuple
+    }
+
+    /// Warns about columns in unusual units; `file` names the file, if there is one.
+    fn warn(&self, sections: &Sections<'_>, drive: Drive, file: Option<&str>) {
+        let place = |column: Column, what: String| {
+            let error = InputError::new(what).key(column.name(drive));
+            if let Some(file) = file { error.at(file, None) } else { error }
+        };
+        sections.warn(usual::of_taps(drive, self.largest.0, place));
     }
 
     fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>, header: &Header<'_>) -> Result<Read<'a>> {
@@ -101,7 +112,7 @@ impl Rows {
             }
         }
         let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
-        let properties = self.places.iter().map(|(p, _)| *p).zip(self.largest.iter().map(axis)).collect();
+        let properties = self.places.iter().map(|(p, _)| *p).zip(self.largest.1.iter().map(axis)).collect();
         let rigs = Some(self.rigs).filter(|rigs| !rigs.properties.is_empty());
         let both = [Column::Tilt, Column::Lean];
         let directions = both.map(|column| header.places[column as usize].is_some());
@@ -133,14 +144,11 @@ pub(super) fn read<'a>(
     let columns = Columns { names: &names, spare: &spare, allowed };
     let written: Vec<&str> =
         first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
-    let (mut all, mut largest) = (Rows::new(&written), [f64::NAN; COLUMNS]);
-    let mut row = |values: &[f64], _| {
-        let tuple = all.take(values).to_array();
-        largest = std::array::from_fn(|k| tuple[k].max(largest[k]));
-    };
+    let mut all = Rows::new(&written);
+    let mut row = |values: &[f64], _| all.take(values);
     let header = table::scan(Source::File(&path), (text, separator(&first)), columns, &mut row)?;
-    let place = |column: Column, what: String| InputError::new(what).at(&label, None).key(column.name(drive));
-    sections.warn(header.warning(&label).into_iter().chain(usual::of_taps(drive, largest, place)));
+    sections.warn(header.warning(&label));
+    all.warn(sections, drive, Some(&label));
     all.read(sections, item, &header)
 }
 
@@ -173,10 +181,9 @@ pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame)
     let columns = Columns { names: &names, spare: &spare, allowed };
     let given: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
     let mut all = Rows::new(&given);
-    let header = table::of_frame(frame, columns, &mut |values, _| {
-        all.take(values);
-    });
+    let header = table::of_frame(frame, columns, &mut |values, _| all.take(values));
     let header = header.map_err(|e| InputError { key: e.key.map(|key| format!("tuples.{key}")), ..e })?;
+    all.warn(sections, drive, None);
     all.read(sections, &sections.of_tuples(), &header)
 }
 

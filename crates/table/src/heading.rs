@@ -41,24 +41,32 @@ pub fn heading(table: &str) -> &'static Heading {
     found.unwrap_or_else(|| panic!("tables.csv has no {table}"))
 }
 
-/// Columns that exist once per channel: reading and K.
-pub(super) const CHANNEL: [&str; 2] = ["signal_moment…|channel_1…", "K_moment…|K_1…"];
+/// The column in whose place reading and K of each channel stand.
+const CHANNEL: &str = "signal_moment…|channel_1…";
 
 impl Heading {
-    /// Names of the columns for `setup`.
-    pub fn names(&self, setup: &Setup) -> Vec<&'static str> {
-        let mut names = Vec::new();
-        for Fact { name, only, .. } in self.columns.iter().copied() {
-            match (&setup.channels, *only) {
-                (Some(channels), Only::Channel) if name == CHANNEL[0] => {
-                    names.extend(channels.names.iter().flatten().copied());
+    /// The columns for `setup`: facts, number of the channel, name.
+    pub(super) fn chosen(&self, setup: &Setup) -> Vec<(&'static Fact, usize, &'static str)> {
+        let mut all = Vec::new();
+        for fact in self.columns.iter().copied() {
+            match (&setup.channels, fact.only) {
+                (Some(channels), Only::Channel) if fact.name == CHANNEL => {
+                    let names = channels.names.iter().flatten().enumerate();
+                    all.extend(names.map(|(k, name)| (fact, k, *name)));
                 }
                 (_, Only::Channel) => {}
-                (_, only) if only.holds(name, setup) => names.push(of_setup(name, setup)),
+                (_, only) if only.holds(&fact.name, setup) => {
+                    all.push((fact, 0, of_setup(&fact.name, setup)));
+                }
                 _ => {}
             }
         }
-        names
+        all
+    }
+
+    /// Names of the columns for `setup`.
+    pub fn names(&self, setup: &Setup) -> Vec<&'static str> {
+        self.chosen(setup).into_iter().map(|(.., name)| name).collect()
     }
 
     /// Names of all columns; of a column with two names, the one in `said`, else the first.

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::heading::{CHANNEL, Heading, heading};
-use super::heading::{Fact, Only, property};
+use super::heading::{Fact, Heading, Only, heading, property};
 use super::values::Field;
 use crate::design::Design;
 use crate::estimate::Estimated;
@@ -59,20 +58,12 @@ pub struct Chosen<'s, R> {
 
 impl<'s, R> Chosen<'s, R> {
     fn new(table: Table, columns: &[Column<R>], setup: &'s Setup) -> Self {
-        let mut values = Vec::new();
-        for Fact { name, only, .. } in table.heading().columns.iter().copied() {
-            let own = if *only == Only::Varies { PROPERTIES } else { name };
+        let value = |(fact, k, _): (&Fact, usize, &str)| {
+            let own = if fact.only == Only::Varies { PROPERTIES } else { &fact.name };
             let (_, read) = columns.iter().find(|(name, _)| *name == own).expect("every column has a value");
-            match only {
-                Only::Channel => {
-                    let channels = setup.channels.as_ref().filter(|_| name == CHANNEL[0]);
-                    values
-                        .extend((0..channels.map_or(0, |all| 2 * all.rows.len())).map(|k| (*read, k, None)));
-                }
-                only if only.holds(name, setup) => values.push((*read, 0, property(name))),
-                _ => {}
-            }
-        }
+            (*read, k, property(&fact.name))
+        };
+        let values = table.heading().chosen(setup).into_iter().map(value).collect();
         Self { setup, values }
     }
 
@@ -150,7 +141,7 @@ impl<'a> TapRow<'a> {
 }
 
 impl TapRow<'_> {
-    const COLUMNS: [Column<Self>; 24] = [
+    const COLUMNS: [Column<Self>; 23] = [
         ("a_mm", |r, _| r.design.a.into()),
         ("x_a_mm", |r, _| r.whisker.abscissa(r.design.a).into()),
         ("theta_deg|delta_mm", |r, _| r.design.drive.into()),
@@ -176,7 +167,6 @@ impl TapRow<'_> {
         ("base_fx_N", |r, _| r.tap.wrench[1].into()),
         ("base_fy_N", |r, _| r.tap.wrench[2].into()),
         ("signal_moment…|channel_1…", |r, k| r.channels.map(|all| all[k / 2][k % 2]).into()),
-        ("K_moment…|K_1…", |_, _| f64::NAN.into()),
         ("estimated_force_N", |r, _| r.estimated.force.into()),
         ("status", |r, _| (r.tap.status | r.estimated.status).into()),
     ];

@@ -110,7 +110,15 @@ impl<R: Read> TextFile<R> {
                 let error = InputError::new(why).at(&self.label, Some(self.lines + 1 + ends(&block[..at])));
                 return Err(error.allowed("text without NUL bytes, in UTF-8"));
             }
-            self.check_characters(block)?;
+            let bytes = [&self.begun[..], block].concat();
+            self.begun.clear();
+            if let Err(e) = std::str::from_utf8(&bytes) {
+                let (text, rest) = bytes.split_at(e.valid_up_to());
+                if e.error_len().is_some() {
+                    return Err(no_text(&self.what, &self.label, self.lines + 1 + ends(text)));
+                }
+                self.begun.extend(rest);
+            }
         }
         if self.limit == Limit::Whole && self.total > WHOLE {
             return Err(too_long(&self.what, &self.label));
@@ -128,21 +136,6 @@ impl<R: Read> TextFile<R> {
             None => self.line + block.len(),
         };
         Ok(())
-    }
-
-    fn check_characters(&mut self, block: &[u8]) -> std::result::Result<(), InputError> {
-        let bytes = [&self.begun[..], block].concat();
-        self.begun.clear();
-        match std::str::from_utf8(&bytes) {
-            Err(e) if e.error_len().is_none() => self.begun.extend(&bytes[e.valid_up_to()..]),
-            Err(e) => return Err(self.no_text_after(&bytes[..e.valid_up_to()])),
-            Ok(_) => {}
-        }
-        Ok(())
-    }
-
-    fn no_text_after(&self, before: &[u8]) -> InputError {
-        no_text(&self.what, &self.label, self.lines + 1 + ends(before))
     }
 }
 

@@ -11,7 +11,6 @@ use pyo3::types::PyTuple;
 use vibrissa::api::Outcome;
 use vibrissa::error::InputError;
 use vibrissa::evaluate::{Input, OUTPUTS};
-use vibrissa::optimise::report;
 use vibrissa::scene::{BackendChoice, COLUMNS, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::taps::refuse;
@@ -54,7 +53,7 @@ fn told(o: &Outcome) -> Told {
 /// The warnings about taps of which the columns have these `largest` values.
 fn unusual(setup: &Setup, largest: [f64; COLUMNS]) -> Vec<String> {
     spec::unusual_taps(setup.drive, largest, |column, what| {
-        InputError::new(what).key(report::key(setup, column))
+        InputError::new(what).key(column.key(setup.drive))
     })
 }
 
