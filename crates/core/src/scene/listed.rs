@@ -1,10 +1,13 @@
 //! Listed tuples, as columns, and their groups. Rows with the same D, d, L_a, x_ss, l and rig are one design; designs.csv has a row per design and
 //! stroke (direction of the pole and drive), distances.csv per design, distance and direction. Numbers follow first appearance.
 
-use std::collections::HashMap;
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
+
 use super::space::{COLUMNS, Column, Tuple};
+
+type Entry = (u64, u32, u32);
 
 /// Most rows of a list.
 pub const MOST_ROWS: u64 = u32::MAX as u64;
@@ -104,14 +107,12 @@ impl FromIterator<Tuple> for Listed {
 
 impl Groups {
     fn of(listed: &Listed) -> Self {
-        let numbered = |key: &dyn Fn(usize) -> [u64; 6]| {
-            let mut known = HashMap::new();
-            let number = |row: usize| {
-                let next = known.len() as u32;
-                *known.entry(digest(key(row))).or_insert(next)
+        let numbered = |key: &(dyn Fn(usize) -> [u64; 6] + Sync)| {
+            let entry = |row: usize| {
+                let (high, low) = digest(key(row));
+                (high, low, row as u32)
             };
-            let numbers: Vec<u32> = (0..listed.rows).map(number).collect();
-            (numbers, known.len() as u64)
+            numbers((0..listed.rows).into_par_iter().map(entry).collect())
         };
         let bits = |column: Column, row: usize| (listed.value(column as usize, row) + 0.0).to_bits();
         let (designs, n_designs) = numbered(&|row| {
@@ -144,4 +145,24 @@ fn digest(words: [u64; 6]) -> (u64, u32) {
         })
     };
     (mix(0x243f_6a88_85a3_08d3), mix(0x1319_8a2e_0370_7344) as u32)
+}
+
+fn numbers(mut entries: Vec<Entry>) -> (Vec<u32>, u64) {
+    entries.par_sort_unstable();
+    let mut numbers = vec![0; entries.len()];
+    for same in entries.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
+        same.iter().for_each(|e| numbers[e.2 as usize] = same[0].2);
+    }
+    drop(entries);
+    let mut next = 0;
+    for row in 0..numbers.len() {
+        let first = numbers[row] as usize;
+        if first == row {
+            numbers[row] = next;
+            next += 1;
+        } else {
+            numbers[row] = numbers[first];
+        }
+    }
+    (numbers, u64::from(next))
 }
