@@ -241,13 +241,10 @@ fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
 
 pub fn json(learnt: &Learnt, kind: Drive) -> Value {
     let numbers = numbers(learnt, kind);
-    let each: serde_json::Map<String, Value> =
-        numbers.iter().map(|n| (n.name.to_owned(), json!(n))).collect();
-    let budget: serde_json::Map<String, Value> =
-        budget(learnt).into_iter().map(|(name, share)| (name.to_owned(), json!(share))).collect();
+    let each: Value = numbers.iter().map(|n| (n.name, json!(n))).collect();
+    let budget: Value = budget(learnt).into_iter().collect();
     let learned = learnt.fit.hypers.iter().zip(&learnt.fit.at);
-    let learned = learned.map(|(h, x)| (format!("{h:?}").to_lowercase(), json!(x.exp())));
-    let learned: serde_json::Map<String, Value> = learned.collect();
+    let learned: Value = learned.map(|(h, x)| (format!("{h:?}").to_lowercase(), x.exp())).collect();
     let alike = |n: &Number| Some(json!({ "gain_and": n.name, "tells": n.alike? }));
     let alike: Vec<Value> = numbers.iter().filter_map(alike).collect();
     json!({

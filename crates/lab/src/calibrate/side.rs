@@ -129,7 +129,7 @@ pub(super) fn calibrate(
     let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == sign;
     let mut record = SideRecord {
         sign: sign as i8,
-        gauge_side: if gauge == Side::Far { "far" } else { "contact" }.to_owned(),
+        gauge_side: gauge.word().to_owned(),
         distances_mm: distances.ends(),
         drives: drives.centres.clone(),
         drive_ends: Some(drive_ends).filter(|r| *r != drives.ends()),
@@ -177,7 +177,7 @@ fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
 impl SideResult {
     /// Name of the side: contact or far.
     pub fn name(&self) -> &'static str {
-        if self.record.gauge() == Side::Far { "far" } else { "contact" }
+        self.record.gauge().word()
     }
 
     /// True if `estimator` is calibrated.

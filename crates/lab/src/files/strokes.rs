@@ -8,13 +8,6 @@ use crate::simulate::object::{Curve, Object};
 use crate::simulate::strokes::Strokes;
 use crate::spec::{self, Item};
 
-#[derive(Debug, Clone, Copy)]
-enum Shape {
-    Circle,
-    Box,
-    Curve,
-}
-
 impl Strokes {
     /// Parses `text` of the file `label`; its files are relative to `folder`.
     ///
@@ -50,22 +43,19 @@ impl Strokes {
 }
 
 fn object(table: &Item<'_>, folder: &Path) -> Result<Object, InputError> {
-    let shapes = [("circle", Shape::Circle), ("box", Shape::Box), ("curve", Shape::Curve)];
     let shaped = |shape: &str| table.clone().of(spec::keys::section("files").key(shape));
-    let shape = shaped("box").needs("shape")?.word(&shapes)?;
-    let table = shaped(shapes[shape as usize].0);
+    let shape = shaped("box").needs("shape")?.own_word()?;
+    let table = shaped(shape);
     table.only_known()?;
     let number = |key: &str| table.needs(key)?.ranged();
     match shape {
-        Shape::Circle => {
-            Ok(Object::Circle { centre: [number("x")?, number("y")?], radius: number("radius")? })
-        }
-        Shape::Box => {
+        "circle" => Ok(Object::Circle { centre: [number("x")?, number("y")?], radius: number("radius")? }),
+        "box" => {
             let turn = table.or("turn", 0.0, Item::ranged)?.to_radians();
             let (centre, size) = ([number("x")?, number("y")?], [number("width")?, number("height")?]);
             Ok(Object::boxed(centre, size, turn))
         }
-        Shape::Curve => {
+        _ => {
             let closed = table.or("closed", false, Item::flag)?;
             Ok(Object::Curve(curve(&table.needs("file")?, folder, closed)?))
         }
