@@ -222,9 +222,7 @@ fn signs(
         move |t: &&Tap| with(sign)(t) && (sign == most || !weak.contains(&t.place))
     };
     let count = |sign: f64| taps.iter().filter(of(sign)).count();
-    let distances = |sign: f64| {
-        crate::estimator::cells::Levels::of(taps.iter().filter(of(sign)).map(|t| t.group[0])).len()
-    };
+    let distances = |sign: f64| Groups::levels(taps.iter().filter(of(sign)).map(|t| t.group[0])).len();
     if plus + minus == 0 {
         let reasons: std::collections::BTreeSet<String> =
             taps.iter().filter_map(|t| t.reason.as_ref()).map(|r| r.word().to_owned()).collect();

@@ -7,7 +7,7 @@ use super::order::{Contradiction, contradictions};
 use super::prepare::Prepared;
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
-use crate::estimator::cells::{Cell, Levels, grouped};
+use crate::estimator::cells::{Cell, grouped};
 use crate::estimator::curve::SmoothRecord;
 use crate::estimator::exact::ExactRecord;
 use crate::estimator::fit::{Fit, Task};
@@ -18,6 +18,7 @@ use crate::estimator::paper::FactorRecord;
 use crate::estimator::taps::Tap;
 use crate::estimator::{Estimator, SideRecord};
 use crate::evaluate::Outcome;
+use crate::measure::group::Groups;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
@@ -52,8 +53,8 @@ pub struct SideResult {
 /// K and distances by the paper's procedure.
 #[derive(Debug, Clone)]
 pub struct KTable {
-    pub distances: Levels,
-    pub drives: Levels,
+    pub distances: Groups,
+    pub drives: Groups,
     /// Cells: means over taps of one distance and drive.
     pub cells: Vec<Cell>,
     pub by_drive: Vec<DriveRow>,
