@@ -230,9 +230,9 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
 
 /// Parts of σ in the middle of the data, as relative standard deviations of the signal.
 fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
-    let scales = &learnt.fit.curve.scales;
-    let (a, u) = (scales.a[0].exp(), scales.u[0].exp() - scales.offset);
-    let e = learnt.expected(a, u);
+    let Fit { curve, base, .. } = &*learnt.fit;
+    let (a, u) = (curve.scales.a[0].exp(), curve.scales.u[0].exp() - curve.scales.offset);
+    let e = curve.expected(base, a, u, true);
     let share = |variance: f64| (variance / (e.signal * e.signal)).sqrt();
     let parts =
         [("noise", e.of_noise), ("calibration", e.of_curve), ("position", e.of_position), ("run", e.of_run)];

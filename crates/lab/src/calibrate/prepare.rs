@@ -126,7 +126,7 @@ fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
 
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
     let say = |g: &Groups, what: &str, unit: &str| {
-        g.joined().then(|| {
+        (g.len() < g.distinct).then(|| {
             format!(
                 "{} values of {what} lie within {:.3} {unit} of each other and are taken as {}: --group sets the width, 0 takes each \
                  as its own",

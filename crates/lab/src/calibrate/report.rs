@@ -186,7 +186,7 @@ pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64)
     let held = |p: &Parameter| json!({ "name": p.name(kind), "unit": p.unit(kind), "held_at": e.values[*p as usize] });
     let held: Vec<Value> = f.undetermined.iter().map(held).collect();
     json!({ "fitted": fitted, "undetermined": held, "chi2_per_freedom": Some(f.chi2).filter(|c| c.is_finite()),
-            "misfit": f.misfit, "interpolation_error": e.error() })
+            "misfit": f.misfit, "interpolation_error": e.surface.error })
 }
 
 /// Parameters of a fit as text, one per line; `zero` is the standard error of the zero.

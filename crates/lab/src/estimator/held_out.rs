@@ -88,7 +88,9 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
         // The parameters stay; the reading is shifted by the effect of their step.
         Estimator::Exact => parts(side, |gone| {
             let (fit, shifts) = (fit?, exact::shifts(side, fit?, gone)?);
-            Some(move |k, drive, signal| fit.exact.find(drive, signal - shifts.get(&k)?))
+            let find =
+                move |k, drive, signal| fit.exact.find(&fit.exact.at(drive), drive, signal - shifts.get(&k)?);
+            Some(find)
         }),
         Estimator::Curve => {
             let form = curve::form(side);

@@ -106,11 +106,6 @@ impl Groups {
         let place = self.ends.partition_point(|e| *e < x);
         self.centres.get(place).copied().filter(|_| x.is_finite()).unwrap_or(x)
     }
-
-    /// True if a group has several distinct values.
-    pub fn joined(&self) -> bool {
-        self.centres.len() < self.distinct
-    }
 }
 
 /// Exact for equal values.
