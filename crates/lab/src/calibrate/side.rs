@@ -199,7 +199,7 @@ impl SideResult {
     /// RMS error in mm of each of `estimators` on distances left out, over the taps that all answer, and their number.
     pub fn common_errors(&self, estimators: &[Estimator]) -> Vec<(Estimator, (Option<f64>, usize))> {
         let held = || estimators.iter().filter_map(|e| Some((*e, self.held_out(*e)?)));
-        let shared = |k: usize| held().all(|(_, h)| h.taps[k].is_finite());
+        let shared = |k: usize| held().all(|(_, h)| h.taps[k][0].is_finite());
         held().map(|(e, h)| (e, h.rms(shared))).collect()
     }
 
