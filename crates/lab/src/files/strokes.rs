@@ -24,9 +24,7 @@ impl Strokes {
         let curve = described.child("file").and_then(|file| Some(folder.join(file.value.as_str()?)));
         let mut starts = Vec::new();
         if let Some(list) = file.child("start") {
-            for start in list.tables()? {
-                starts.push(self::start(&start)?);
-            }
+            starts = list.tables()?.iter().map(pose).collect::<Result<_, _>>()?;
         }
         if let Some(table) = file.child("around") {
             starts.extend(around(&table, object.centre())?);
@@ -62,9 +60,10 @@ fn object(table: &Item<'_>, folder: &Path) -> Result<Object, InputError> {
     }
 }
 
-fn start(table: &Item<'_>) -> Result<Pose, InputError> {
+/// Position and direction of a whisker, at the height 0 if nothing is said of it.
+fn pose(table: &Item<'_>) -> Result<Pose, InputError> {
     let number = |key: &str| table.needs(key)?.ranged();
-    let base = [number("x")?, number("y")?, 0.0];
+    let base = [number("x")?, number("y")?, table.or("z", 0.0, Item::ranged)?];
     Ok(Pose { base, heading: number("heading")?.to_radians(), sense: sense(table)? })
 }
 
@@ -141,14 +140,9 @@ impl Array {
 }
 
 fn mount(whisker: &Item<'_>, folder: &Path) -> Result<Mount, InputError> {
-    let place = |key: &str| whisker.needs(key)?.ranged();
-    let heading = place("heading")?.to_radians();
-    let base = [place("x")?, place("y")?, whisker.or("z", 0.0, Item::ranged)?];
-    Ok(Mount {
-        name: whisker.needs("name")?.text()?.to_owned(),
-        calibration: folder.join(whisker.needs("calibration")?.text()?),
-        pose: Pose { base, heading, sense: sense(whisker)? },
-    })
+    let pose = pose(whisker)?;
+    let name = whisker.needs("name")?.text()?.to_owned();
+    Ok(Mount { name, calibration: folder.join(whisker.needs("calibration")?.text()?), pose })
 }
 
 /// Sense of rotation of the whisker of `table`: 1 (counterclockwise, default) or −1.
