@@ -138,7 +138,7 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     };
     let text = format!("{taps} synthetic {what}{without}, {zeros} zero readings\n");
     let body = json!({ "source": simulate::SOURCE, "settings": described });
-    let (counts, result) = (counts.described(), json!({ "settings": described }));
+    let (counts, result) = (json!(counts), json!({ "settings": described }));
     Reply { text, counts, result, ..Reply::default() }.filed_of(&spec, destination, body, context)
 }
 

@@ -60,8 +60,7 @@ pub fn coverage(found: &Calibrated) -> Covered {
         if let Some(held) = side.held_out(Estimator::Learned) {
             for (i, a) in side.table.distances.centres.iter().enumerate() {
                 let taps = side.table.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
-                let errors: Vec<[f64; 2]> =
-                    taps.map(|k| [held.taps[*k], held.sigmas[*k]]).filter(|e| e[1].is_finite()).collect();
+                let errors = taps.map(|k| held.taps[*k]).filter(|e| e[1].is_finite()).collect::<Vec<_>>();
                 if !errors.is_empty() {
                     positions.push(Coverage::new(side.name(), *a, &errors));
                     all.extend(errors);

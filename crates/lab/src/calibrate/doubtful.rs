@@ -1,5 +1,6 @@
 //! Data with too many suspect rows: likely causes, each tested by a fit.
 
+use super::order::range;
 use super::prepare::votes;
 use super::{Calibrated, Options, Reason, check, named};
 use crate::error::{Error, InputError};
@@ -122,10 +123,7 @@ fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
 }
 
 fn left_out(found: &Calibrated) -> f64 {
-    let of = |s: &super::SideResult| {
-        let [first, last] = s.record.distances_mm;
-        s.rms(found.winner).0.map_or(f64::INFINITY, |rms| rms / (last - first))
-    };
+    let of = |s: &super::SideResult| s.rms(found.winner).0.map_or(f64::INFINITY, |rms| rms / range(s));
     found.sides.iter().map(of).fold(0.0, f64::max)
 }
 

@@ -177,7 +177,7 @@ pub fn errors(found: &Calibrated) -> Option<f64> {
     let mut errors = crate::reduce::Errors::default();
     for side in &found.sides {
         let held = side.held_out(Estimator::Learned)?;
-        held.taps.iter().filter(|e| e.is_finite()).for_each(|e| errors.push(*e));
+        held.taps.iter().map(|[e, _]| *e).filter(|e| e.is_finite()).for_each(|e| errors.push(e));
     }
     errors.rms()
 }

@@ -230,9 +230,9 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
 
 /// Parts of σ in the middle of the data, as relative standard deviations of the signal.
 fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
-    let scales = &learnt.fit.curve.scales;
-    let (a, u) = (scales.a[0].exp(), scales.u[0].exp() - scales.offset);
-    let e = learnt.expected(a, u);
+    let Fit { curve, base, .. } = &*learnt.fit;
+    let (a, u) = (curve.scales.a[0].exp(), curve.scales.u[0].exp() - curve.scales.offset);
+    let e = curve.expected(base, a, u, true);
     let share = |variance: f64| (variance / (e.signal * e.signal)).sqrt();
     let parts =
         [("noise", e.of_noise), ("calibration", e.of_curve), ("position", e.of_position), ("run", e.of_run)];
@@ -241,13 +241,10 @@ fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
 
 pub fn json(learnt: &Learnt, kind: Drive) -> Value {
     let numbers = numbers(learnt, kind);
-    let each: serde_json::Map<String, Value> =
-        numbers.iter().map(|n| (n.name.to_owned(), json!(n))).collect();
-    let budget: serde_json::Map<String, Value> =
-        budget(learnt).into_iter().map(|(name, share)| (name.to_owned(), json!(share))).collect();
+    let each: Value = numbers.iter().map(|n| (n.name, json!(n))).collect();
+    let budget: Value = budget(learnt).into_iter().collect();
     let learned = learnt.fit.hypers.iter().zip(&learnt.fit.at);
-    let learned = learned.map(|(h, x)| (format!("{h:?}").to_lowercase(), json!(x.exp())));
-    let learned: serde_json::Map<String, Value> = learned.collect();
+    let learned: Value = learned.map(|(h, x)| (format!("{h:?}").to_lowercase(), x.exp())).collect();
     let alike = |n: &Number| Some(json!({ "gain_and": n.name, "tells": n.alike? }));
     let alike: Vec<Value> = numbers.iter().filter_map(alike).collect();
     json!({

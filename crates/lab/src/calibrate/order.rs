@@ -5,7 +5,8 @@ use vibrissa_learned::labels::rises;
 
 use super::side::SideResult;
 use crate::estimator::Estimator;
-use crate::estimator::cells::{Cell, Levels};
+use crate::estimator::cells::Cell;
+use crate::measure::group::Groups;
 
 /// Two neighbouring positions, one of which is mislabelled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -19,7 +20,7 @@ pub struct Contradiction {
 }
 
 /// Contradictions among the positions of `cells`; `noise` is that of a single reading. The data do not show which of two positions is wrong.
-pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: f64) -> Vec<Contradiction> {
+pub fn contradictions(cells: &[Cell], [distances, drives]: [&Groups; 2], noise: f64) -> Vec<Contradiction> {
     let mut found: Vec<Contradiction> = Vec::new();
     for j in 0..drives.len() {
         let cells: Vec<&Cell> = cells.iter().filter(|c| c.j == j).collect();

@@ -95,7 +95,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Frame, Err
     let recorded = format!("recorded_{}", data.unit.column());
     let mut table = heading("rows").frame(&[kind.column(), &recorded, data.unit.common()]);
     let held: Vec<_> = found.sides.iter().filter_map(|s| s.held_out(found.winner)).collect();
-    let held_out = |k: usize| held.iter().map(|h| h.taps[k]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
+    let held_out = |k: usize| held.iter().map(|h| h.taps[k][0]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
     let mut zeros = found.zeros.iter().peekable();
     let zero_row = |table: &mut Frame, z: &ZeroReading| {
         let r = &data.rows[z.place];

@@ -126,7 +126,7 @@ fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
 
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
     let say = |g: &Groups, what: &str, unit: &str| {
-        g.joined().then(|| {
+        (g.len() < g.distinct).then(|| {
             format!(
                 "{} values of {what} lie within {:.3} {unit} of each other and are taken as {}: --group sets the width, 0 takes each \
                  as its own",
@@ -222,9 +222,7 @@ fn signs(
         move |t: &&Tap| with(sign)(t) && (sign == most || !weak.contains(&t.place))
     };
     let count = |sign: f64| taps.iter().filter(of(sign)).count();
-    let distances = |sign: f64| {
-        crate::estimator::cells::Levels::of(taps.iter().filter(of(sign)).map(|t| t.group[0])).len()
-    };
+    let distances = |sign: f64| Groups::levels(taps.iter().filter(of(sign)).map(|t| t.group[0])).len();
     if plus + minus == 0 {
         let reasons: std::collections::BTreeSet<String> =
             taps.iter().filter_map(|t| t.reason.as_ref()).map(|r| r.word().to_owned()).collect();

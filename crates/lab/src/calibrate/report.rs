@@ -71,8 +71,7 @@ fn side(s: &SideResult, found: &Calibrated, rig: &Rig) -> Value {
         json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": s.used,
                 "held_out_rms_common_mm": common, "common": n })
     };
-    let estimators: serde_json::Map<String, Value> =
-        Estimator::ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
+    let estimators: Value = Estimator::ALL.into_iter().map(|e| (e.name(), one(e))).collect();
     let best = if s.table.drives.len() > 1 && rig.known { best(s, kind, noise) } else { Value::Null };
     json!({
         "side": s.name(),
@@ -154,9 +153,7 @@ fn drives(t: &KTable, of: Option<(&SideResult, f64)>, rig: &Rig) -> Vec<Value> {
             v["noise_rms_mm"] = json!(row.noise_rms);
             v["bias_rms_mm"] = json!(d.bias);
             v["total_rms_mm"] = json!(d.total);
-            let each: serde_json::Map<String, Value> =
-                held.iter().map(|(name, rms)| ((*name).to_owned(), json!(rms[j]))).collect();
-            v["held_out_rms_mm"] = each.into();
+            v["held_out_rms_mm"] = held.iter().map(|(name, rms)| (*name, json!(rms[j]))).collect();
         }
         v
     };
@@ -180,8 +177,7 @@ pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64)
     let fitted = |(i, p): (usize, &Parameter)| {
         let other = |k: usize| Some(e.covariance[i][k] / (error(i) * error(k))).filter(|c| c.is_finite());
         let others = (0..e.fitted.len()).filter(|k| *k != i);
-        let correlations = others.map(|k| (e.fitted[k].name(kind).to_owned(), json!(other(k))));
-        let correlations: serde_json::Map<String, Value> = correlations.collect();
+        let correlations: Value = others.map(|k| (e.fitted[k].name(kind), json!(other(k)))).collect();
         let (value, [lo, hi]) = (e.values[*p as usize], p.domain());
         json!({ "name": p.name(kind), "unit": p.unit(kind), "value": value, "standard_error": errors[i],
                 "correlations": correlations, "at_bound": value == lo || value == hi })
@@ -190,7 +186,7 @@ pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64)
     let held = |p: &Parameter| json!({ "name": p.name(kind), "unit": p.unit(kind), "held_at": e.values[*p as usize] });
     let held: Vec<Value> = f.undetermined.iter().map(held).collect();
     json!({ "fitted": fitted, "undetermined": held, "chi2_per_freedom": Some(f.chi2).filter(|c| c.is_finite()),
-            "misfit": f.misfit, "interpolation_error": e.error() })
+            "misfit": f.misfit, "interpolation_error": e.surface.error })
 }
 
 /// Parameters of a fit as text, one per line; `zero` is the standard error of the zero.

@@ -7,7 +7,7 @@ use super::order::{Contradiction, contradictions};
 use super::prepare::Prepared;
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
-use crate::estimator::cells::{Cell, Levels, grouped};
+use crate::estimator::cells::{Cell, grouped};
 use crate::estimator::curve::SmoothRecord;
 use crate::estimator::exact::ExactRecord;
 use crate::estimator::fit::{Fit, Task};
@@ -18,6 +18,7 @@ use crate::estimator::paper::FactorRecord;
 use crate::estimator::taps::Tap;
 use crate::estimator::{Estimator, SideRecord};
 use crate::evaluate::Outcome;
+use crate::measure::group::Groups;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
@@ -52,8 +53,8 @@ pub struct SideResult {
 /// K and distances by the paper's procedure.
 #[derive(Debug, Clone)]
 pub struct KTable {
-    pub distances: Levels,
-    pub drives: Levels,
+    pub distances: Groups,
+    pub drives: Groups,
     /// Cells: means over taps of one distance and drive.
     pub cells: Vec<Cell>,
     pub by_drive: Vec<DriveRow>,
@@ -129,7 +130,7 @@ pub(super) fn calibrate(
     let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == sign;
     let mut record = SideRecord {
         sign: sign as i8,
-        gauge_side: if gauge == Side::Far { "far" } else { "contact" }.to_owned(),
+        gauge_side: gauge.word().to_owned(),
         distances_mm: distances.ends(),
         drives: drives.centres.clone(),
         drive_ends: Some(drive_ends).filter(|r| *r != drives.ends()),
@@ -177,7 +178,7 @@ fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
 impl SideResult {
     /// Name of the side: contact or far.
     pub fn name(&self) -> &'static str {
-        if self.record.gauge() == Side::Far { "far" } else { "contact" }
+        self.record.gauge().word()
     }
 
     /// True if `estimator` is calibrated.
@@ -198,7 +199,7 @@ impl SideResult {
     /// RMS error in mm of each of `estimators` on distances left out, over the taps that all answer, and their number.
     pub fn common_errors(&self, estimators: &[Estimator]) -> Vec<(Estimator, (Option<f64>, usize))> {
         let held = || estimators.iter().filter_map(|e| Some((*e, self.held_out(*e)?)));
-        let shared = |k: usize| held().all(|(_, h)| h.taps[k].is_finite());
+        let shared = |k: usize| held().all(|(_, h)| h.taps[k][0].is_finite());
         held().map(|(e, h)| (e, h.rms(shared))).collect()
     }
 

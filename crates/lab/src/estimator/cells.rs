@@ -3,52 +3,7 @@
 use super::taps::Tap;
 use crate::design::amount;
 use crate::measure::Rig;
-use crate::reduce::sorted;
-
-const LEVELS: usize = 64;
-
-/// Distinct values, or groups of neighbours if there are too many.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Levels {
-    /// Mean of each level, ascending.
-    pub centres: Vec<f64>,
-    largest: Vec<f64>,
-}
-
-impl Levels {
-    pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let all = sorted(values);
-        let mut distinct = all.clone();
-        distinct.dedup();
-        if distinct.len() <= LEVELS {
-            return Self { largest: distinct.clone(), centres: distinct };
-        }
-        let mut levels = Self { centres: Vec::new(), largest: Vec::new() };
-        let mut from = 0;
-        for k in 1..=LEVELS {
-            let Some(end) = all.get((k * all.len() / LEVELS).saturating_sub(1)).copied() else { continue };
-            let to = all.partition_point(|x| *x <= end);
-            if to > from {
-                levels.centres.push(all[from..to].iter().sum::<f64>() / (to - from) as f64);
-                levels.largest.push(end);
-                from = to;
-            }
-        }
-        levels
-    }
-
-    pub fn place(&self, x: f64) -> usize {
-        self.largest.partition_point(|e| *e < x).min(self.largest.len() - 1)
-    }
-
-    pub fn ends(&self) -> [f64; 2] {
-        [self.centres[0], self.centres[self.len() - 1]]
-    }
-
-    pub fn len(&self) -> usize {
-        self.centres.len()
-    }
-}
+use crate::measure::group::Groups;
 
 /// Taps of one distance and one drive on one side.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,8 +33,8 @@ impl Cell {
 }
 
 /// Levels of distance and drive, and cells by distance, then drive, of the `wanted` taps.
-pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Levels; 2], Vec<Cell>) {
-    let levels = |axis: usize| Levels::of(taps.iter().filter(|t| wanted(t)).map(|t| t.group[axis]));
+pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Groups; 2], Vec<Cell>) {
+    let levels = |axis: usize| Groups::levels(taps.iter().filter(|t| wanted(t)).map(|t| t.group[axis]));
     let [distances, drives] = [0, 1].map(levels);
     let mut grid: Vec<Vec<usize>> = vec![Vec::new(); distances.len() * drives.len()];
     for (k, tap) in taps.iter().enumerate().filter(|(_, t)| wanted(t)) {

@@ -153,7 +153,7 @@ impl Inverted {
         let curve = self.curve(drive);
         let beyond = || reading < self.exact.weakest(&curve);
         self.exact
-            .find_in(&curve, drive, reading)
+            .find(&curve, drive, reading)
             .ok_or_else(|| if beyond() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT })
     }
 

@@ -31,10 +31,8 @@ pub struct Side<'a> {
 /// Errors of an estimator on distances left out.
 #[derive(Debug, Clone, Default)]
 pub struct HeldOut {
-    /// Error of each tap of the file, mm; NaN if unused or without answer.
-    pub taps: Vec<f64>,
-    /// Standard deviation of each, mm, if the estimator gives it.
-    pub sigmas: Vec<f64>,
+    /// Error of each tap of the file, mm, and its standard deviation if the estimator gives it; NaN if unused or without answer.
+    pub taps: Vec<[f64; 2]>,
     /// Error of each cell's mean and its variance from noise; NaN without answer.
     pub cells: Vec<(f64, f64)>,
 }
@@ -63,15 +61,15 @@ impl HeldOut {
     /// RMS over the taps that `wanted` keeps, and their number.
     pub fn rms(&self, wanted: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
         let mut errors = Errors::default();
-        let known = self.taps.iter().enumerate().filter(|(k, e)| e.is_finite() && wanted(*k));
-        let n = known.map(|(_, e)| errors.push(*e)).count();
+        let known = self.taps.iter().enumerate().filter(|(k, [e, _])| e.is_finite() && wanted(*k));
+        let n = known.map(|(_, [e, _])| errors.push(*e)).count();
         (errors.rms(), n)
     }
 
     pub fn rms_by_drive(&self, cells: &[Cell], drives: usize) -> Vec<Option<f64>> {
         let mut errors = vec![Errors::default(); drives];
         for cell in cells {
-            let known = cell.taps.iter().map(|k| self.taps[*k]).filter(|e| e.is_finite());
+            let known = cell.taps.iter().map(|k| self.taps[*k][0]).filter(|e| e.is_finite());
             known.for_each(|e| errors[cell.j].push(e));
         }
         errors.iter().map(Errors::rms).collect()
@@ -88,7 +86,9 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
         // The parameters stay; the reading is shifted by the effect of their step.
         Estimator::Exact => parts(side, |gone| {
             let (fit, shifts) = (fit?, exact::shifts(side, fit?, gone)?);
-            Some(move |k, drive, signal| fit.exact.find(drive, signal - shifts.get(&k)?))
+            let find =
+                move |k, drive, signal| fit.exact.find(&fit.exact.at(drive), drive, signal - shifts.get(&k)?);
+            Some(find)
         }),
         Estimator::Curve => {
             let form = curve::form(side);
@@ -113,14 +113,11 @@ fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
     if parts.iter().all(Option::is_none) {
         return None;
     }
-    let none = vec![f64::NAN; side.taps.len()];
-    let cells = vec![(f64::NAN, f64::NAN); side.cells.len()];
-    let mut out = HeldOut { taps: none.clone(), sigmas: none, cells };
+    let (taps, cells) = (vec![[f64::NAN; 2]; side.taps.len()], vec![(f64::NAN, f64::NAN); side.cells.len()]);
+    let mut out = HeldOut { taps, cells };
     for (k, mean, taps) in parts.into_iter().flatten().flatten() {
         out.cells[k] = mean;
-        for (tap, [error, sigma]) in taps {
-            (out.taps[tap], out.sigmas[tap]) = (error, sigma);
-        }
+        taps.into_iter().for_each(|(tap, found)| out.taps[tap] = found);
     }
     Some(out)
 }

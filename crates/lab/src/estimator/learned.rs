@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
-use vibrissa_learned::curve::{Curve, Expected, Spread};
+use vibrissa_learned::curve::{Curve, Spread};
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Joint, Object, Told};
@@ -225,11 +225,6 @@ impl Learnt {
         let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve };
         let zero = [self.zero_read, self.zero_known];
         Some(LearnedCurve::new(curve, (fit.base, self.reach), zero, Some(drives)))
-    }
-
-    /// Expected tap at a (mm) and drive u, above its zero.
-    pub fn expected(&self, a: f64, u: f64) -> Expected {
-        self.fit.curve.expected(&self.fit.base, a, u, true)
     }
 }
 

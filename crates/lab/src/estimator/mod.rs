@@ -26,39 +26,34 @@ use model::polynomial::Polynomial;
 use paper::{FactorRecord, Paper};
 pub use vibrissa_learned::least;
 
-/// Estimator of the distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Estimator {
-    /// Closed form with K̄ per drive; its K̄ and errors are in every calibration.
-    Paper,
-    /// Configured model; every calibration reports its fit.
-    Exact,
-    /// Smooth curve through the data.
-    Curve,
-    /// Statistical model, the default.
-    Learned,
+vibrissa_core::words! {
+    /// Estimator of the distance, by its name in files and flags. The simplest come first: the first of equals is taken.
+    Estimator {
+        /// Closed form with K̄ per drive; its K̄ and errors are in every calibration.
+        Paper = "paper",
+        /// Configured model; every calibration reports its fit.
+        Exact = "exact",
+        /// Smooth curve through the data.
+        Curve = "curve",
+        /// Statistical model, the default.
+        Learned = "learned",
+    }
 }
 
 impl Estimator {
-    /// All estimators, simplest first; the first of equals is taken.
-    pub const ALL: [Self; 4] = [Self::Paper, Self::Exact, Self::Curve, Self::Learned];
-
-    /// Names in files and flags, with short descriptions.
-    const WORDS: [(&'static str, &'static str); 4] = [
-        ("paper", "The closed form f and one K̄ per drive"),
-        ("exact", "The configured model, inverted"),
-        ("curve", "A smooth monotone fit of the data, no theory"),
-        ("learned", "One statistical model of curve, rig and runs"),
-    ];
-
     /// Name in files and flags.
     pub fn name(self) -> &'static str {
-        Self::WORDS[self as usize].0
+        self.word()
     }
 
     /// Short description.
     pub fn help(self) -> &'static str {
-        Self::WORDS[self as usize].1
+        match self {
+            Self::Paper => "The closed form f and one K̄ per drive",
+            Self::Exact => "The configured model, inverted",
+            Self::Curve => "A smooth monotone fit of the data, no theory",
+            Self::Learned => "One statistical model of curve, rig and runs",
+        }
     }
 
     /// Estimator with this name.

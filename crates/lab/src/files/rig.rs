@@ -14,9 +14,7 @@ use crate::locate::locator::opener;
 use crate::locate::{Calibration, Locator};
 use crate::measure::Rig;
 use crate::scene::built::{Built, Inner, Profile, Root};
-use crate::scene::{
-    Amount, Contact, Convention, Drive, Geometry, Material, RunOptions, Setup, Side, Signal, Spec, TERMS,
-};
+use crate::scene::{Amount, Contact, Drive, Material, RunOptions, Setup, Signal, Spec, TERMS};
 use crate::spec;
 
 impl Rig {
@@ -58,7 +56,7 @@ impl Rig {
         let strains = s.signal == Signal::Strain;
         let places = [("x_ss", t.x_ss.into()), ("l", t.l.into())];
         let mut gauge: Vec<(&str, Value)> = places.into_iter().filter(|_| strains).collect();
-        gauge.push(("side", word(if s.gauge.side == Side::Far { "far" } else { "contact" })));
+        gauge.push(("side", word(s.gauge.side.word())));
         let limit = s.gauge.strain_limit;
         gauge.extend(limit.is_finite().then(|| ("strain_limit", limit.into())));
         gauge.push(("factor", s.gauge.factor.into()));
@@ -69,10 +67,10 @@ impl Rig {
             ("foil", table(numbers.into_iter().chain(limit).map(|(key, x)| (key, x.into())).collect()))
         }));
         gauge.extend(s.gauge.noise_strain.filter(|_| strains).map(|n| ("noise_strain", n.into())));
-        let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
-        let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];
+        let words = [("theory", s.estimate.theory.word()), ("convention", s.estimate.convention.word())];
+        let mut estimate = words.map(|(key, of)| (key, word(of))).to_vec();
         estimate.extend(s.estimate.range.map(|r| ("range", list(&r))));
-        let drive = word(if s.drive == Drive::Angle { "angle" } else { "displacement" });
+        let drive = word(s.drive.word());
         if !self.known {
             let gauge = ["strain_limit", "factor"];
             let gauge = gauge.into_iter().zip([s.gauge.strain_limit.into(), s.gauge.factor.into()]).collect();
@@ -83,14 +81,13 @@ impl Rig {
         let mut whisker = if tabled { Vec::new() } else { sized.to_vec() };
         whisker.push(("hub", s.hub.into()));
         whisker.extend(s.built.iter().flat_map(|built| beyond(built)));
-        let geometry = word(if m.geometry == Geometry::Linear { "linear" } else { "exact" });
         let terms = TERMS.iter().map(|term| match (term.get)(m) {
             Amount::Flag(on) => (term.key, on.into()),
             Amount::Number(x) => (term.key, x.into()),
             Amount::Word(of) => (term.key, word(of)),
         });
         let rest = [("nu", m.nu.into()), ("contact", contact), ("material", table(vec![material]))];
-        let model = [("geometry", geometry)].into_iter().chain(terms).chain(rest).collect();
+        let model = [("geometry", word(m.geometry.word()))].into_iter().chain(terms).chain(rest).collect();
         let (tap, of) = (vec![("drive", drive)], ["whisker", "gauge", "tap", "model", "estimate"]);
         let entries = of.into_iter().zip([whisker, gauge, tap, model, estimate].map(table));
         let sensor = (s.signal != Signal::Strain).then(|| {

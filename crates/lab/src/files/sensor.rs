@@ -114,9 +114,6 @@ pub fn settle(spec: &mut Spec, options: &RunOptions, backend: &Backend, out: &Pa
         ("json", flag(options.json)),
     ];
     spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
-    let entries = run.into_iter().filter_map(|(key, entry)| {
-        let (value, written) = entry?;
-        Some((format!("run.{key}"), value, written))
-    });
-    spec.in_force.extend(entries);
+    let entries = run.into_iter().filter_map(|(key, entry)| Some((key, entry?)));
+    spec.in_force.extend(entries.map(|(key, (value, written))| (format!("run.{key}"), value, written)));
 }

@@ -8,13 +8,6 @@ use crate::simulate::object::{Curve, Object};
 use crate::simulate::strokes::Strokes;
 use crate::spec::{self, Item};
 
-#[derive(Debug, Clone, Copy)]
-enum Shape {
-    Circle,
-    Box,
-    Curve,
-}
-
 impl Strokes {
     /// Parses `text` of the file `label`; its files are relative to `folder`.
     ///
@@ -31,9 +24,7 @@ impl Strokes {
         let curve = described.child("file").and_then(|file| Some(folder.join(file.value.as_str()?)));
         let mut starts = Vec::new();
         if let Some(list) = file.child("start") {
-            for start in list.tables()? {
-                starts.push(self::start(&start)?);
-            }
+            starts = list.tables()?.iter().map(pose).collect::<Result<_, _>>()?;
         }
         if let Some(table) = file.child("around") {
             starts.extend(around(&table, object.centre())?);
@@ -50,31 +41,29 @@ impl Strokes {
 }
 
 fn object(table: &Item<'_>, folder: &Path) -> Result<Object, InputError> {
-    let shapes = [("circle", Shape::Circle), ("box", Shape::Box), ("curve", Shape::Curve)];
     let shaped = |shape: &str| table.clone().of(spec::keys::section("files").key(shape));
-    let shape = shaped("box").needs("shape")?.word(&shapes)?;
-    let table = shaped(shapes[shape as usize].0);
+    let shape = shaped("box").needs("shape")?.own_word()?;
+    let table = shaped(shape);
     table.only_known()?;
     let number = |key: &str| table.needs(key)?.ranged();
     match shape {
-        Shape::Circle => {
-            Ok(Object::Circle { centre: [number("x")?, number("y")?], radius: number("radius")? })
-        }
-        Shape::Box => {
+        "circle" => Ok(Object::Circle { centre: [number("x")?, number("y")?], radius: number("radius")? }),
+        "box" => {
             let turn = table.or("turn", 0.0, Item::ranged)?.to_radians();
             let (centre, size) = ([number("x")?, number("y")?], [number("width")?, number("height")?]);
             Ok(Object::boxed(centre, size, turn))
         }
-        Shape::Curve => {
+        _ => {
             let closed = table.or("closed", false, Item::flag)?;
             Ok(Object::Curve(curve(&table.needs("file")?, folder, closed)?))
         }
     }
 }
 
-fn start(table: &Item<'_>) -> Result<Pose, InputError> {
+/// Position and direction of a whisker, at the height 0 if nothing is said of it.
+fn pose(table: &Item<'_>) -> Result<Pose, InputError> {
     let number = |key: &str| table.needs(key)?.ranged();
-    let base = [number("x")?, number("y")?, 0.0];
+    let base = [number("x")?, number("y")?, table.or("z", 0.0, Item::ranged)?];
     Ok(Pose { base, heading: number("heading")?.to_radians(), sense: sense(table)? })
 }
 
@@ -151,14 +140,9 @@ impl Array {
 }
 
 fn mount(whisker: &Item<'_>, folder: &Path) -> Result<Mount, InputError> {
-    let place = |key: &str| whisker.needs(key)?.ranged();
-    let heading = place("heading")?.to_radians();
-    let base = [place("x")?, place("y")?, whisker.or("z", 0.0, Item::ranged)?];
-    Ok(Mount {
-        name: whisker.needs("name")?.text()?.to_owned(),
-        calibration: folder.join(whisker.needs("calibration")?.text()?),
-        pose: Pose { base, heading, sense: sense(whisker)? },
-    })
+    let pose = pose(whisker)?;
+    let name = whisker.needs("name")?.text()?.to_owned();
+    Ok(Mount { name, calibration: folder.join(whisker.needs("calibration")?.text()?), pose })
 }
 
 /// Sense of rotation of the whisker of `table`: 1 (counterclockwise, default) or −1.

@@ -3,7 +3,7 @@
 use super::Unit;
 use super::file::Row;
 use super::group::Groups;
-use super::names::{DISTANCE, Names, Role};
+use super::names::{DISTANCE, Names, Role, meant};
 use crate::error::InputError;
 use crate::reduce::distinct;
 use crate::scene::Drive;
@@ -29,8 +29,6 @@ pub struct Columns {
     pub run: Option<usize>,
     /// Column of times.
     pub time: Option<usize>,
-    /// Number of columns.
-    pub fields: usize,
     /// Names of unused columns.
     pub ignored: Vec<String>,
 }
@@ -43,9 +41,8 @@ impl Columns {
     pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
         for (role, name) in &said.said {
             if !names.contains(name) {
-                let known: Vec<&str> = names.iter().map(String::as_str).collect();
-                let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
-                let message = format!("the file has no column {name}{}", close.unwrap_or_default());
+                let close = meant(name, names.iter().map(String::as_str));
+                let message = format!("the file has no column {name}{close}");
                 let role = role.short();
                 let error = InputError::new(message).key("--columns").value(format!("{role}={name}"));
                 return Err(error.allowed(names.join(", ")));
@@ -76,10 +73,11 @@ impl Columns {
             let error = error.key("theta_deg").value("theta_deg and delta_mm");
             return Err(error.allowed("one of the two columns"));
         }
-        let mut signals = Vec::new();
-        for unit in Unit::ALL {
-            signals.extend(once(Role::Signal(unit))?.map(|place| (unit, place)));
-        }
+        let each = |role: fn(Unit) -> Role| -> Result<Vec<(Unit, usize)>, InputError> {
+            let places = Unit::ALL.into_iter().map(|unit| Ok(once(role(unit))?.map(|place| (unit, place))));
+            places.filter_map(Result::transpose).collect()
+        };
+        let signals = each(Role::Signal)?;
         let like = |&i: &usize| roles[i].is_none() && drive_like(&names[i]).is_some();
         if let Some(i) = (0..names.len()).find(like).filter(|_| drives.is_empty()) {
             return Err(unknown_drive(&names[i]));
@@ -98,10 +96,7 @@ impl Columns {
                 return Err(error.key(found[0]).value(found.join(", ")).allowed(allowed));
             }
         };
-        let mut seconds = Vec::new();
-        for unit in Unit::ALL {
-            seconds.extend(once(Role::Second(unit))?.map(|place| (unit, place)));
-        }
+        let seconds = each(Role::Second)?;
         let second = seconds.iter().find(|s| s.0 == signal.0).or(seconds.first()).copied();
         let tilt = once(Role::Tilt)?;
         let named = |name: &&str| names.iter().position(|n| n == name && said.role(n) == Some(Role::Run));
@@ -113,15 +108,14 @@ impl Columns {
         let unused = |i: &usize| !used.contains(&Some(*i)) && roles[*i] != Some(Role::Ignored);
         let ignored = (0..names.len()).filter(unused).map(|i| names[i].clone()).collect();
         let drive = drives.first().copied();
-        Ok(Self { a, drive, signal, second, tilt, run, time, fields: names.len(), ignored })
+        Ok(Self { a, drive, signal, second, tilt, run, time, ignored })
     }
 }
 
 /// The error for a missing column, with the nearest of `names`.
 pub fn missing(name: &str, names: &[String]) -> InputError {
-    let known: Vec<&str> = names.iter().map(String::as_str).collect();
-    let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
-    let message = format!("column {name} is missing{}", close.unwrap_or_default());
+    let close = meant(name, names.iter().map(String::as_str));
+    let message = format!("column {name} is missing{close}");
     let allowed = format!("{}; or --columns {}=NAME", all_names(), name.split('_').next().unwrap_or(name));
     InputError::new(message).key(name).value(names.join(",")).allowed(allowed)
 }

@@ -8,6 +8,8 @@ const APART: f64 = 1.0 / 8.0;
 const WIDE: f64 = 0.1;
 /// The same if fewer than three groups would remain, so that values set close together are kept apart.
 const FEW: f64 = 0.01;
+/// Most levels of a table.
+const LEVELS: usize = 64;
 /// Relative difference that counts as rounding: that of single precision.
 pub const ROUNDING: f64 = f32::EPSILON as f64;
 
@@ -63,15 +65,46 @@ impl Groups {
         groups
     }
 
+    /// Equal values; of more than [`LEVELS`], groups of neighbours that hold about as many values each.
+    pub fn levels(values: impl Iterator<Item = f64>) -> Self {
+        let all = sorted(values);
+        let mut groups = Self::of(all.iter().copied(), Some(0.0), false);
+        if groups.len() <= LEVELS {
+            return groups;
+        }
+        (groups.centres, groups.ends) = Default::default();
+        let mut from = 0;
+        for end in (1..=LEVELS).map(|k| all[k * all.len() / LEVELS - 1]) {
+            let to = all.partition_point(|x| *x <= end);
+            if to > from {
+                groups.centres.push(all[from..to].iter().sum::<f64>() / (to - from) as f64);
+                groups.ends.push(end);
+                from = to;
+            }
+        }
+        groups
+    }
+
+    /// Number of groups.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.centres.len()
+    }
+
+    /// Means of the first and the last group.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.centres[0], self.centres[self.len() - 1]]
+    }
+
+    /// Index of the group that contains `x`, the last one beyond all.
+    pub fn place(&self, x: f64) -> usize {
+        self.ends.partition_point(|e| *e < x).min(self.len() - 1)
+    }
+
     /// Mean of the group that contains `x`, or `x` if it is not one of the values.
     pub fn centre(&self, x: f64) -> f64 {
         let place = self.ends.partition_point(|e| *e < x);
         self.centres.get(place).copied().filter(|_| x.is_finite()).unwrap_or(x)
-    }
-
-    /// True if a group has several distinct values.
-    pub fn joined(&self) -> bool {
-        self.centres.len() < self.distinct
     }
 }
 

@@ -76,6 +76,12 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     Role::ALL.into_iter().filter(|(.., role)| *role != Role::Ignored).map(|(_, column, _)| column)
 }
 
+/// The one of `known` that `name` may stand for, as a question; empty if none is near.
+pub(super) fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let close = crate::error::nearest(name, &known.collect::<Vec<_>>());
+    close.map_or_else(String::new, |close| format!("; is {close} meant?"))
+}
+
 impl Channel {
     pub(super) fn missing(&self, names: &[String]) -> InputError {
         let (column, allowed) = match self {
@@ -133,9 +139,8 @@ impl Names {
             let known = Role::ALL.iter().find(|(short, column, _)| *short == role || *column == role);
             let known = known.map(|known| known.2).or_else(|| numbered(role).map(Role::Channel));
             let Some(role) = known else {
-                let short: Vec<&str> = Role::ALL.iter().map(|r| r.0).collect();
-                let close = crate::error::nearest(role, &short).map(|n| format!("; is {n} meant?"));
-                return Err(fault(format!("there is no such role{}", close.unwrap_or_default()), part));
+                let close = meant(role, Role::ALL.iter().map(|r| r.0));
+                return Err(fault(format!("there is no such role{close}"), part));
             };
             if name.is_empty() {
                 return Err(fault("the name of the column is missing".to_owned(), part));

@@ -52,11 +52,7 @@ impl Unit {
 
     /// The unit of `signal`.
     pub fn of_signal(signal: Signal) -> Self {
-        match signal {
-            Signal::Strain => Self::Strain,
-            Signal::Moment => Self::Moment,
-            Signal::Force => Self::Force,
-        }
+        Self::ALL.into_iter().find(|unit| unit.signal() == Some(signal)).unwrap_or(Self::Reading)
     }
 
     /// The unit of the column `name`, if it is a signal.

@@ -83,11 +83,12 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
         beside.into_iter().flatten().map(|b| b.height).filter(|h| *h > rest.away).reduce(f64::min)
     };
     let inner: Vec<usize> = (0..blocks.len()).filter(|k| !at_end(rest, blocks[*k])).collect();
-    let turns = inner.iter().filter(|k| heights(**k).is_some_and(|height| !stays(rest, blocks[**k], height)));
-    let turns: Vec<&usize> = turns.collect();
-    if let Some(first) = turns.first().filter(|_| turns.len() as f64 > SHORT * inner.len() as f64) {
-        let what = format!("at {} s, and elsewhere, it turns rather than rests", time(blocks[**first][0]));
-        return fault(what, rest.level[blocks[**first][0]]);
+    let often = |so: &[usize], of: usize| so.first().copied().filter(|_| so.len() as f64 > SHORT * of as f64);
+    let turns = |k: &usize| heights(*k).is_some_and(|height| !stays(rest, blocks[*k], height));
+    let turns: Vec<usize> = inner.iter().copied().filter(turns).collect();
+    if let Some(first) = often(&turns, inner.len()) {
+        let what = format!("at {} s, and elsewhere, it turns rather than rests", time(blocks[first][0]));
+        return fault(what, rest.level[blocks[first][0]]);
     }
     let levels: Vec<f64> = blocks.iter().map(|block| level(rest, *block)).collect();
     let jagged = |k: &usize| {
@@ -96,14 +97,10 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
     };
     let several = 1..blocks.len().saturating_sub(1);
     let jagged: Vec<usize> = several.clone().filter(jagged).collect();
-    if let Some(first) =
-        jagged.first().filter(|_| jagged.len() > 1 && jagged.len() as f64 > SHORT * several.len() as f64)
-    {
-        let at = time(blocks[*first][0]);
-        let what = format!(
-            "what is still at {at} s, and elsewhere, is at another level than what is before and after"
-        );
-        return fault(what, levels[*first]);
+    if let Some(first) = often(&jagged, several.len()).filter(|_| jagged.len() > 1) {
+        let at = time(blocks[first][0]);
+        let what = "and elsewhere, is at another level than what is before and after";
+        return fault(format!("what is still at {at} s, {what}"), levels[first]);
     }
     let contacts: Vec<&Reading> = readings.iter().filter(|r| r.kind != Kind::Rest).collect();
     if let Some(level) = alike(rest, &contacts, &inner) {

@@ -20,22 +20,15 @@ pub enum Take {
     Peak,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    Rest,
-    /// A contact that stands still.
-    Plateau,
-    /// The largest signal of a contact.
-    Peak,
-}
-
-impl Kind {
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Rest => "rest",
-            Self::Plateau => "plateau",
-            Self::Peak => "peak",
-        }
+vibrissa_core::words! {
+    /// What a reading is of.
+    Kind {
+        /// The sensor without contact.
+        Rest = "rest",
+        /// A contact that stands still.
+        Plateau = "plateau",
+        /// The largest signal of a contact.
+        Peak = "peak",
     }
 }
 

@@ -1,6 +1,6 @@
 //! The noise of a record, and its level without contact.
 
-use crate::reduce::median;
+use crate::reduce::{median, range};
 
 use super::Record;
 use super::chain::returns;
@@ -117,8 +117,8 @@ fn driven(record: &Record) -> Option<Vec<bool>> {
 pub fn rest(record: &Record) -> Rest {
     let y = smoothed(&record.signal);
     let scatter = (SMOOTH * apart(&y)).max(SMOOTHED * step(&record.signal));
-    let ends = [f64::max, f64::min].map(|of: fn(f64, f64) -> f64| y.iter().copied().reduce(of));
-    let span = ends[0].zip(ends[1]).map_or(f64::NAN, |(most, least)| most - least);
+    let [least, most] = range(y.iter().copied());
+    let span = most - least;
     let driven = driven(record);
     let by = |window: usize| {
         let spreads = spreads(&y, window, [0, y.len() - 1]);

@@ -157,21 +157,16 @@ impl Settings {
     }
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// As they stand in `run.json`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counts {
     pub taps: u64,
+    #[serde(rename = "zero_readings")]
     pub zeros: u64,
     /// Taps that the model has no answer to: their signal is empty.
     pub unsolved: u64,
     /// Taps with a deliberate fault.
     pub faults: u64,
-}
-
-impl Counts {
-    /// As they stand in `run.json`.
-    pub fn described(&self) -> Value {
-        json!({ "taps": self.taps, "zero_readings": self.zeros, "unsolved": self.unsolved, "faults": self.faults })
-    }
 }
 
 /// Simulates taps of `rig`: for every distance of `layout`, for every repeat, all its strokes in turn, with the columns of the pole's direction that are

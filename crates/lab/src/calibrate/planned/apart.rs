@@ -13,6 +13,8 @@ const ALIKE: f64 = 0.95;
 /// A number is undetermined if its error exceeds this share of its plausible range.
 const UNDETERMINED: f64 = 0.3;
 const TRIED: [usize; 2] = [25, 12];
+/// Place of the offset of the distance among [`parameters`]: the slope by it is that by the distance.
+const DISTANCE: usize = 2;
 
 /// A number of the whisker that the taps do not determine: another one has the same effect, or its effect is too small.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,10 +54,11 @@ pub fn apart(
     let middle = exact.expected((distances[0] * distances[distances.len() - 1]).sqrt(), ends[1]);
     let widths: Vec<f64> = exact.fitted.iter().map(|p| width(*p, &values, ends, [middle, 0.0])).collect();
     let row = |a: f64, u: f64| {
-        let slope = exact.slope(a, u) * a * noise.position;
+        let slopes = exact.gradient(a, u);
+        let slope = slopes[DISTANCE] * a * noise.position;
         let signal = exact.expected(a, u);
         let variance = noise.noise.powi(2) + (noise.relative * signal).powi(2) + slope * slope;
-        let scaled = exact.gradient(a, u).into_iter().zip(&widths).map(|(g, w)| g * w / variance.sqrt());
+        let scaled = slopes.into_iter().zip(&widths).map(|(g, w)| g * w / variance.sqrt());
         DVector::from_vec(scaled.collect())
     };
     let n = exact.fitted.len();
@@ -108,5 +111,5 @@ fn tried(exact: &Exact, [first, last]: [f64; 2], allowed: &dyn Fn(f64, f64) -> b
     let [lo, hi] = [0.5 * first, (1.0 + 0.1) * last];
     let grid = |[lo, hi]: [f64; 2], n: usize| (0..n).map(move |k| lo + (hi - lo) * k as f64 / (n - 1) as f64);
     let all = grid([near, far], TRIED[0]).flat_map(|a| grid([lo, hi], TRIED[1]).map(move |u| [a, u]));
-    all.filter(|[a, u]| allowed(*a, *u) && exact.slope(*a, *u).is_finite()).collect()
+    all.filter(|[a, u]| allowed(*a, *u) && exact.gradient(*a, *u)[DISTANCE].is_finite()).collect()
 }

@@ -206,29 +206,24 @@ pub fn plan(
         planner.grow();
         path.push((planner.len(), planner.sigma()));
     }
-    let rows = order::rows(&taps, asked.runs, asked.seed);
     let at = [distances.as_slice(), &drives];
-    let apart = apart::apart(rig.setup.drive, &exact, &taps, at, &spread, &allowed);
     let pairs: Vec<(f64, f64)> =
         distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
-    let reached = [range(fine.iter().map(|p| p.0)), range(fine.iter().map(|p| p.1))];
-    let forbidden = [pairs.len() - fine.len(), pairs.len()];
-    let (ends, rig) = ([ends(&distances), ends(&drives)], spread);
     Ok(Planned {
+        rows: order::rows(&taps, asked.runs, asked.seed),
+        apart: apart::apart(rig.setup.drive, &exact, &taps, at, &spread, &allowed),
+        reached: [range(fine.iter().map(|p| p.0)), range(fine.iter().map(|p| p.1))],
+        forbidden: [pairs.len() - fine.len(), pairs.len()],
+        ends: at.map(ends),
+        rig: spread,
         distances,
         drives,
         taps,
-        rows,
         sigma,
         floor,
         path,
         even,
-        apart,
-        reached,
-        forbidden,
-        ends,
-        rig,
     })
 }
 

@@ -68,7 +68,7 @@ pub struct Exact {
     pub fitted: Vec<Parameter>,
     /// Covariance of the fitted parameters.
     pub covariance: Vec<Vec<f64>>,
-    pub(in crate::estimator) surface: Surface,
+    pub(crate) surface: Surface,
     /// For each fitted physical parameter, surfaces on both sides of its value, and their distance.
     pub(in crate::estimator) sides: Vec<Option<(Surface, Surface, f64)>>,
 }
@@ -138,12 +138,6 @@ impl Exact {
         self.values[0] * self.surface.value(a, drive) + self.values[Parameter::Zero as usize]
     }
 
-    /// d reading/da, 1/mm.
-    pub fn slope(&self, a: f64, drive: f64) -> f64 {
-        let (a, drive) = self.moved(a, drive);
-        self.values[0] * self.surface.slopes(a, drive)[0]
-    }
-
     /// d reading/dp for the fitted parameters.
     pub fn gradient(&self, a: f64, drive: f64) -> Vec<f64> {
         let factor = self.values[0];
@@ -168,17 +162,12 @@ impl Exact {
     }
 
     /// Distance for a `reading` > 0 at `drive`; `curve` is [`Self::at`] of `drive`.
-    pub fn find_in(&self, curve: &Curve, drive: f64, reading: f64) -> Option<Found> {
+    pub fn find(&self, curve: &Curve, drive: f64, reading: f64) -> Option<Found> {
         let (far, near) = curve.roots(reading / self.values[0])?;
         let a = far - self.values[2];
         let slope = self.values[0] * curve.slope(far);
         let near = near.map(|n| n - self.values[2]);
         Some(Found::root(a, near, slope, self.variance(a, drive)))
-    }
-
-    /// Distance for a `reading` > 0 at `drive`.
-    pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
-        self.find_in(&self.at(drive), drive, reading)
     }
 
     /// Smallest reading beyond the peak: a smaller one is beyond the range.
@@ -189,10 +178,5 @@ impl Exact {
     /// Labelled distances covered, mm.
     pub fn reach(&self) -> [f64; 2] {
         self.surface.reach.map(|a| a - self.values[2])
-    }
-
-    /// Relative error of the interpolation.
-    pub fn error(&self) -> f64 {
-        self.surface.error
     }
 }

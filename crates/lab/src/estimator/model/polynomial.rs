@@ -109,16 +109,12 @@ struct At {
     variance: f64,
 }
 
-struct Moments {
-    xx: DMatrix<f64>,
-    xy: DVector<f64>,
-}
-
+/// Sums over the points: products of the terms with each other, and in the last column with the target.
 struct Sums {
     scale: [[f64; 2]; 2],
     powers: Vec<[i32; 2]>,
-    positions: BTreeMap<usize, Moments>,
-    all: Moments,
+    positions: BTreeMap<usize, DMatrix<f64>>,
+    all: DMatrix<f64>,
 }
 
 impl Sums {
@@ -130,22 +126,22 @@ impl Sums {
         };
         let scale = [scale(&|p| p.signal.ln()), scale(&|p| form.drive(p.drive))];
         let powers = form.powers();
-        let n = powers.len();
-        let none = || Moments { xx: DMatrix::zeros(n, n), xy: DVector::zeros(n) };
+        let none = DMatrix::zeros(powers.len(), powers.len() + 1);
         let mut positions = BTreeMap::new();
         for p in points {
             let x = DVector::from_vec(form.terms(&powers, scale, p.signal.ln(), p.drive).0);
-            let sum: &mut Moments = positions.entry(p.position).or_insert_with(none);
-            sum.xx.ger(p.n, &x, &x, 1.0);
-            sum.xy.axpy(p.n * form.target(p.a), &x, 1.0);
+            let sum: &mut DMatrix<f64> = positions.entry(p.position).or_insert_with(|| none.clone());
+            sum.ger(p.n, &x, &x.push(form.target(p.a)), 1.0);
         }
-        let mut all = none();
-        for m in positions.values() {
-            all.xx += &m.xx;
-            all.xy += &m.xy;
-        }
+        let all = positions.values().fold(none, |all, sum| all + sum);
         Self { scale, powers, positions, all }
     }
+}
+
+/// Coefficients of these sums, and the inverse of the matrix of products.
+fn solved(sums: DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let last = sums.ncols() - 1;
+    solve(&sums.columns(0, last).into_owned(), &sums.column(last).into_owned())
 }
 
 impl Polynomial {
@@ -189,7 +185,7 @@ impl Polynomial {
         }
         let mut without = BTreeMap::new();
         for (position, m) in &sums.positions {
-            without.insert(*position, solve(&(&sums.all.xx - &m.xx), &(&sums.all.xy - &m.xy))?.0);
+            without.insert(*position, solved(&sums.all - m)?.0);
         }
         let squares = by_position(points, |p| {
             let (x, _) = form.terms(&sums.powers, sums.scale, p.signal.ln(), p.drive);
@@ -202,7 +198,7 @@ impl Polynomial {
 
     /// Least squares; `None` if the curve is not monotone over the data, or the data do not determine it.
     fn fit(sums: &Sums, points: &[Point], ranges: &[Range], form: Form, beyond: f64) -> Option<Self> {
-        let (c, inverse) = solve(&sums.all.xx, &sums.all.xy)?;
+        let (c, inverse) = solved(sums.all.clone())?;
         let mean = |k: &usize| {
             let here = || points.iter().filter(|p| p.position == *k).map(|p| p.a);
             here().sum::<f64>() / here().count() as f64
