@@ -75,7 +75,7 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     if spread > QUIET {
         context.warn(&format!("repeats of a measurement differ by up to {:.0} %: this machine does something else too, and its figures may be too slow", 100.0 * spread));
     }
-    let table = framed("work_precision", measured.iter().map(|m| m.fields(&of_places[m.line.place])))?;
+    let table = framed("work_precision", &[], measured.iter().map(|m| m.fields(&of_places[m.line.place])))?;
     let sum = |name: &str| (0..table.len()).map(|r| table.number(name, r) as u64).sum::<u64>();
     let counts = json!({ "points": table.len(), "taps": sum("taps"), "failed": sum("failed") });
     let (machine, stopped) = (machine(), broken.is_some());

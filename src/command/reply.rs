@@ -158,10 +158,14 @@ pub fn rough(x: f64) -> String {
     }
 }
 
-/// The table `name` of these `rows`.
-pub fn framed(name: &str, rows: impl Iterator<Item = Vec<Field>>) -> Result<Frame, Error> {
-    let mut frame = heading(name).frame(&[]);
-    { rows }.try_for_each(|row| frame.row(row))?;
+/// The table `name` of these `rows`; of columns with two names those that are `said`, else the first.
+pub fn framed<R: IntoIterator<Item = Field>>(
+    name: &str,
+    said: &[&str],
+    rows: impl IntoIterator<Item = R>,
+) -> Result<Frame, Error> {
+    let mut frame = heading(name).frame(said);
+    rows.into_iter().try_for_each(|row| frame.row(row))?;
     Ok(frame)
 }
 

@@ -41,8 +41,7 @@ pub struct ReportRequest {
 pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let Common { out, force, plan, .. } = &asked.common;
     context.prepared(&asked.common, None)?;
-    let keys = ["--width", "--font-size"];
-    let style = Style::asked(asked.width, asked.font_size, asked.font.as_deref(), keys)?;
+    let style = Style::asked(asked.width, asked.font_size, asked.font.as_deref())?;
     let format = |word: &String| meant(("word", "--figures"), Some(word), &Format::WORDS);
     let formats = asked.figures.iter().map(format).collect::<Result<Vec<_>, InputError>>()?;
     let mut formats: Vec<Format> = formats.into_iter().flatten().collect();

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::plan::rounded;
+use super::reply::framed;
 use super::{Common, Context, Reply, folder, meant, named, number, stem};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
@@ -186,15 +187,14 @@ fn middle(record: &Record, reading: &Reading) -> f64 {
 
 /// readings.csv: kind, time of contact, time of the mean, and scatter of each reading.
 fn readings_table(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
-    let mut table = heading("readings").frame(&[]);
-    for r in readings {
+    let row = |r: &Reading| {
         let [[begins, ends], [from, to]] = [r.contact, r.mean].map(|ends| ends.map(|k| record.time[k]));
         let times = [begins, ends, from, to].map(Field::Number);
         let samples = Field::from(r.mean[1] - r.mean[0] + 1);
         let of = [r.signal, r.rest, r.sd].map(Field::Number);
-        table.row(std::iter::once(r.kind.word().into()).chain(times).chain([samples]).chain(of))?;
-    }
-    Ok(table)
+        std::iter::once(r.kind.word().into()).chain(times).chain([samples]).chain(of)
+    };
+    framed("readings", &[], readings.iter().map(row))
 }
 
 fn drawn(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {

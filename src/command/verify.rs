@@ -141,7 +141,7 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     )?;
     drop(progress);
     let (kept, words) = cut(([done, taps], "taps"), &destination, (options.force, &out));
-    let table = framed("verify", lines.iter().map(|line: &Line| line.fields(&backends[line.place])))?;
+    let table = framed("verify", &[], lines.iter().map(|line: &Line| line.fields(&backends[line.place])))?;
     let faults: Vec<String> = words.clone().into_iter().chain(broken(&table)).collect();
     let census = objects(&table);
     let (name, text) = spec.as_ref().map_or(("verify", ""), |s| (&s.name, &s.text));

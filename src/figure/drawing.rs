@@ -27,7 +27,7 @@ pub enum Item {
         /// Clip: left, top, width, height.
         clip: Option<[f64; 4]>,
     },
-    /// A line of text.
+    /// A line of text, black.
     Text {
         /// Position of the anchor on the baseline.
         at: [f64; 2],
@@ -38,7 +38,6 @@ pub enum Item {
         anchor: Anchor,
         /// True if the text reads upwards.
         upwards: bool,
-        colour: Rgb,
     },
 }
 
@@ -171,11 +170,10 @@ impl Drawing {
         }
     }
 
-    /// Adds black text.
     pub fn text(&mut self, at: [f64; 2], text: impl Into<String>, size: f64, anchor: Anchor, upwards: bool) {
-        let (text, colour) = (text.into(), super::scale::INK);
+        let text = text.into();
         if !text.is_empty() {
-            self.items.push(Item::Text { at, text, size, anchor, upwards, colour });
+            self.items.push(Item::Text { at, text, size, anchor, upwards });
         }
     }
 }

@@ -5,6 +5,7 @@ use tiny_skia::{
 };
 
 use super::font::outline;
+use super::scale::INK;
 use super::{Drawing, Font, Item, Rect, Rgb, Step, Stroke};
 use crate::error::Error;
 
@@ -45,9 +46,9 @@ pub fn write(drawing: &Drawing, font: &Font, dpi: f64) -> Result<Vec<u8>, Error>
                     map.stroke_path(&course, &paint(stroke.colour, *opacity), &line(stroke), transform, mask);
                 }
             }
-            Item::Text { at, text, size, anchor, upwards, colour } => {
+            Item::Text { at, text, size, anchor, upwards } => {
                 if let Some(course) = path(&outline(&face, text, *at, *size, *anchor, *upwards)) {
-                    map.fill_path(&course, &paint(*colour, 1.0), FillRule::Winding, transform, None);
+                    map.fill_path(&course, &paint(INK, 1.0), FillRule::Winding, transform, None);
                 }
             }
         }

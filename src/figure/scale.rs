@@ -220,7 +220,7 @@ pub const SERIES: usize = HUES.len();
 
 /// Colour and marker of series `i`: unique each for the first [`SERIES`], as a pair for the first 24.
 pub fn series(i: usize) -> (usize, Marker) {
-    (HUES[i % HUES.len()], Marker::SERIES[i % Marker::SERIES.len()])
+    (HUES[i % HUES.len()], Marker::ALL[i % Marker::SERIES])
 }
 
 /// Red, green, blue from 0 to 255.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::scale::css;
+use super::scale::{INK, css};
 use super::{Anchor, Drawing, Figure, Font, Item, Step};
 
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
@@ -52,7 +52,7 @@ fn one(out: &mut String, item: &Item, clips: &[[f64; 4]], name: &str) {
             }
             out.push_str("/>\n");
         }
-        Item::Text { at: [x, y], text, size, anchor, upwards, colour } => {
+        Item::Text { at: [x, y], text, size, anchor, upwards } => {
             let anchor = match anchor {
                 Anchor::Start => "start",
                 Anchor::Middle => "middle",
@@ -61,7 +61,7 @@ fn one(out: &mut String, item: &Item, clips: &[[f64; 4]], name: &str) {
             let _ = write!(
                 out,
                 "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" text-anchor=\"{anchor}\" fill=\"{}\"",
-                css(*colour)
+                css(INK)
             );
             if *upwards {
                 let _ = write!(out, " transform=\"rotate(-90 {x:.2} {y:.2})\"");

@@ -28,9 +28,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     c.figure(residuals(&rows, signal)?);
     c.figure(held_out(&rows)?);
     let seen = ("held_out_error_mm", "distances left out", "rows.csv");
-    if let Some(figure) = coverage(&rows, &used(&rows)[0], seen)? {
-        c.figure(figure);
-    }
+    c.figure(coverage(&rows, &used(&rows)[0], seen)?);
     if let Some(designs) = source.maybe("designs.csv")?
         && let Some(sd) = designs.first(&SD)
         && designs.has(sd)
@@ -81,9 +79,7 @@ fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
         "Error of the distance that all channels tell together, of calibrated taps, with the standard deviation that is given for it (channels.csv). {CUT}"
     );
     c.figure(Figure::new("errors", "Errors of all channels together", caption, vec![panel]));
-    if let Some(figure) = coverage(taps, &of("used"), ("error_mm", "calibrated distances", "channels.csv"))? {
-        c.figure(figure);
-    }
+    c.figure(coverage(taps, &of("used"), ("error_mm", "calibrated distances", "channels.csv"))?);
     for channel in &channels {
         let name = channel["name"].as_str().unwrap_or_default();
         c.fact(&format!("noise of {name}"), &channel["noise"]);
