@@ -41,6 +41,11 @@ fn command() -> &'static str {
     COMMAND.get().map_or("", String::as_str)
 }
 
+/// What every JSON object begins with.
+fn headed(command: &str, ok: bool) -> Value {
+    json!({ "format": FORMAT, "command": command, "version": env!("CARGO_PKG_VERSION"), "ok": ok })
+}
+
 /// Prints the reply of a command, then its error if there is one; returns the exit code.
 pub fn print(reply: Reply, quiet: bool) -> u8 {
     let path = |p: &Path| p.display().to_string();
@@ -51,19 +56,14 @@ pub fn print(reply: Reply, quiet: bool) -> u8 {
     }
     let wrong = reply.broken.map(Error::Run).or(reply.refused.map(Error::Input));
     if json() {
-        let mut object = json!({
-            "format": FORMAT,
-            "command": command(),
-            "version": env!("CARGO_PKG_VERSION"),
-            "ok": wrong.is_none(),
-            "out": reply.out.as_deref().map(path),
-            "files": reply.files.iter().map(|p| path(p)).collect::<Vec<_>>(),
-            "counts": reply.counts,
-            "seconds": reply.seconds,
-            "backend": reply.backend,
-            "result": reply.result,
-        });
-        if !reply.answer.is_empty() && (reply.result.is_object() || reply.result.is_null()) {
+        let mut object = headed(command(), wrong.is_none());
+        object["out"] = json!(reply.out.as_deref().map(path));
+        object["files"] = reply.files.iter().map(|p| path(p)).collect();
+        object["counts"] = reply.counts;
+        object["seconds"] = reply.seconds;
+        object["backend"] = reply.backend;
+        object["result"] = reply.result;
+        if !reply.answer.is_empty() && (object["result"].is_object() || object["result"].is_null()) {
             object["result"]["answer"] = reply.answer.into();
         }
         if let Some(error) = &wrong {
@@ -111,13 +111,8 @@ pub fn interrupted(stays: &str) -> u8 {
 }
 
 fn print_failure(command: &str, error: &Error) {
-    let object = json!({
-        "format": FORMAT,
-        "command": command,
-        "version": env!("CARGO_PKG_VERSION"),
-        "ok": false,
-        "error": error_json(error),
-    });
+    let mut object = headed(command, false);
+    object["error"] = error_json(error);
     let _ = write_out(&format!("{object}\n"));
 }
 

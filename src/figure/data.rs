@@ -95,11 +95,6 @@ impl Axis {
         Self { words, ..Self::new(label, "") }
     }
 
-    pub fn over(mut self, ends: [f64; 2]) -> Self {
-        self.ends = Some(ends);
-        self
-    }
-
     pub fn text(&self) -> String {
         if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
     }

@@ -24,8 +24,7 @@ pub enum Item {
         stroke: Option<Stroke>,
         /// From 0 to 1.
         opacity: f64,
-        /// Clip: left, top, width, height.
-        clip: Option<[f64; 4]>,
+        clip: Option<Rect>,
     },
     /// A line of text, black.
     Text {
@@ -103,11 +102,6 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// Left, top, width, height.
-    pub fn array(self) -> [f64; 4] {
-        [self.x, self.y, self.w, self.h]
-    }
-
     pub fn steps(self) -> Vec<Step> {
         let Self { x, y, w, h } = self;
         closed(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
@@ -166,7 +160,7 @@ impl Drawing {
         clip: Option<Rect>,
     ) {
         if !steps.is_empty() {
-            self.items.push(Item::Path { steps, fill, stroke, opacity, clip: clip.map(Rect::array) });
+            self.items.push(Item::Path { steps, fill, stroke, opacity, clip });
         }
     }
 

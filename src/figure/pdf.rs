@@ -61,8 +61,8 @@ fn content(drawing: &Drawing, font: &Font) -> (Vec<u8>, BTreeSet<u32>) {
         match item {
             Item::Path { steps, fill, stroke, opacity, clip } => {
                 c.save_state();
-                if let Some([x, y, w, h]) = clip.map(|c| c.map(|x| x as f32)) {
-                    c.rect(x, y, w, h).clip_nonzero().end_path();
+                if let Some(super::Rect { x, y, w, h }) = *clip {
+                    c.rect(x as f32, y as f32, w as f32, h as f32).clip_nonzero().end_path();
                 }
                 let percent = (100.0 * opacity).round() as u32;
                 if percent < 100 {

@@ -237,8 +237,8 @@ fn coverage(
     let n = ratios.len() as f64;
     let steps = ratios.iter().enumerate().map(|(i, x)| (*x, (i + 1) as f64 / n)).filter(|p| p.0 <= 4.0);
     let normal = (0..=80).map(|i| f64::from(i) / 20.0).map(|x| (x, normal_within(x)));
-    let x = Axis::new("|error|/σ", "").over([0.0, 4.0]);
-    let y = Axis::new("share of taps below", "").over([0.0, 1.02]);
+    let x = Axis { ends: Some([0.0, 4.0]), ..Axis::new("|error|/σ", "") };
+    let y = Axis { ends: Some([0.0, 1.02]), ..Axis::new("share of taps below", "") };
     let panel = Panel::new("", x, y)
         .with(Mark::line(Path::new(format!("errors on {distances}"), 0, steps), 0))
         .with(Mark::line(Path::new("normal distribution", 4, normal), 1));

@@ -25,16 +25,9 @@ fn named() -> impl Iterator<Item = &'static str> {
 }
 
 pub fn varying(table: &Frame) -> Result<Vec<&'static str>, InputError> {
-    let mut columns = Vec::new();
-    for name in named() {
-        if table.has(name) {
-            let numbers = table.numbers(name)?;
-            if numbers.iter().any(|x| *x != numbers[0]) {
-                columns.push(name);
-            }
-        }
-    }
-    Ok(columns)
+    let there = named().filter(|name| table.has(name)).map(|name| Ok((name, table.numbers(name)?)));
+    let columns = there.collect::<Result<Vec<_>, InputError>>()?.into_iter();
+    Ok(columns.filter(|(_, x)| x.iter().any(|y| *y != x[0])).map(|(name, _)| name).collect())
 }
 
 /// Rows for the page, in table order: half of them the best by `by`, the others spread evenly over the rest.
@@ -244,17 +237,12 @@ impl Limits {
 
     /// For each row: true if it keeps the limits. A second distance breaks them only with `unambiguous`.
     pub fn kept(&self, table: &Frame) -> Vec<bool> {
-        (0..table.len()).map(|r| self.keeps(table, r)).collect()
-    }
-
-    fn keeps(&self, table: &Frame, row: usize) -> bool {
-        table.word("status", row).split('+').all(|word| match (word, self.strain) {
+        let keeps = |row: usize, word: &str| match (word, self.strain) {
             ("ok" | "", _) => true,
             ("ambiguous", _) => !self.unambiguous,
-            ("strain_limit", Some(limit)) if table.has("strain_max") => {
-                table.number("strain_max", row) <= limit
-            }
+            ("strain_limit", Some(limit)) => table.number("strain_max", row) <= limit,
             _ => false,
-        })
+        };
+        (0..table.len()).map(|r| table.word("status", r).split('+').all(|word| keeps(r, word))).collect()
     }
 }
