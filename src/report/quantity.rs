@@ -92,9 +92,15 @@ impl Bins {
     }
 
     fn at(values: Vec<f64>) -> Self {
-        let edges = match values.len() {
-            1..=FEW => (0..=values.len()).map(|i| i as f64 - 0.5).collect(),
-            _ => edges(&values),
+        let n = values.len();
+        let edges = match n {
+            0 => vec![0.0, 1.0],
+            1..=FEW => (0..=n).map(|i| i as f64 - 0.5).collect(),
+            _ => {
+                let beyond = |end: usize, next: usize| 1.5 * values[end] - 0.5 * values[next];
+                let between = values.windows(2).map(|w| 0.5 * (w[0] + w[1]));
+                std::iter::once(beyond(0, 1)).chain(between).chain([beyond(n - 1, n - 2)]).collect()
+            }
         };
         Self { edges, values: Some(values) }
     }
@@ -117,20 +123,6 @@ impl Bins {
                 Some((((x - a) / (b - a) * BINS as f64) as usize).min(BINS - 1))
             }
             None => None,
-        }
-    }
-}
-
-fn edges(values: &[f64]) -> Vec<f64> {
-    match values {
-        [] => vec![0.0, 1.0],
-        [x] => vec![x - 0.5, x + 0.5],
-        _ => {
-            let n = values.len();
-            let between = values.windows(2).map(|w| 0.5 * (w[0] + w[1]));
-            let (first, last) =
-                (1.5 * values[0] - 0.5 * values[1], 1.5 * values[n - 1] - 0.5 * values[n - 2]);
-            std::iter::once(first).chain(between).chain([last]).collect()
         }
     }
 }
