@@ -14,6 +14,7 @@ use crate::census::compare::{Line, QUANTITIES};
 use crate::census::verify::{self, Case, CensusNews};
 use crate::census::{Place, present};
 use crate::error::{Error, InputError};
+use crate::report::quantity::grouped;
 use crate::scene::BackendChoice;
 use crate::sink::run_json::{in_force, material_fit};
 use crate::sink::{Frame, Question, hash};
@@ -185,13 +186,11 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
 fn summary(census: &Frame) -> String {
     let place = |row| ["backend", "precision"].map(|name| census.word(name, row)).join(" ");
     let excess = |row| census.number("strain_error_worst", row) / census.number("bound", row);
-    let mut places: Vec<String> = (0..census.len()).map(place).collect();
-    places.sort();
-    places.dedup();
+    let mut places = grouped(0..census.len(), place);
+    places.sort_unstable_keys();
     let head = "backend,configurations,taps,compared,largest strain error of its bound,in,left to the reference,verdict";
     let mut all: Vec<Vec<String>> = vec![head.split(',').map(str::to_owned).collect()];
-    for name in places {
-        let rows = census.rows(|row| place(row) == name);
+    for (name, rows) in places {
         let worst = rows.iter().copied().filter(|r| excess(*r).is_finite());
         let worst = worst.max_by(|p, q| excess(*p).total_cmp(&excess(*q)));
         let sum = |column| rows.iter().map(|r| census.number(column, *r)).sum::<f64>().to_string();

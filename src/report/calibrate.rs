@@ -1,10 +1,8 @@
 //! Figures of a calibration.
 
-use indexmap::IndexMap;
-
 use super::content::points_of;
 use super::designs::{DRIVES, SD};
-use super::quantity::{self, distinct};
+use super::quantity::{self, distinct, grouped};
 use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
@@ -191,12 +189,8 @@ fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
     let residual = rows.numbers("residual")?;
     let of_used = points(rows, ("used", 0, Marker::Circle), &used, residual, &[])?;
     let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(Mark::zero()).with(of_used);
-    let mut reasons: IndexMap<String, Vec<usize>> = IndexMap::new();
-    for r in &suspect {
-        let word = rows.word("reason", *r);
-        let word = word.split([':', ',']).next().unwrap_or_default().trim().to_owned();
-        reasons.entry(word).or_default().push(*r);
-    }
+    let reason = |r| rows.word("reason", r).split([':', ',']).next().unwrap_or_default().trim().to_owned();
+    let reasons = grouped(suspect, reason);
     for (i, (why, all)) in reasons.iter().enumerate() {
         let (name, (colour, marker)) = (format!("suspect: {why}"), series(i + 1));
         panel = panel.with(points(rows, (&name, colour, marker), all, residual, &[])?);

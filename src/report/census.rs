@@ -1,8 +1,7 @@
 //! Figures of a census of taps: errors (`verify`), time against error (`bench`).
 
-use indexmap::{IndexMap, IndexSet};
-
 use super::designs::front;
+use super::quantity::grouped;
 use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
@@ -30,10 +29,7 @@ pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, Input
 
 /// Label and rows of each backend of `table`, in order of appearance; software adapters are marked.
 fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
-    let mut rows: IndexMap<[String; 3], Vec<usize>> = IndexMap::new();
-    for r in 0..table.len() {
-        rows.entry(["backend", "precision", "adapter"].map(|c| table.word(c, r))).or_default().push(r);
-    }
+    let rows = grouped(0..table.len(), |r| ["backend", "precision", "adapter"].map(|c| table.word(c, r)));
     let named = |([backend, precision, adapter], rows): ([String; 3], Vec<usize>)| {
         let name = match (backend.as_str(), is_software(&adapter)) {
             ("gpu", true) => format!("software GPU {precision} ({})", short(&adapter)),
@@ -132,13 +128,12 @@ fn share(panels: &mut [Panel]) {
 
 fn configurations(work: &Frame) -> Result<Figure, InputError> {
     let error = work.numbers("strain_error_p99")?;
-    let solved = work.rows(|r| is_solved(work, r)).into_iter();
-    let names: IndexSet<String> = solved.map(|r| work.word("configuration", r)).collect();
+    let names = grouped(work.rows(|r| is_solved(work, r)), |r| work.word("configuration", r));
     let panel = |c: &String| {
         let panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
         reached(work, panel, c, error)
     };
-    let mut panels = names.iter().map(panel).collect::<Result<Vec<_>, _>>()?;
+    let mut panels = names.keys().map(panel).collect::<Result<Vec<_>, _>>()?;
     share(&mut panels);
     let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
     Ok(Figure::new("configurations", "Every configuration", caption, panels))
@@ -148,14 +143,12 @@ pub fn of_verify(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("verify.csv")?;
     c.answer = answer::of_verify(&table)?;
-    let place = |r: usize| (table.word("backend", r), table.word("precision", r));
-    let places: IndexSet<(String, String)> = (0..table.len()).map(place).collect();
+    let places = grouped(0..table.len(), |r| ["backend", "precision"].map(|name| table.word(name, r)));
     let mut panels = Vec::new();
-    for p in &places {
-        let rows = table.rows(|r| place(r) == *p);
+    for (place, rows) in places {
         let names = rows.iter().rev().map(|r| table.word("configuration", *r)).collect();
         let (x, y) = (Axis::log("strain error, relative", ""), Axis::words("", names));
-        let mut panel = Panel::new(format!("{} {}", p.0, p.1), x, y);
+        let mut panel = Panel::new(place.join(" "), x, y);
         for (name, column, colour, marker) in [
             ("median", "strain_error_median", 2, Marker::Circle),
             ("99 % of taps below", "strain_error_p99", 0, Marker::Square),

@@ -1,11 +1,10 @@
 //! Rows of designs: columns that vary, limits, and figures of many designs (front, parallel coordinates, maps).
 
-use indexmap::IndexMap;
 use serde::Deserialize;
 
 use super::Source;
 use super::content::SHOWN;
-use super::quantity::{self, distinct, map};
+use super::quantity::{self, distinct, grouped, map};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 use crate::optimise::front::unbeaten;
@@ -187,33 +186,29 @@ pub fn alike(
     most: usize,
 ) -> Result<(Vec<Alike>, usize), InputError> {
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
-    let mut all: IndexMap<Vec<u64>, (f64, Alike)> = IndexMap::new();
-    for r in rows {
-        let key = columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect();
-        let (least, group) = all.entry(key).or_insert((f64::INFINITY, Alike::default()));
-        *least = least.min(rank(r));
-        group.rows.push(r);
-    }
+    let key = |r: usize| columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect::<Vec<_>>();
+    let mut all: Vec<Vec<usize>> = grouped(rows, key).into_values().collect();
     let count = all.len();
-    let mut all: Vec<(f64, Alike)> = all.into_values().collect();
     let values =
-        |k: usize, all: &[(f64, Alike)]| all.iter().map(|(_, w)| columns[k][w.rows[0]]).collect::<Vec<_>>();
+        |k: usize, all: &[Vec<usize>]| all.iter().map(|rows| columns[k][rows[0]]).collect::<Vec<_>>();
     // Before dropping groups, so that a name also contains values that the remaining groups share.
     let differ: Vec<usize> = (0..names.len()).filter(|k| distinct(values(*k, &all)).len() > 1).collect();
     if count > most {
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.truncate(most);
+        let least = |rows: &Vec<usize>| rows.iter().map(|r| rank(*r)).fold(f64::INFINITY, f64::min);
+        let mut ranked: Vec<_> = all.into_iter().map(|rows| (least(&rows), rows)).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all = ranked.into_iter().take(most).map(|(_, rows)| rows).collect();
     }
     let told: Vec<Vec<String>> =
         differ.iter().map(|k| quantity::told_apart(names[*k], &values(*k, &all))).collect();
-    let named = |(i, (_, group)): (usize, (f64, Alike))| {
+    let named = |(i, rows): (usize, Vec<usize>)| {
         let name = told.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
-        Alike { name, ..group }
+        Alike { name, rows }
     };
     Ok((all.into_iter().enumerate().map(named).collect(), count))
 }
 
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Alike {
     /// Values that differ from other groups, in words.
     pub name: String,

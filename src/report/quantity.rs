@@ -1,6 +1,10 @@
 //! Names of columns for readers: symbol, unit, and whether the axis is logarithmic; cells of a map of many rows; axis ends that
 //! a few outliers do not stretch.
 
+use std::hash::Hash;
+
+use indexmap::IndexMap;
+
 use crate::digits::{DIGITS, short, short_to};
 use crate::figure::{Axis, Cells, Mark, Panel};
 use crate::reduce::range;
@@ -29,6 +33,16 @@ pub fn distinct(numbers: impl IntoIterator<Item = f64>) -> Vec<f64> {
         numbers.into_iter().filter(|x| x.is_finite() && seen.insert((x + 0.0).to_bits())).collect();
     values.sort_by(f64::total_cmp);
     values
+}
+
+/// `rows` with equal keys, in the order in which keys appear.
+pub fn grouped<K: Hash + Eq>(
+    rows: impl IntoIterator<Item = usize>,
+    key: impl Fn(usize) -> K,
+) -> IndexMap<K, Vec<usize>> {
+    let mut all: IndexMap<K, Vec<usize>> = IndexMap::new();
+    rows.into_iter().for_each(|r| all.entry(key(r)).or_default().push(r));
+    all
 }
 
 /// A value in words: d = 4 mm.
