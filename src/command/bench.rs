@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::apart::{apart, cut};
 use super::reply::{framed, objects, shown};
-use super::{Common, Context, Reply, rough};
+use super::{Asked, Context, Reply, rough};
 use crate::backend::Backend;
 use crate::census::bench::{Bench, Measured, News};
 use crate::error::{Error, InputError};
@@ -35,11 +35,9 @@ pub struct BenchRequest {
     /// Few configurations, few taps: seconds instead of minutes; software adapters only with --backend gpu or --adapter
     #[arg(long)]
     pub quick: bool,
-    #[command(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<BenchRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     if let Some(t) = options.tolerance {
         let least = smallest_tolerance(options.precision.unwrap_or(Precision::F64));

@@ -8,7 +8,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply};
+use super::{Asked, Context, Reply};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, document, html};
 use crate::explore::{Baked, TOLERANCE, bake_asked, remark, sound};
@@ -25,12 +25,9 @@ const FILE: &str = "explore.html";
 pub struct ExploreRequest {
     /// The spec: its ranges of whisker, gauge, drive and distances become those of the sliders (a single number gets a range around it)
     pub spec: PathBuf,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<ExploreRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::reply::framed;
-use super::{Common, Context, Reply, estimator, estimators, folder, named, number, stem};
+use super::{Asked, Context, Reply, estimator, estimators, folder, named, number, stem};
 use crate::digits::short;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
@@ -57,12 +57,9 @@ pub struct NextRequest {
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<NextRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;
     let label = asked.calibration.display().to_string();

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::reply::framed;
-use super::{Common, Context, Reply, folder, number, whole};
+use super::{Asked, Context, Reply, folder, number, whole};
 use crate::calibrate::planned::{self, Apart, PlanGoal, Planned};
 use crate::digits::short;
 use crate::error::{Error, InputError};
@@ -53,12 +53,9 @@ pub struct PlanRequest {
     /// Of the order of the taps
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<PlanRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
     let goal = goal(asked)?;
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;

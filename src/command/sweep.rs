@@ -8,7 +8,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
+use super::{Asked, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::census::sample;
@@ -46,9 +46,6 @@ pub struct SweepRequest {
     #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds)]
     #[serde(skip)]
     pub keep_every: Duration,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
 /// Parses seconds, from 0 to a day.
@@ -57,7 +54,7 @@ fn seconds(text: &str) -> Result<Duration, &'static str> {
     seconds.map(Duration::from_secs_f64).ok_or("allowed: 0 … 86400 s")
 }
 
-pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.inputs.extend(context.inputs());
     let options = context.begun(&asked.common, &mut spec)?;

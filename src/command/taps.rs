@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::plan::rounded;
 use super::reply::framed;
-use super::{Common, Context, Reply, folder, meant, named, number, stem};
+use super::{Asked, Context, Reply, folder, meant, named, number, stem};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 use crate::measure::Names;
@@ -46,12 +46,9 @@ pub struct TapsRequest {
     /// Columns under other names: t=Zeit,reading=ch3 (t, theta, delta, strain, microstrain, bridge, reading, a, run, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<TapsRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let label = asked.raw.display().to_string();
     let stem = stem(&asked.raw, "taps");

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::apart::{apart, cut};
 use super::reply::{aligned, cell, framed, objects, shown};
-use super::{Common, Context, Reply, folder, number, whole};
+use super::{Asked, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
 use crate::census::compare::{Line, QUANTITIES};
 use crate::census::verify::{self, Case, CensusNews};
@@ -45,13 +45,10 @@ pub struct VerifyRequest {
     /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub bound: Option<f64>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
 /// Verifies, or says what would be verified; a bound that is broken is told beside the result.
-pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<VerifyRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     // In memory `[run]` alone is no spec: it says what the built-in configurations are verified on.
     let parse = |label: &str, text: &str, base: &Path| {
         let keys = || text.parse::<toml::Table>().ok()?.keys().all(|key| key == "run").then_some(());
