@@ -32,7 +32,8 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Subcommand};
-use serde::Deserialize;
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer};
 
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
@@ -195,14 +196,21 @@ pub fn whole<T: TryFrom<u64>>(
 }
 
 /// A request, and the options of every command.
-#[derive(Debug, Flags, Deserialize)]
+#[derive(Debug, Flags)]
 pub struct Asked<T: Flags> {
     #[command(flatten)]
-    #[serde(flatten)]
     of: T,
     #[command(flatten)]
-    #[serde(flatten)]
     pub common: Common,
+}
+
+impl<'de, T: Flags + DeserializeOwned> Deserialize<'de> for Asked<T> {
+    fn deserialize<D: Deserializer<'de>>(said: D) -> Result<Self, D::Error> {
+        // From a table, an error names its key.
+        let said = toml::Table::deserialize(said)?;
+        let of = said.clone().try_into().map_err(D::Error::custom)?;
+        Ok(Self { of, common: said.try_into().map_err(D::Error::custom)? })
+    }
 }
 
 impl<T: Flags> Deref for Asked<T> {

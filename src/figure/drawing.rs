@@ -74,11 +74,12 @@ pub enum Step {
     Close,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
-    Start,
-    Middle,
-    End,
+vibrissa_core::words! {
+    Anchor {
+        Start = "start",
+        Middle = "middle",
+        End = "end",
+    }
 }
 
 impl Anchor {

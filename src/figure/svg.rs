@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::scale::{INK, css};
-use super::{Anchor, Drawing, Figure, Font, Item, Rect, Step};
+use super::{Drawing, Figure, Font, Item, Rect, Step};
 
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
     let [w, h] = drawing.size;
@@ -53,15 +53,10 @@ fn one(out: &mut String, item: &Item, clips: &[Rect], name: &str) {
             out.push_str("/>\n");
         }
         Item::Text { at: [x, y], text, size, anchor, upwards } => {
-            let anchor = match anchor {
-                Anchor::Start => "start",
-                Anchor::Middle => "middle",
-                Anchor::End => "end",
-            };
+            let (anchor, ink) = (anchor.word(), css(INK));
             let _ = write!(
                 out,
-                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" text-anchor=\"{anchor}\" fill=\"{}\"",
-                css(INK)
+                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" text-anchor=\"{anchor}\" fill=\"{ink}\""
             );
             if *upwards {
                 let _ = write!(out, " transform=\"rotate(-90 {x:.2} {y:.2})\"");

@@ -1,5 +1,7 @@
 //! Figures of a census of taps: errors (`verify`), time against error (`bench`).
 
+use std::collections::BTreeSet;
+
 use super::designs::front;
 use super::quantity::grouped;
 use super::{Content, Source, answer};
@@ -73,7 +75,7 @@ fn is_solved(work: &Frame, row: usize) -> bool {
 /// The first configuration only: every kernel, and the peers.
 fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
-    let (mut panels, mut beyond) = (Vec::new(), Vec::new());
+    let (mut panels, mut beyond) = (Vec::new(), BTreeSet::new());
     for (title, column, theirs) in
         [("99 of 100 taps are better", "strain_error_p99", "p99"), ("worst tap", "strain_error_max", "worst")]
     {
@@ -85,7 +87,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
             for r in peers.rows(|r| !peers.word("name", r).starts_with("vibrissa") && error[r] > 0.0) {
                 if 1e9 / rate[r] > SLOWEST {
                     let seconds = crate::digits::short(1.0 / rate[r]);
-                    beyond.push(format!("{} at {seconds} s a tap", peers.word("name", r)));
+                    beyond.insert(format!("{} at {seconds} s a tap", peers.word("name", r)));
                     continue;
                 }
                 let name = peers.word("name", r);
@@ -101,16 +103,10 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
         panels.push(panel);
     }
     share(&mut panels);
-    beyond.sort();
-    beyond.dedup();
-    let others = " Points without a line: other programs on the same taps (peers.csv)";
-    let mut beside = peers.map_or("", |_| others).to_owned();
-    if !beyond.is_empty() {
-        beside += &format!("; beyond the axis: {}", beyond.join(", "));
-    }
-    if !beside.is_empty() {
-        beside.push('.');
-    }
+    let slow = beyond.into_iter().collect::<Vec<_>>().join(", ");
+    let slow = if slow.is_empty() { slow } else { format!("; beyond the axis: {slow}") };
+    let others = format!(" Points without a line: other programs on the same taps (peers.csv){slow}.");
+    let beside = peers.map_or(String::new(), |_| others);
     let caption = format!(
         "{first}, frictionless exact rod: time of a tap against its strain error, lower left is better. Each point is one tolerance; a line joins those that no other beats (work_precision.csv).{beside}"
     );

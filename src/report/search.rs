@@ -44,14 +44,10 @@ pub fn of_optimise(source: &Source) -> Result<Content, Error> {
             c.facts.push((format!("best {symbol}"), value.to_owned()));
         }
     }
-    for (name, key) in [
-        ("spread of K", sd),
-        ("bias, mm", "error_rms_mm"),
-        ("noise, mm", "noise_rms_mm"),
-        ("total error, mm", "total_rms_mm"),
-    ] {
-        c.fact(name, &result["best"][key]);
-    }
+    c.fact("spread of K", &result["best"][sd]);
+    c.fact("bias, mm", &result["best"]["error_rms_mm"]);
+    c.fact("noise, mm", &result["best"]["noise_rms_mm"]);
+    c.fact("total error, mm", &result["best"]["total_rms_mm"]);
     c.fact("why", &result["why"]);
     c.first(&history, false);
     c.first_rows(source, &["sensitivity.csv"])?;
@@ -201,14 +197,10 @@ pub fn of_tap(source: &Source) -> Result<Content, Error> {
     if let Some(best) = result["optimum"][drive].as_f64() {
         c.facts.push(("best tap".to_owned(), quantity::said(drive, best)));
     }
-    for (name, key) in [
-        ("total error, mm", "total_rms_mm"),
-        ("bias, mm", bias),
-        ("noise, mm", "noise_rms_mm"),
-        ("spread of K", sd),
-    ] {
-        c.fact(name, &result["optimum"][key]);
-    }
+    c.fact("total error, mm", &result["optimum"]["total_rms_mm"]);
+    c.fact("bias, mm", &result["optimum"][bias]);
+    c.fact("noise, mm", &result["optimum"]["noise_rms_mm"]);
+    c.fact("spread of K", &result["optimum"][sd]);
     c.fact("limited by", &result["limited_by"]);
     c.first(&table, false);
     Ok(c)
