@@ -84,12 +84,8 @@ pub fn run(asked: &Asked<VerifyRequest>, context: &Context<'_>) -> Result<Reply,
     if let Some(spec) = &mut spec {
         spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     }
-    let samples = asked.samples.unwrap_or(match (&spec, asked.quick) {
-        (Some(_), false) => 1000,
-        (Some(_), true) => 100,
-        (None, false) => 24,
-        (None, true) => 4,
-    });
+    let [many, few] = if spec.is_some() { [1000, 100] } else { [24, 4] };
+    let samples = asked.samples.unwrap_or(if asked.quick { few } else { many });
     let cases = match &spec {
         Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, asked.seed)],
         None => Case::built_in(samples, asked.seed, asked.quick),

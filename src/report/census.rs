@@ -6,7 +6,7 @@ use super::designs::front;
 use super::quantity::grouped;
 use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
-use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, Scale, series};
 use crate::sink::Frame;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
@@ -115,10 +115,9 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
 
 fn share(panels: &mut [Panel]) {
     let reach: Vec<(f64, f64)> = panels.iter().flat_map(|p| &p.marks).flat_map(Mark::reach).collect();
-    let ends = |axis: &Axis, values: Vec<f64>| crate::figure::Scale::of(axis, values.into_iter()).ends;
-    for p in panels.iter_mut() {
-        p.x.ends = Some(ends(&p.x, reach.iter().map(|r| r.0).collect()));
-        p.y.ends = Some(ends(&p.y, reach.iter().map(|r| r.1).collect()));
+    for p in panels {
+        p.x.ends = Some(Scale::of(&p.x, reach.iter().map(|r| r.0)).ends);
+        p.y.ends = Some(Scale::of(&p.y, reach.iter().map(|r| r.1)).ends);
     }
 }
 
