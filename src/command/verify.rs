@@ -182,8 +182,7 @@ fn summary(census: &Frame) -> String {
     let mut places = grouped(0..census.len(), place);
     places.sort_unstable_keys();
     let head = "backend,configurations,taps,compared,largest strain error of its bound,in,left to the reference,verdict";
-    let mut all: Vec<Vec<String>> = vec![head.split(',').map(str::to_owned).collect()];
-    for (name, rows) in places {
+    let line = |(name, rows): (String, Vec<usize>)| {
         let worst = rows.iter().copied().filter(|r| excess(*r).is_finite());
         let worst = worst.max_by(|p, q| excess(*p).total_cmp(&excess(*q)));
         let sum = |column| rows.iter().map(|r| census.number(column, *r)).sum::<f64>().to_string();
@@ -193,9 +192,9 @@ fn summary(census: &Frame) -> String {
         });
         let verdict = if broken == 0 { "ok".to_owned() } else { format!("{broken} break a bound") };
         let n = rows.len().to_string();
-        all.push(vec![name, n, sum("taps"), sum("compared"), share, at, sum("referred"), verdict]);
-    }
-    aligned(&all)
+        vec![name, n, sum("taps"), sum("compared"), share, at, sum("referred"), verdict]
+    };
+    aligned(head, places.into_iter().map(line))
 }
 
 /// The lines of the census that break a bound.
