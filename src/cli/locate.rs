@@ -17,7 +17,7 @@ use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Question, hash};
 use vibrissa::sink::frame::Frame;
 use vibrissa::sink::lab::LabStream;
-use vibrissa::text_file::{Limit, TextFile};
+use vibrissa::text_file::{Limit, TextFile, unread};
 
 use super::interrupt::{self, Patient};
 use super::reply::Reply;
@@ -25,7 +25,9 @@ use super::reply::Reply;
 /// Largest number of readings for which the report's answer is printed.
 const ANSWERED: u64 = 100_000;
 
-pub fn run(args: &Asked<LocateRequest>, context: &Context<'_>) -> Result<Reply, Error> {
+type Request = Asked<LocateRequest>;
+
+pub fn run(args: &Request, context: &Context<'_>) -> Result<Reply, Error> {
     if args.array.is_some() {
         return command::array::run(args, context);
     }
@@ -82,11 +84,7 @@ struct Opened {
 }
 
 impl Opened {
-    fn new(
-        args: &Asked<LocateRequest>,
-        (path, text): (&Path, &str),
-        options: &RunOptions,
-    ) -> Result<Self, Error> {
+    fn new(args: &Request, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
         let label = path.display().to_string();
         if Sensor::is_text(text) {
             let best = "nothing: each channel is answered by the best of its own";
@@ -174,11 +172,12 @@ enum Source {
 impl Source {
     fn new(readings: Option<&Path>) -> Result<Self, Error> {
         let Some(path) = readings else { return Ok(Self::Stream(stdin())) };
-        if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-            let file = File::open(path).map_err(|e| Error::io(path, e))?;
+        let file = open(path)?;
+        if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
             return Ok(Self::Stream(LabStream::of(Patient(file))));
         }
-        Ok(Self::File(TextFile::open(path, "readings", Limit::AnyLines)?.bytes()?))
+        let text = TextFile::new(file, &path.display().to_string(), "readings", Limit::AnyLines);
+        Ok(Self::File(text.bytes()?))
     }
 
     fn digest(&self) -> String {
@@ -207,7 +206,7 @@ impl Source {
 }
 
 fn filed(
-    args: &Asked<LocateRequest>,
+    args: &Request,
     path: &Path,
     opened: &Opened,
     ask: &Ask<'_>,
@@ -246,6 +245,19 @@ fn filed(
     let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body, context)?;
     // A long table is not read again for one sentence.
     Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
+}
+
+fn open(path: &Path) -> Result<File, Error> {
+    let label = path.display().to_string();
+    if path.is_dir() {
+        return Err(InputError::new("this is a folder; a file of readings is needed").at(label, None).into());
+    }
+    File::open(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => {
+            InputError::new("there is no such file of readings").at(label, None).into()
+        }
+        _ => unread("readings", &label, &e).into(),
+    })
 }
 
 fn zeros(counts: &stream::Counts) -> String {
