@@ -257,23 +257,20 @@ fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
 
 fn drawn(next: &Next, drive: Drive) -> Figure {
     let (symbol, unit) = drive_unit(drive);
-    let curve = |own: &dyn Fn(&Tried) -> bool| -> Vec<(f64, f64)> {
-        next.tried.iter().filter(|t| own(t)).map(|t| (t.drive, t.sigma)).collect()
+    // Expected σ over the drive with the base at this shift, within the limits of the sensor or beyond them.
+    let curve = |shift: f64, fine: bool| {
+        let own = move |t: &&Tried| t.shift == shift && (t.status == Status::OK) == fine;
+        next.tried.iter().filter(own).filter(move |t| fine || t.sigma.is_finite()).map(|t| (t.drive, t.sigma))
     };
-    let fine = |t: &Tried| t.status == Status::OK;
     let best = next.best.map(|k| (next.tried[k].drive, next.tried[k].sigma));
     let at = next.best.map_or(next.stands, |k| next.tried[k].shift);
-    let here = |shift: f64| move |t: &Tried| t.shift == shift;
-    let line = |name: String, colour, shift| {
-        Mark::line(Drawn::new(name, colour, curve(&|t| fine(t) && here(shift)(t))), 0)
-    };
-    let beyond = curve(&|t| !fine(t) && t.sigma.is_finite() && here(at)(t));
+    let line = |name: String, colour, shift| Mark::line(Drawn::new(name, colour, curve(shift, true)), 0);
     let ends = [next.tried.first(), next.tried.last()].map(|t| t.map_or(0.0, |t| t.drive));
     let now = Drawn::new("σ so far", 2, ends.map(|x| (x, next.now[1])));
     let x = Axis::new(&format!("drive of the next tap {symbol}"), unit.trim());
     let mut panel = Panel::new("", x, Axis::log("expected σ", "mm"))
         .with(Mark::points(Drawn::new("best", 0, best), Marker::Circle))
-        .with(Mark::points(Drawn::new("beyond a limit of the sensor", 1, beyond), Marker::Cross))
+        .with(Mark::points(Drawn::new("beyond a limit of the sensor", 1, curve(at, false)), Marker::Cross))
         .with(Mark::line(now, 1));
     if next.moves() {
         // Also the curve at the current base position, or the nearest one.

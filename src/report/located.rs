@@ -50,15 +50,13 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
         _ => (0..n).map(|k| side(k, 1.0)).chain((0..n).rev().map(|k| side(k, -1.0))).collect(),
     };
     panel = panel.with(Mark::Area { path: Path::new("", 1, band), outlined: n == 1 });
-    let of = |outlier: bool| -> Vec<usize> {
-        there.iter().copied().filter(|r| points.word("status", *r).contains("outlier") == outlier).collect()
+    let of = |name: &str, colour, outlier: bool, marker| {
+        let rows = there.iter().filter(|r| points.word("status", **r).contains("outlier") == outlier);
+        Mark::points(Path::new(name, colour, rows.map(|r| (x[*r], y[*r]))), marker)
     };
-    let (fine, off) = (of(false), of(true));
-    let path =
-        |name: &str, colour, rows: &[usize]| Path::new(name, colour, rows.iter().map(|r| (x[*r], y[*r])));
     panel = panel
-        .with(Mark::points(path("points", 0, &fine), Marker::Circle))
-        .with(Mark::points(path("outliers", 5, &off), Marker::Cross))
+        .with(of("points", 0, false, Marker::Circle))
+        .with(of("outliers", 5, true, Marker::Cross))
         .with(match n {
             1 => Mark::points(Path::new("one point", 1, [(cx[0], cy[0])]), Marker::Star),
             _ => Mark::line(Path::new(kind, 1, (0..n).map(|k| (cx[k], cy[k]))), 0),
