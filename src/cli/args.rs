@@ -1,9 +1,9 @@
 //! The command line.
 
 use clap::{Args as Flags, Parser, Subcommand};
-pub use vibrissa::command::Common;
 use vibrissa::command::array::LocateRequest;
 use vibrissa::command::{self, Context, Reply};
+pub use vibrissa::command::{Asked, Common};
 use vibrissa::error::Error;
 
 use super::about::{self, Cite, Completions, Help, Man};
@@ -32,7 +32,7 @@ pub enum Command {
     /// Distances from readings, with their uncertainty: a file, or stdin line by line
     // Before taps.
     #[command(display_order = 3)]
-    Locate(LocateRequest),
+    Locate(Asked<LocateRequest>),
     /// List adapters, their limits and features, and which one `--backend auto` uses
     Devices(Common),
     /// Write a first spec, commented: five questions, or flags

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use vibrissa::combinations;
 use vibrissa::command::array::LocateRequest;
-use vibrissa::command::{self, Context, of_one_signal};
+use vibrissa::command::{self, Asked, Context, of_one_signal};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::answers::Answers;
 use vibrissa::locate::stream::{self, Ask};
@@ -25,7 +25,9 @@ use super::reply::Reply;
 /// Largest number of readings for which the report's answer is printed.
 const ANSWERED: u64 = 100_000;
 
-pub fn run(args: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error> {
+type Request = Asked<LocateRequest>;
+
+pub fn run(args: &Request, context: &Context<'_>) -> Result<Reply, Error> {
     if args.array.is_some() {
         return command::array::run(args, context);
     }
@@ -82,7 +84,7 @@ struct Opened {
 }
 
 impl Opened {
-    fn new(args: &LocateRequest, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
+    fn new(args: &Request, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
         let label = path.display().to_string();
         if Sensor::is_text(text) {
             let best = "nothing: each channel is answered by the best of its own";
@@ -204,7 +206,7 @@ impl Source {
 }
 
 fn filed(
-    args: &LocateRequest,
+    args: &Request,
     path: &Path,
     opened: &Opened,
     ask: &Ask<'_>,

@@ -173,16 +173,15 @@ fn numbers<const N: usize>(flag: &str, said: &Option<String>, question: &str) ->
     }
 }
 
-fn choose<T: Copy, const N: usize>(
+fn choose(
     question: &str,
-    all: [(&'static str, T, &'static str); N],
-) -> Result<T, Error> {
+    all: [(&'static str, &'static str, &'static str); 4],
+) -> Result<&'static str, Error> {
     let lines: String = all.iter().map(|(word, _, help)| format!("\n  {word:10} {help}")).collect();
     asked(&format!("{question}{lines}\n"), |text| {
-        all.iter().find(|(word, ..)| *word == text).map(|(_, value, _)| *value).ok_or_else(|| {
-            let words = all.map(|(word, ..)| word).join(", ");
-            InputError::new("this is none of the words").key("answer").value(text).allowed(words)
-        })
+        let words = all.map(|(word, ..)| word);
+        let none = InputError::new("this is none of the words").key("answer").value(text);
+        words.into_iter().find(|word| *word == text).ok_or_else(|| none.allowed(words.join(", ")))
     })
 }
 

@@ -41,6 +41,11 @@ fn command() -> &'static str {
     COMMAND.get().map_or("", String::as_str)
 }
 
+/// What every JSON object begins with.
+fn headed(command: &str, ok: bool) -> Value {
+    json!({ "format": FORMAT, "command": command, "version": env!("CARGO_PKG_VERSION"), "ok": ok })
+}
+
 /// Prints the reply of a command, then its error if there is one; returns the exit code.
 pub fn print(reply: Reply, quiet: bool) -> u8 {
     let path = |p: &Path| p.display().to_string();
@@ -51,19 +56,14 @@ pub fn print(reply: Reply, quiet: bool) -> u8 {
     }
     let wrong = reply.broken.map(Error::Run).or(reply.refused.map(Error::Input));
     if json() {
-        let mut object = json!({
-            "format": FORMAT,
-            "command": command(),
-            "version": env!("CARGO_PKG_VERSION"),
-            "ok": wrong.is_none(),
-            "out": reply.out.as_deref().map(path),
-            "files": reply.files.iter().map(|p| path(p)).collect::<Vec<_>>(),
-            "counts": reply.counts,
-            "seconds": reply.seconds,
-            "backend": reply.backend,
-            "result": reply.result,
-        });
-        if !reply.answer.is_empty() && (reply.result.is_object() || reply.result.is_null()) {
+        let mut object = headed(command(), wrong.is_none());
+        object["out"] = json!(reply.out.as_deref().map(path));
+        object["files"] = reply.files.iter().map(|p| path(p)).collect();
+        object["counts"] = reply.counts;
+        object["seconds"] = reply.seconds;
+        object["backend"] = reply.backend;
+        object["result"] = reply.result;
+        if !reply.answer.is_empty() && (object["result"].is_object() || object["result"].is_null()) {
             object["result"]["answer"] = reply.answer.into();
         }
         if let Some(error) = &wrong {
@@ -111,13 +111,8 @@ pub fn interrupted(stays: &str) -> u8 {
 }
 
 fn print_failure(command: &str, error: &Error) {
-    let object = json!({
-        "format": FORMAT,
-        "command": command,
-        "version": env!("CARGO_PKG_VERSION"),
-        "ok": false,
-        "error": error_json(error),
-    });
+    let mut object = headed(command, false);
+    object["error"] = error_json(error);
     let _ = write_out(&format!("{object}\n"));
 }
 
@@ -152,20 +147,25 @@ const GONE: [(&str, &str, &str); 5] = [
     ("optimise", "--shard", "one search; for others change seed in [optimise] of the spec"),
 ];
 
+fn said(e: &clap::Error, kind: ContextKind) -> Option<String> {
+    match e.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.clone()),
+        Some(ContextValue::Strings(all)) if !all.is_empty() => Some(all.join(", ")),
+        _ => None,
+    }
+}
+
 fn gone(command: &str, e: &clap::Error) -> Option<Error> {
-    let said = |kind| match e.get(kind) {
-        Some(ContextValue::String(text)) => text.as_str(),
-        _ => "",
-    };
-    let flag = said(ContextKind::InvalidArg).split(' ').next()?;
-    let value = said(ContextKind::InvalidValue);
+    let flag = said(e, ContextKind::InvalidArg)?;
+    let flag = flag.split(' ').next()?;
+    let value = said(e, ContextKind::InvalidValue).unwrap_or_default();
     let is = |what: &str| match what.split_once(' ') {
         Some((of, word)) => of == flag && value.split(',').any(|v| v == word),
         None => what == flag,
     };
     let (_, _, instead) = GONE.iter().find(|(of, what, _)| *of == command && is(what))?;
     let error = InputError::new("this is gone").key(flag).allowed(*instead);
-    Some(InputError { value: Some(value.to_owned()).filter(|v| !v.is_empty()), ..error }.into())
+    Some(InputError { value: Some(value).filter(|v| !v.is_empty()), ..error }.into())
 }
 
 pub fn usage(e: &clap::Error) -> u8 {
@@ -182,18 +182,13 @@ pub fn usage(e: &clap::Error) -> u8 {
     if json() {
         let text = e.to_string();
         let mut message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        let said = |kind| match e.get(kind) {
-            Some(ContextValue::String(text)) => Some(text.clone()),
-            Some(ContextValue::Strings(all)) if !all.is_empty() => Some(all.join(", ")),
-            _ => None,
-        };
-        let (key, value) = (said(ContextKind::InvalidArg), said(ContextKind::InvalidValue));
+        let (key, value) = (said(e, ContextKind::InvalidArg), said(e, ContextKind::InvalidValue));
         // clap prints missing or conflicting arguments on separate lines.
         if let Some(key) = key.as_ref().filter(|_| message.ends_with(':')) {
             message = format!("{message} {key}");
         }
         let allowed = message.split_once(": allowed: ").map(|(_, allowed)| allowed.to_owned());
-        let allowed = allowed.or_else(|| said(ContextKind::ValidValue));
+        let allowed = allowed.or_else(|| said(e, ContextKind::ValidValue));
         let error = InputError { key, value, allowed, message, ..InputError::default() };
         print_failure(&command, &error.into());
     } else {

@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Content, Context, Reply, estimator, estimators, folder, named, stem};
+use super::{Asked, Content, Context, Reply, estimator, estimators, folder, named, stem};
 use crate::contour::array::{Mounted, answer};
 use crate::contour::point::Noise;
 use crate::error::{Error, InputError};
@@ -72,9 +72,6 @@ pub struct LocateRequest {
     /// And of each coordinate of the base, mm.
     #[arg(skip)]
     pub base_noise: Option<f64>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
 impl LocateRequest {
@@ -90,7 +87,7 @@ impl LocateRequest {
 }
 
 /// Answers readings of an array, which are the first file. Without any, of a result in memory: whether the array can answer, and its calibrations.
-pub fn run(asked: &LocateRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<LocateRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let array = asked.array.as_deref().unwrap_or(Path::new(""));
     let misused = |value: String, message: &str| {
         let allowed = "vibrissa locate --array ARRAY.toml READINGS.csv";

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::apart::{apart, cut};
 use super::reply::{framed, objects, shown};
-use super::{Common, Context, Reply, rough};
+use super::{Asked, Context, Reply, rough};
 use crate::backend::Backend;
 use crate::census::bench::{Bench, Measured, News};
 use crate::error::{Error, InputError};
@@ -35,11 +35,9 @@ pub struct BenchRequest {
     /// Few configurations, few taps: seconds instead of minutes; software adapters only with --backend gpu or --adapter
     #[arg(long)]
     pub quick: bool,
-    #[command(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<BenchRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     if let Some(t) = options.tolerance {
         let least = smallest_tolerance(options.precision.unwrap_or(Precision::F64));
@@ -75,7 +73,7 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     if spread > QUIET {
         context.warn(&format!("repeats of a measurement differ by up to {:.0} %: this machine does something else too, and its figures may be too slow", 100.0 * spread));
     }
-    let table = framed("work_precision", measured.iter().map(|m| m.fields(&of_places[m.line.place])))?;
+    let table = framed("work_precision", &[], measured.iter().map(|m| m.fields(&of_places[m.line.place])))?;
     let sum = |name: &str| (0..table.len()).map(|r| table.number(name, r) as u64).sum::<u64>();
     let counts = json!({ "points": table.len(), "taps": sum("taps"), "failed": sum("failed") });
     let (machine, stopped) = (machine(), broken.is_some());

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::{
-    Common, Context, Destination, Reply, estimator, estimators, folder, named, number, of_one_signal, stem,
+    Asked, Context, Destination, Reply, estimator, estimators, folder, named, number, of_one_signal, stem,
 };
 use crate::calibrate::{self, Options, coverage, output, report, several};
 use crate::error::{Error, InputError};
@@ -59,12 +59,9 @@ pub struct CalibrateRequest {
     /// Estimator that is exported [default: learned]
     #[arg(long, value_parser = named(estimators()), value_name = "NAME", requires = "export")]
     pub estimator: Option<String>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let measured = context.data(&asked.data)?;
     let table = measured.rows();
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
@@ -101,7 +98,7 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     calibrate::same_drive(kind, drive)?;
     let fit = report::named_parameters(&asked.fit, kind)?;
     let digest = table.hash()?;
-    let CalibrateRequest { theta, delta, .. } = asked;
+    let CalibrateRequest { theta, delta, .. } = &**asked;
     let identity = hash(&format!("{digest}\n{}\n{theta:?}{delta:?}{:?}", spec.text, asked.fit));
     let stem = stem(&asked.data, "calibration");
     let out = folder(run.out.as_ref(), &stem, "calibrate");

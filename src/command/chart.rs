@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder};
+use super::{Asked, Context, Reply, folder};
 use crate::chart::{self, document::document, scope::Summary};
 use crate::error::Error;
 use crate::sink::folder::Question;
@@ -20,12 +20,9 @@ const FILE: &str = "chart.json";
 pub struct ChartRequest {
     /// The spec: ranges of whisker, gauge and drive, its distances (one chart each, 64 at most), its model
     pub spec: PathBuf,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<ChartRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args as Flags;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, folder, grouped, listed, rough, whole};
+use super::{Asked, Common, Context, Reply, folder, grouped, listed, rough, whole};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::plan::Plan;
@@ -37,11 +37,9 @@ pub struct ClusterRequest {
     /// Most tasks that run at the same time [default: no limit]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u64::MAX))]
     pub at_a_time: Option<u32>,
-    #[command(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<ClusterRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     context.prepared(&asked.common, Some(&mut spec))?;
     if spec.run.model_error.is_some() {

@@ -7,7 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, estimator, estimators, folder, meant, named, number, stem};
+use super::{Asked, Context, Reply, estimator, estimators, folder, meant, named, number, stem};
 use crate::contour::curve::{Curve, Kind};
 use crate::contour::point::Noise;
 use crate::contour::trace::{Trace, TraceOptions};
@@ -67,12 +67,9 @@ pub struct ContourRequest {
     /// Columns of readings under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;
     let traced = TraceOptions {

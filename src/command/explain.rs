@@ -80,17 +80,15 @@ fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
     let Explanation { taps, total, effects, all_effects } = found;
     let part = if *taps as u64 == *total { "all" } else { "spread over" };
     let names = format!("effect,spec,instead,median,largest,at D_mm,d_tip_mm,a_mm,{drive},calibrated,taps,");
-    let mut rows: Vec<Vec<String>> = vec![names.split(',').map(str::to_owned).collect()];
-    rows.extend(effects.iter().map(row));
-    rows.extend(all_effects.as_ref().map(|change| {
+    let together = all_effects.iter().map(|change| {
         let names = ["all effects", "as above", "linear theory"].map(str::to_owned);
         names.into_iter().chain(numbers(change)).collect()
-    }));
+    });
     format!(
         "{name}: what each effect changes, in % of strain; {taps} taps ({part} {total}), {on}\n{}\
          median, largest: change of |strain| when the effect alone is switched from `spec` to `instead`.\n\
          calibrated: what is left after calibration, the relative SD over the distances of a design and drive; worst row.\n\
          `--plan --model-error E` says which effects may be left off together for a strain within E.\n",
-        aligned(&rows)
+        aligned(&names, effects.iter().map(row).chain(together))
     )
 }

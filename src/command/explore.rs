@@ -8,7 +8,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply};
+use super::{Asked, Context, Reply};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, document, html};
 use crate::explore::{Baked, TOLERANCE, bake_asked, remark, sound};
@@ -25,12 +25,9 @@ const FILE: &str = "explore.html";
 pub struct ExploreRequest {
     /// The spec: its ranges of whisker, gauge, drive and distances become those of the sliders (a single number gets a range around it)
     pub spec: PathBuf,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<ExploreRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
@@ -83,32 +80,25 @@ fn domain(baked: &Baked) -> Value {
 
 /// Checks that `out` may be written: not a folder, not an input, and only an older page is replaced unless forced.
 fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
-    let refuse = |message: &str, allowed: &str| {
-        Err(InputError::new(message).key("--out").value(out.display()).allowed(allowed).into())
-    };
     let here = out.canonicalize().ok();
-    if out.is_dir() {
-        return refuse("this is a folder; a page is one file", "the name of a file, such as explore.html");
-    }
-    if here.is_some() && inputs.iter().any(|input| input.canonicalize().ok() == here) {
-        return refuse("this is an input", "another file");
-    }
     // An older page is recognised by its start.
     let ours = || {
         let mut start = Vec::new();
         let read = File::open(out).and_then(|file| file.take(HEAD.len() as u64).read_to_end(&mut start));
         read.is_ok() && start == HEAD.as_bytes()
     };
-    if out.exists() && !out.is_file() {
-        return refuse("this is a pipe or a device; a page is a file", "the name of a file");
-    }
-    if out.exists() && !force && !ours() {
-        return refuse(
-            "this file is no page of `vibrissa explore`",
-            "another file, or --force to replace it",
-        );
-    }
-    Ok(())
+    let (why, allowed) = if out.is_dir() {
+        ("this is a folder; a page is one file", "the name of a file, such as explore.html")
+    } else if here.is_some() && inputs.iter().any(|input| input.canonicalize().ok() == here) {
+        ("this is an input", "another file")
+    } else if out.exists() && !out.is_file() {
+        ("this is a pipe or a device; a page is a file", "the name of a file")
+    } else if out.exists() && !force && !ours() {
+        ("this file is no page of `vibrissa explore`", "another file, or --force to replace it")
+    } else {
+        return Ok(());
+    };
+    Err(InputError::new(why).key("--out").value(out.display()).allowed(allowed).into())
 }
 
 fn write(out: &Path, page: &str) -> Result<(), Error> {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args as Flags;
 use serde_json::json;
 
-use super::{Common, Context, Reply, grouped};
+use super::{Asked, Context, Reply, grouped};
 use crate::error::Error;
 use crate::merge;
 
@@ -20,11 +20,9 @@ pub struct MergeRequest {
     /// Folders shard-i-of-n, or the folder that holds them; the result goes there too unless --out says otherwise
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    #[command(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &MergeRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<MergeRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     if options.plan == Some(true) {
         let (parts, out) = merge::plan(&asked.folders, options.out.as_deref())?;

@@ -27,12 +27,13 @@ pub mod tap;
 pub mod taps;
 pub mod verify;
 
-use std::ops::RangeInclusive;
+use std::ops::{Deref, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Subcommand};
-use serde::Deserialize;
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer};
 
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
@@ -92,46 +93,46 @@ pub fn estimator(said: Option<&str>) -> Result<Option<Estimator>, InputError> {
 #[serde(rename_all = "lowercase")]
 pub enum Command {
     /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
-    Sweep(sweep::SweepRequest),
+    Sweep(Asked<sweep::SweepRequest>),
     /// Which taps a calibration needs for a wanted error, against an even grid -> plan.csv to fill in, plan_errors.csv, plan.svg
-    Plan(plan::PlanRequest),
+    Plan(Asked<plan::PlanRequest>),
     /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
-    Calibrate(calibrate::CalibrateRequest),
+    Calibrate(Asked<calibrate::CalibrateRequest>),
     /// Find rests and taps in a raw signal -> taps.csv, which calibrate reads, and a figure to check it
-    Taps(taps::TapsRequest),
+    Taps(Asked<taps::TapsRequest>),
     /// Which drive the next tap of an object should have, and what it brings -> next.csv, next.svg
-    Next(next::NextRequest),
+    Next(Asked<next::NextRequest>),
     /// Points on an object from taps and strokes at several base poses, and the curve through them -> points.csv, curve.csv, contour.svg
-    Contour(contour::ContourRequest),
+    Contour(Asked<contour::ContourRequest>),
     /// Synthetic measurements of one whisker from the exact model -> measurements.csv, or strokes over an object -> strokes.csv
-    Simulate(simulate::SimulateRequest),
+    Simulate(Asked<simulate::SimulateRequest>),
     /// Search geometry and tap angle -> best design, Pareto front, history
-    Optimise(optimise::OptimiseRequest),
+    Optimise(Asked<optimise::OptimiseRequest>),
     /// Find the best tap angle of one whisker, and what limits it -> tap.csv
-    Tap(tap::TapRequest),
+    Tap(Asked<tap::TapRequest>),
     /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole sweep
     #[serde(skip)]
-    Merge(merge::MergeRequest),
+    Merge(Asked<merge::MergeRequest>),
     /// Write the job scripts that run a sweep on a cluster
     #[serde(skip)]
-    Cluster(cluster::ClusterRequest),
+    Cluster(Asked<cluster::ClusterRequest>),
     /// Fit smooth functions to a spec's taps, for other programs -> chart.json
-    Chart(chart::ChartRequest),
+    Chart(Asked<chart::ChartRequest>),
     /// One page with sliders for whisker, gauge and tap -> explore.html, which needs no other file
-    Explore(explore::ExploreRequest),
+    Explore(Asked<explore::ExploreRequest>),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
     /// broken
-    Verify(verify::VerifyRequest),
+    Verify(Asked<verify::VerifyRequest>),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
     #[serde(skip)]
-    Bench(bench::BenchRequest),
+    Bench(Asked<bench::BenchRequest>),
     /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
-    Shape(shape::ShapeRequest),
+    Shape(Asked<shape::ShapeRequest>),
     /// Figures (SVG, PNG, PDF) and one page, from the folder of a result
-    Report(report::ReportRequest),
+    Report(Asked<report::ReportRequest>),
     /// Readings of several whiskers as points in one frame: `locate --array`
     #[command(skip)]
-    Array(array::LocateRequest),
+    Array(Asked<array::LocateRequest>),
 }
 
 impl Command {
@@ -191,6 +192,32 @@ pub fn whole<T: TryFrom<u64>>(
         let number = text.parse().ok().filter(|n| range.contains(n)).and_then(|n: u64| n.try_into().ok());
         let most = T::try_from(*range.end()).map_or(u64::from(u32::MAX), |_| *range.end());
         number.ok_or_else(|| format!("allowed: a whole number, {} … {most}", range.start()))
+    }
+}
+
+/// A request, and the options of every command.
+#[derive(Debug, Flags)]
+pub struct Asked<T: Flags> {
+    #[command(flatten)]
+    of: T,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+impl<'de, T: Flags + DeserializeOwned> Deserialize<'de> for Asked<T> {
+    fn deserialize<D: Deserializer<'de>>(said: D) -> Result<Self, D::Error> {
+        // From a table, an error names its key.
+        let said = toml::Table::deserialize(said)?;
+        let of = said.clone().try_into().map_err(D::Error::custom)?;
+        Ok(Self { of, common: said.try_into().map_err(D::Error::custom)? })
+    }
+}
+
+impl<T: Flags> Deref for Asked<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.of
     }
 }
 

@@ -8,7 +8,8 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, estimator, estimators, folder, named, number, stem};
+use super::reply::framed;
+use super::{Asked, Context, Reply, estimator, estimators, folder, named, number, stem};
 use crate::digits::short;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
@@ -20,7 +21,7 @@ use crate::locate::table::Readings;
 use crate::locate::{Locator, Reading, SaidZero};
 use crate::measure::Names;
 use crate::scene::Drive;
-use crate::sink::{Field, Frame, LabCell, LabTable, Question, drive_unit, hash, heading};
+use crate::sink::{Field, LabCell, LabTable, Question, drive_unit, hash, heading};
 use crate::status::Status;
 
 /// The next tap of an object.
@@ -56,12 +57,9 @@ pub struct NextRequest {
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<NextRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;
     let label = asked.calibration.display().to_string();
@@ -102,7 +100,11 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let of = json!({ "calibration": calibration.checksum, "readings": data, "estimator": asked.estimator, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": SaidZero::json(asked.zero.as_ref()), "columns": asked.columns });
     let question = Question::new("next", &stem, of);
     let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
-    destination.table(table(&found, drive)?)?;
+    let row = |t: &Tried| {
+        let numbers = [t.drive, t.shift, t.signal, t.sigma].map(Field::Number);
+        numbers.into_iter().chain([t.status.into()])
+    };
+    destination.table(framed("next", &[drive.column()], found.tried.iter().map(row))?)?;
     destination.draw("next.svg", || Ok(drawn(&found, drive)))?;
     let mut result = result(&found, drive, &lines);
     result["warnings"] = context.told().into();
@@ -183,15 +185,6 @@ fn ends(key: &str, what: &str, said: Option<&[f64]>) -> Result<Option<[f64; 2]>,
     }
 }
 
-fn table(next: &Next, drive: Drive) -> Result<Frame, Error> {
-    let mut table = heading("next").frame(&[drive.column()]);
-    for t in &next.tried {
-        let numbers = [t.drive, t.shift, t.signal, t.sigma].map(Field::Number);
-        table.row(numbers.into_iter().chain([t.status.into()]))?;
-    }
-    Ok(table)
-}
-
 /// The next tap as JSON; `lines` are the file's lines of the taps so far.
 pub fn result(next: &Next, drive: Drive, lines: &[usize]) -> serde_json::Value {
     let best = next.best.map(|k| next.tried[k]);
@@ -264,39 +257,32 @@ fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
 
 fn drawn(next: &Next, drive: Drive) -> Figure {
     let (symbol, unit) = drive_unit(drive);
-    let curve = |own: &dyn Fn(&Tried) -> bool| -> Vec<(f64, f64)> {
-        next.tried.iter().filter(|t| own(t)).map(|t| (t.drive, t.sigma)).collect()
+    // Expected σ over the drive with the base at this shift, within the limits of the sensor or beyond them.
+    let curve = |shift: f64, fine: bool| {
+        let own = move |t: &&Tried| t.shift == shift && (t.status == Status::OK) == fine;
+        next.tried.iter().filter(own).filter(move |t| fine || t.sigma.is_finite()).map(|t| (t.drive, t.sigma))
     };
-    let fine = |t: &Tried| t.status == Status::OK;
     let best = next.best.map(|k| (next.tried[k].drive, next.tried[k].sigma));
     let at = next.best.map_or(next.stands, |k| next.tried[k].shift);
-    let here = |shift: f64| move |t: &Tried| t.shift == shift;
-    let mut lines = vec![("after one tap more".to_owned(), 0, curve(&|t| fine(t) && here(at)(t)))];
-    if next.moves() {
-        lines[0].0 = format!("base {at:.1} mm nearer (best)");
-        // Also the curve at the current base position, or the nearest one.
-        let off = |t: &&Tried| (t.shift - next.stands).abs();
-        let other = next.tried.iter().min_by(|p, q| off(p).total_cmp(&off(q))).map(|t| t.shift);
-        let other = other.filter(|shift| *shift != at);
-        let line = other
-            .map(|shift| (format!("base {shift:.1} mm nearer"), 3, curve(&|t| fine(t) && here(shift)(t))));
-        lines.extend(line.filter(|line| !line.2.is_empty()));
-    }
-    let beyond = curve(&|t| !fine(t) && t.sigma.is_finite() && here(at)(t));
+    let line = |name: String, colour, shift| Mark::line(Drawn::new(name, colour, curve(shift, true)), 0);
     let ends = [next.tried.first(), next.tried.last()].map(|t| t.map_or(0.0, |t| t.drive));
     let now = Drawn::new("σ so far", 2, ends.map(|x| (x, next.now[1])));
-    let panel = Panel::new(
-        "",
-        Axis::new(&format!("drive of the next tap {symbol}"), unit.trim()),
-        Axis::log("expected σ", "mm"),
-    )
-    .with(Mark::points(Drawn::new("best", 0, best), Marker::Circle))
-    .with(Mark::points(Drawn::new("beyond a limit of the sensor", 1, beyond), Marker::Cross))
-    .with(Mark::line(now, 1));
-    let line = |(name, colour, values): (String, usize, Vec<(f64, f64)>)| {
-        Mark::line(Drawn::new(name, colour, values), 0)
-    };
-    let panel = lines.into_iter().map(line).fold(panel, Panel::with);
+    let x = Axis::new(&format!("drive of the next tap {symbol}"), unit.trim());
+    let mut panel = Panel::new("", x, Axis::log("expected σ", "mm"))
+        .with(Mark::points(Drawn::new("best", 0, best), Marker::Circle))
+        .with(Mark::points(Drawn::new("beyond a limit of the sensor", 1, curve(at, false)), Marker::Cross))
+        .with(Mark::line(now, 1));
+    if next.moves() {
+        // Also the curve at the current base position, or the nearest one.
+        let off = |t: &&Tried| (t.shift - next.stands).abs();
+        let nearest = next.tried.iter().min_by(|p, q| off(p).total_cmp(&off(q))).map_or(at, |t| t.shift);
+        panel = panel.with(line(format!("base {at:.1} mm nearer (best)"), 0, at));
+        if nearest != at {
+            panel = panel.with(line(format!("base {nearest:.1} mm nearer"), 3, nearest));
+        }
+    } else {
+        panel = panel.with(line("after one tap more".to_owned(), 0, at));
+    }
     let caption = "Standard deviation of the distance that is expected after one more tap, against its drive (next.csv).";
     Figure::new("next", "The next tap", caption, vec![panel])
 }

@@ -7,7 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, folder, grouped, number, where_and_why, with_model_error};
+use super::{Asked, Context, Reply, folder, grouped, number, where_and_why, with_model_error};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
@@ -30,12 +30,9 @@ pub struct OptimiseRequest {
     /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<OptimiseRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let (mut spec, search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "optimise");

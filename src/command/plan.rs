@@ -9,7 +9,8 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, folder, number, whole};
+use super::reply::framed;
+use super::{Asked, Context, Reply, folder, number, whole};
 use crate::calibrate::planned::{self, Apart, PlanGoal, Planned};
 use crate::digits::short;
 use crate::error::{Error, InputError};
@@ -17,7 +18,7 @@ use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::locator::opener;
 use crate::measure::{Rig, Unit};
 use crate::scene::Drive;
-use crate::sink::{Field, Frame, Question, drive_unit, heading};
+use crate::sink::{Field, Frame, Question, drive_unit};
 use crate::spec;
 
 const FILES: [&str; 3] = ["plan.csv", "plan_errors.csv", "plan.svg"];
@@ -52,12 +53,9 @@ pub struct PlanRequest {
     /// Of the order of the taps
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<PlanRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
     let goal = goal(asked)?;
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
@@ -111,13 +109,12 @@ fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
 }
 
 fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {
-    let mut table = heading("plan").frame(&[drive.column(), unit.column()]);
-    for row in &plan.rows {
+    let rows = plan.rows.iter().map(|row| {
         let u = row.drive.map_or(0.0, |j| plan.drives[j]);
         let a = rounded(plan.distances[row.distance]);
-        table.row([Field::from(row.run + 1), a.into(), u.into(), f64::NAN.into()])?;
-    }
-    Ok(table)
+        [Field::from(row.run + 1), a.into(), u.into(), f64::NAN.into()]
+    });
+    framed("plan", &[drive.column(), unit.column()], rows)
 }
 
 /// Removes the rounding error of a sum: a multiple of 1e-6.
@@ -127,11 +124,10 @@ pub(super) fn rounded(a: f64) -> f64 {
 
 /// Expected errors after each number of taps: planned, and on even grids.
 fn errors(plan: &Planned) -> Result<Frame, Error> {
-    let mut table = heading("plan_errors").frame(&[]);
-    for (name, all) in [("planned", &plan.path), ("even", &plan.even)] {
-        all.iter().try_for_each(|(n, sigma)| table.row([name.into(), Field::from(*n), (*sigma).into()]))?;
-    }
-    Ok(table)
+    let of = |name: &'static str, all: &[(usize, f64)]| {
+        all.iter().map(|(n, sigma)| [name.into(), Field::from(*n), (*sigma).into()]).collect::<Vec<_>>()
+    };
+    framed("plan_errors", &[], [of("planned", &plan.path), of("even", &plan.even)].concat())
 }
 
 fn result(plan: &Planned, drive: Drive) -> Value {

@@ -158,10 +158,14 @@ pub fn rough(x: f64) -> String {
     }
 }
 
-/// The table `name` of these `rows`.
-pub fn framed(name: &str, rows: impl Iterator<Item = Vec<Field>>) -> Result<Frame, Error> {
-    let mut frame = heading(name).frame(&[]);
-    { rows }.try_for_each(|row| frame.row(row))?;
+/// The table `name` of these `rows`; of columns with two names those that are `said`, else the first.
+pub fn framed<R: IntoIterator<Item = Field>>(
+    name: &str,
+    said: &[&str],
+    rows: impl IntoIterator<Item = R>,
+) -> Result<Frame, Error> {
+    let mut frame = heading(name).frame(said);
+    rows.into_iter().try_for_each(|row| frame.row(row))?;
     Ok(frame)
 }
 
@@ -188,15 +192,16 @@ pub fn cell(frame: &Frame, name: &str, row: usize) -> String {
 
 /// Some rows of `frame` for people, and of its `columns`, separated by commas.
 pub fn shown(frame: &Frame, rows: &[usize], columns: &str) -> String {
-    let names = || columns.split(',');
-    let mut all: Vec<Vec<String>> = vec![names().map(str::to_owned).collect()];
-    all.extend(rows.iter().map(|row| names().map(|name| cell(frame, name, *row)).collect()));
-    aligned(&all) + &format!("`vibrissa help columns {}` explains the columns.\n", frame.file)
+    let cells = |row: &usize| columns.split(',').map(|name| cell(frame, name, *row)).collect();
+    aligned(columns, rows.iter().map(cells))
+        + &format!("`vibrissa help columns {}` explains the columns.\n", frame.file)
 }
 
-/// `rows` under each other, the first with their names: columns of numbers to the right, others to the left.
-pub fn aligned(rows: &[Vec<String>]) -> String {
-    let columns = rows.first().map_or(0, Vec::len);
+/// `rows` under the names of their columns, which commas separate: columns of numbers to the right, others to the left.
+pub fn aligned(names: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
+    let names: Vec<String> = names.split(',').map(str::to_owned).collect();
+    let columns = names.len();
+    let rows: Vec<Vec<String>> = std::iter::once(names).chain(rows).collect();
     let column = |c: usize| rows.iter().filter_map(move |row| row.get(c));
     let width = |c: usize| column(c).map(|cell| cell.chars().count()).max().unwrap_or(0);
     let number = |cell: &String| {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Destination, Reply, meant, named, number};
+use super::{Asked, Common, Context, Destination, Reply, meant, named, number};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::report::{self, Source};
@@ -33,16 +33,12 @@ pub struct ReportRequest {
     /// TrueType font file of the figures [default: DejaVu Sans, built in]
     #[arg(long, value_name = "FILE")]
     pub font: Option<PathBuf>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<ReportRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let Common { out, force, plan, .. } = &asked.common;
     context.prepared(&asked.common, None)?;
-    let keys = ["--width", "--font-size"];
-    let style = Style::asked(asked.width, asked.font_size, asked.font.as_deref(), keys)?;
+    let style = Style::asked(asked.width, asked.font_size, asked.font.as_deref())?;
     let format = |word: &String| meant(("word", "--figures"), Some(word), &Format::WORDS);
     let formats = asked.figures.iter().map(format).collect::<Result<Vec<_>, InputError>>()?;
     let mut formats: Vec<Format> = formats.into_iter().flatten().collect();

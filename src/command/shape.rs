@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, whole};
+use super::{Asked, Context, Reply, folder, whole};
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::shape;
@@ -26,12 +26,9 @@ pub struct ShapeRequest {
     /// Sections from the clamp to the contact
     #[arg(long, value_name = "N", default_value_t = 101, value_parser = whole::<u32>(3..=10_001))]
     pub nodes: u32,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<ShapeRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;

@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, folder, number, of_one_signal, whole};
+use super::{Asked, Context, Reply, folder, number, of_one_signal, whole};
 use crate::error::{Error, InputError};
 use crate::locate::locator::opener;
 use crate::measure::Rig;
@@ -65,12 +65,9 @@ pub struct SimulateRequest {
     /// What is recorded: strain, microstrain, bridge_mV_per_V, reading, moment_Nmm or force_N [default: the signal of the spec]
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<SimulateRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     let rig = Rig::of_spec(&spec, &asked.spec.display().to_string())?;
     let options = context.prepared(&asked.common, Some(&mut spec))?;

@@ -8,7 +8,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
+use super::{Asked, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::census::sample;
@@ -46,9 +46,6 @@ pub struct SweepRequest {
     #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds)]
     #[serde(skip)]
     pub keep_every: Duration,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
 /// Parses seconds, from 0 to a day.
@@ -57,7 +54,7 @@ fn seconds(text: &str) -> Result<Duration, &'static str> {
     seconds.map(Duration::from_secs_f64).ok_or("allowed: 0 … 86400 s")
 }
 
-pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.inputs.extend(context.inputs());
     let options = context.begun(&asked.common, &mut spec)?;
@@ -245,17 +242,16 @@ fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
 
 /// The best rows with the ranking column; with a noise of the gauge also bias and noise combined.
 fn best_rows(spec: &Spec, report: &Report) -> String {
-    let output = &spec.study.output;
-    let by = spec.study.listed_by();
+    let (setup, output, by) = (&spec.study.setup, &spec.study.output, spec.study.listed_by());
     if report.highlights.is_empty() {
         return format!(
             "no complete row to rank by {}: in a complete row every distance counts, and this column has a value\n",
             by.word()
         );
     }
-    let noisy = spec.study.setup.is_noisy() == Some(true);
+    let noisy = setup.is_noisy() == Some(true);
     let columns = columns(by, noisy);
-    let (symbol, unit) = drive_unit(spec.study.setup.drive);
+    let (symbol, unit) = drive_unit(setup.drive);
     let (shown, ranked, by_name) = (report.highlights.len(), grouped(report.ranked), by.word());
     let what = match (output.top, output.per) {
         _ if report.by_design => {
@@ -264,37 +260,31 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         (Some(_), Per::Design) => format!("{shown} of {ranked} designs, each at its best drive,"),
         _ => format!("{shown} of {ranked} complete rows"),
     };
-    let mut text = format!("best {what} by {by_name}:\n");
-    let _ = write!(text, "  {:>8} {:>8} {:>8} {:>8} {:>6}", "D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm");
-    let rigs = spec.study.setup.rigs.as_ref();
-    let properties = rigs.map_or(&[][..], |rigs| &rigs.properties);
-    properties.iter().for_each(|property| text += &format!(" {:>9}", property.name()));
-    let [tilt, lean] = spec.study.setup.directions;
-    [(tilt, "tilt"), (lean, "lean")]
-        .iter()
-        .filter(|(shown, _)| *shown)
-        .for_each(|(_, name)| text += &format!(" {name:>8}"));
-    let _ = write!(text, " {symbol:>8}   {:>10}", "K_mean");
-    columns.iter().for_each(|column| text += &format!(" {:>12}", column.word()));
-    text.push('\n');
+    let angle = |x: f64, unit| {
+        let x = format!("{x:.4}");
+        format!("{}{unit}", x.trim_end_matches('0').trim_end_matches('.'))
+    };
+    // Width, name and value of each column.
+    let cells = |k: &Kept| -> Vec<(usize, &str, String)> {
+        let (d, [tilt, lean]) = (&k.at.design, setup.directions);
+        let sizes = [("D_mm", d.D), ("d_tip_mm", d.d), ("L_a_mm", d.L_a), ("x_ss_mm", d.x_ss)];
+        let mut cells = sizes.map(|(name, x)| (8, name, format!("{x:.4}"))).to_vec();
+        cells.push((6, "l_mm", format!("{:.3}", d.l)));
+        let rig = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().zip(rigs.values(d.rig)));
+        cells.extend(rig.map(|(property, x)| (9, property.name(), sized(x))));
+        let poses = [(tilt, "tilt", d.tilt), (lean, "lean", d.lean)].into_iter().filter(|x| x.0);
+        cells.extend(poses.map(|(_, name, x)| (8, name, angle(x, "°"))));
+        let mean = k.at.row.mean.map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.at.unit));
+        cells.extend([(8, symbol, angle(d.drive, unit)), (12, "K_mean", mean)]);
+        cells.extend(columns.iter().map(|column| (12, column.word(), value(k, *column))));
+        cells
+    };
+    let names = cells(&report.highlights[0]).into_iter().map(|(width, name, _)| format!(" {name:>width$}"));
+    let mut text = format!("best {what} by {by_name}:\n {}\n", names.collect::<String>());
     for k in &report.highlights {
-        let (d, row) = (&k.at.design, &k.at.row);
-        let short = |x: f64| {
-            let x = format!("{x:.4}");
-            x.trim_end_matches('0').trim_end_matches('.').to_owned()
-        };
-        let drive = format!("{}{unit}", short(d.drive));
-        let mean = row.mean.map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.at.unit));
-        let _ = write!(text, "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3}", d.D, d.d, d.L_a, d.x_ss, d.l);
-        for value in rigs.map_or(Vec::new(), |rigs| rigs.values(d.rig)) {
-            text += &format!(" {:>9}", sized(value));
-        }
-        for (_, angle) in [(tilt, d.tilt), (lean, d.lean)].iter().filter(|x| x.0) {
-            text += &format!(" {:>8}", short(*angle) + "°");
-        }
-        let _ = write!(text, " {drive:>8}   {mean:>10}");
-        columns.iter().for_each(|column| text += &format!(" {:>12}", value(k, *column)));
-        text += if row.status.is_strained() { "  beyond the strain limit\n" } else { "\n" };
+        let values = cells(k).into_iter().map(|(width, _, value)| format!(" {value:>width$}"));
+        let end = if k.at.row.status.is_strained() { "  beyond the strain limit" } else { "" };
+        text += &format!(" {}{end}\n", values.collect::<String>());
     }
     text + &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said)
 }

@@ -7,7 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, meant, named, number, where_and_why, with_model_error};
+use super::{Asked, Context, Reply, folder, meant, named, number, where_and_why, with_model_error};
 use crate::digits::short;
 use crate::error::Error;
 use crate::optimise::report::bias;
@@ -38,12 +38,9 @@ pub struct TapRequest {
     /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<TapRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let objective = meant(("word", "--objective"), Some(&asked.objective), &OBJECTIVES)?;
     let objective = objective.unwrap_or(Objective::Distance);
     let (mut spec, ends) = context.read(&asked.spec, "spec", |label, text, base| {

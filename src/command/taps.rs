@@ -7,7 +7,8 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::plan::rounded;
-use super::{Common, Context, Reply, folder, meant, named, number, stem};
+use super::reply::framed;
+use super::{Asked, Context, Reply, folder, meant, named, number, stem};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 use crate::measure::Names;
@@ -45,12 +46,9 @@ pub struct TapsRequest {
     /// Columns under other names: t=Zeit,reading=ch3 (t, theta, delta, strain, microstrain, bridge, reading, a, run, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
-pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<TapsRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let label = asked.raw.display().to_string();
     let stem = stem(&asked.raw, "taps");
@@ -67,17 +65,17 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     context.warn_all((!record.ignored.is_empty()).then(ignored));
     let empty = || format!("lines without a signal are left out: {}", record.empty);
     context.warn_all((record.empty > 0).then(empty));
-    let angles = asked.theta.clone().map(|values| (Drive::Angle, values));
-    let drive = angles.or_else(|| Some((Drive::Displacement, asked.delta.clone()?)));
-    let labels = Labels { a: asked.a.clone().unwrap_or_default(), drive };
+    let angles = asked.theta.as_deref().map(|values| (Drive::Angle, values));
+    let drive = angles.or_else(|| Some((Drive::Displacement, asked.delta.as_deref()?)));
+    let labels = (asked.a.as_deref().unwrap_or_default(), drive);
     let take = meant(("word", "--take"), Some(&asked.take), &TAKES)?.unwrap_or(Take::Auto);
     let (readings, rest) = find(&record, take)?;
-    labels.check(&record, &readings)?;
+    check(labels, &record, &readings)?;
     let of = json!({ "raw": digest, "columns": asked.columns, "take": format!("{take:?}"), "a": asked.a, "theta": asked.theta, "delta": asked.delta });
     let question = Question::new("taps", &stem, of);
     let mut destination = context.open(&out, question, &FILES, options.force)?;
     let [.., figure_file] = FILES;
-    destination.table(taps_table(&record, &readings, &labels)?)?;
+    destination.table(taps_table(&record, &readings, labels)?)?;
     destination.table(readings_table(&record, &readings)?)?;
     destination.draw(figure_file, || Ok(drawn(&record, &rest, &readings)))?;
     let count = |kind: Kind| readings.iter().filter(|r| r.kind == kind).count();
@@ -96,40 +94,33 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
 const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];
 const DRAWN: usize = 4000;
 
-/// Labels from the user: distances, and drives if the record has none; one for all taps, or one each.
-#[derive(Debug, Clone, Default, PartialEq)]
-struct Labels {
-    /// Distances, mm.
-    a: Vec<f64>,
-    drive: Option<(Drive, Vec<f64>)>,
-}
+/// Labels from the user: distances in mm, and drives if the record has none; one for all taps, or one each.
+type Labels<'a> = (&'a [f64], Option<(Drive, &'a [f64])>);
 
-impl Labels {
-    fn check(&self, record: &Record, readings: &[Reading]) -> Result<(), InputError> {
-        let taps = readings.iter().filter(|r| r.kind != Kind::Rest).count();
-        let fits = |key: &str, values: &[f64]| match values.len() {
-            _ if values.iter().any(|x| !x.is_finite() || *x == 0.0 || key == "--a" && *x < 0.0) => {
-                let said: Vec<String> = values.iter().map(f64::to_string).collect();
-                let error = InputError::new("this labels no tap").key(key).value(said.join(","));
-                Err(error.allowed(if key == "--a" { "distances > 0 in mm" } else { "drives that are not 0" }))
-            }
-            n if n <= 1 || n == taps => Ok(()),
-            n => {
-                let error = InputError::new("these are not as many as the taps that were found").key(key);
-                Err(error.value(n).allowed(format!("one value for all taps, or {taps}: taps.svg shows them")))
-            }
-        };
-        fits("--a", &self.a)?;
-        if let Some((kind, values)) = &self.drive {
-            let key = if *kind == Drive::Angle { "--theta" } else { "--delta" };
-            if record.drive.is_some() {
-                let error = InputError::new("this record has a drive of its own").key(key);
-                return Err(error.allowed("a record without the column, or no drive on the command line"));
-            }
-            fits(key, values)?;
+fn check((a, drive): Labels<'_>, record: &Record, readings: &[Reading]) -> Result<(), InputError> {
+    let taps = readings.iter().filter(|r| r.kind != Kind::Rest).count();
+    let fits = |key: &str, values: &[f64]| match values.len() {
+        _ if values.iter().any(|x| !x.is_finite() || *x == 0.0 || key == "--a" && *x < 0.0) => {
+            let said: Vec<String> = values.iter().map(f64::to_string).collect();
+            let error = InputError::new("this labels no tap").key(key).value(said.join(","));
+            Err(error.allowed(if key == "--a" { "distances > 0 in mm" } else { "drives that are not 0" }))
         }
-        Ok(())
+        n if n <= 1 || n == taps => Ok(()),
+        n => {
+            let error = InputError::new("these are not as many as the taps that were found").key(key);
+            Err(error.value(n).allowed(format!("one value for all taps, or {taps}: taps.svg shows them")))
+        }
+    };
+    fits("--a", a)?;
+    if let Some((kind, values)) = drive {
+        let key = if kind == Drive::Angle { "--theta" } else { "--delta" };
+        if record.drive.is_some() {
+            let error = InputError::new("this record has a drive of its own").key(key);
+            return Err(error.allowed("a record without the column, or no drive on the command line"));
+        }
+        fits(key, values)?;
     }
+    Ok(())
 }
 
 fn own(values: &[f64], k: usize) -> Option<f64> {
@@ -137,10 +128,10 @@ fn own(values: &[f64], k: usize) -> Option<f64> {
 }
 
 /// taps.csv, as calibrate and locate read it. Without drives in the record the rest is subtracted; with drives, rests are rows of drive 0.
-fn taps_table(record: &Record, readings: &[Reading], labels: &Labels) -> Result<Frame, Error> {
-    let drive = record.drive.as_ref().map(|(kind, _)| *kind).or(labels.drive.as_ref().map(|(kind, _)| *kind));
+fn taps_table(record: &Record, readings: &[Reading], (a, said): Labels<'_>) -> Result<Frame, Error> {
+    let drive = record.drive.as_ref().map(|(kind, _)| *kind).or(said.map(|(kind, _)| kind));
     let own_distance = record.labels.iter().position(|(name, _)| name == DISTANCE);
-    let with_distance = own_distance.is_some() || !labels.a.is_empty();
+    let with_distance = own_distance.is_some() || !a.is_empty();
     let others: Vec<usize> = (0..record.labels.len()).filter(|k| record.labels[*k].0 != DISTANCE).collect();
     let known = [
         with_distance.then_some(DISTANCE),
@@ -161,14 +152,14 @@ fn taps_table(record: &Record, readings: &[Reading], labels: &Labels) -> Result<
         let mut row: Vec<Field> = Vec::new();
         let shown = record.labels(reading.mean[0], reading.mean[1]);
         if with_distance {
-            let said = own(&labels.a, tap).filter(|_| !rests);
+            let said = own(a, tap).filter(|_| !rests);
             row.push(match own_distance {
                 Some(k) => said.map_or_else(|| shown[k].to_owned(), |a| a.to_string()).into(),
                 None => said.into(),
             });
         }
         if drive.is_some() {
-            let said = labels.drive.as_ref().and_then(|(_, values)| own(values, tap));
+            let said = said.and_then(|(_, values)| own(values, tap));
             row.push(if rests { Some(0.0) } else { reading.drive.or(said).map(rounded) }.into());
         }
         row.push(if drive.is_some() { reading.signal } else { reading.signal - reading.rest }.into());
@@ -186,15 +177,14 @@ fn middle(record: &Record, reading: &Reading) -> f64 {
 
 /// readings.csv: kind, time of contact, time of the mean, and scatter of each reading.
 fn readings_table(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
-    let mut table = heading("readings").frame(&[]);
-    for r in readings {
+    let row = |r: &Reading| {
         let [[begins, ends], [from, to]] = [r.contact, r.mean].map(|ends| ends.map(|k| record.time[k]));
         let times = [begins, ends, from, to].map(Field::Number);
         let samples = Field::from(r.mean[1] - r.mean[0] + 1);
         let of = [r.signal, r.rest, r.sd].map(Field::Number);
-        table.row(std::iter::once(r.kind.word().into()).chain(times).chain([samples]).chain(of))?;
-    }
-    Ok(table)
+        std::iter::once(r.kind.word().into()).chain(times).chain([samples]).chain(of)
+    };
+    framed("readings", &[], readings.iter().map(row))
 }
 
 fn drawn(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {

@@ -8,12 +8,13 @@ use serde_json::json;
 
 use super::apart::{apart, cut};
 use super::reply::{aligned, cell, framed, objects, shown};
-use super::{Common, Context, Reply, folder, number, whole};
+use super::{Asked, Context, Reply, folder, number, whole};
 use crate::backend::Backend;
 use crate::census::compare::{Line, QUANTITIES};
 use crate::census::verify::{self, Case, CensusNews};
 use crate::census::{Place, present};
 use crate::error::{Error, InputError};
+use crate::report::quantity::grouped;
 use crate::scene::BackendChoice;
 use crate::sink::run_json::{in_force, material_fit};
 use crate::sink::{Frame, Question, hash};
@@ -44,13 +45,10 @@ pub struct VerifyRequest {
     /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub bound: Option<f64>,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub common: Common,
 }
 
 /// Verifies, or says what would be verified; a bound that is broken is told beside the result.
-pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error> {
+pub fn run(asked: &Asked<VerifyRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     // In memory `[run]` alone is no spec: it says what the built-in configurations are verified on.
     let parse = |label: &str, text: &str, base: &Path| {
         let keys = || text.parse::<toml::Table>().ok()?.keys().all(|key| key == "run").then_some(());
@@ -86,12 +84,8 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     if let Some(spec) = &mut spec {
         spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     }
-    let samples = asked.samples.unwrap_or(match (&spec, asked.quick) {
-        (Some(_), false) => 1000,
-        (Some(_), true) => 100,
-        (None, false) => 24,
-        (None, true) => 4,
-    });
+    let [many, few] = if spec.is_some() { [1000, 100] } else { [24, 4] };
+    let samples = asked.samples.unwrap_or(if asked.quick { few } else { many });
     let cases = match &spec {
         Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, asked.seed)],
         None => Case::built_in(samples, asked.seed, asked.quick),
@@ -141,7 +135,7 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     )?;
     drop(progress);
     let (kept, words) = cut(([done, taps], "taps"), &destination, (options.force, &out));
-    let table = framed("verify", lines.iter().map(|line: &Line| line.fields(&backends[line.place])))?;
+    let table = framed("verify", &[], lines.iter().map(|line: &Line| line.fields(&backends[line.place])))?;
     let faults: Vec<String> = words.clone().into_iter().chain(broken(&table)).collect();
     let census = objects(&table);
     let (name, text) = spec.as_ref().map_or(("verify", ""), |s| (&s.name, &s.text));
@@ -185,13 +179,10 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
 fn summary(census: &Frame) -> String {
     let place = |row| ["backend", "precision"].map(|name| census.word(name, row)).join(" ");
     let excess = |row| census.number("strain_error_worst", row) / census.number("bound", row);
-    let mut places: Vec<String> = (0..census.len()).map(place).collect();
-    places.sort();
-    places.dedup();
+    let mut places = grouped(0..census.len(), place);
+    places.sort_unstable_keys();
     let head = "backend,configurations,taps,compared,largest strain error of its bound,in,left to the reference,verdict";
-    let mut all: Vec<Vec<String>> = vec![head.split(',').map(str::to_owned).collect()];
-    for name in places {
-        let rows = census.rows(|row| place(row) == name);
+    let line = |(name, rows): (String, Vec<usize>)| {
         let worst = rows.iter().copied().filter(|r| excess(*r).is_finite());
         let worst = worst.max_by(|p, q| excess(*p).total_cmp(&excess(*q)));
         let sum = |column| rows.iter().map(|r| census.number(column, *r)).sum::<f64>().to_string();
@@ -201,9 +192,9 @@ fn summary(census: &Frame) -> String {
         });
         let verdict = if broken == 0 { "ok".to_owned() } else { format!("{broken} break a bound") };
         let n = rows.len().to_string();
-        all.push(vec![name, n, sum("taps"), sum("compared"), share, at, sum("referred"), verdict]);
-    }
-    aligned(&all)
+        vec![name, n, sum("taps"), sum("compared"), share, at, sum("referred"), verdict]
+    };
+    aligned(head, places.into_iter().map(line))
 }
 
 /// The lines of the census that break a bound.

@@ -14,16 +14,11 @@ pub const LEADING: f64 = 1.15;
 type Ticks = (Vec<(f64, String)>, Vec<f64>);
 
 pub fn scales(panel: &Panel) -> [Scale; 2] {
-    let reach: Vec<(f64, f64)> = panel.marks.iter().flat_map(Mark::reach).collect();
-    let mapped = panel.map().is_some();
-    let scale = |axis: &Axis, values: Vec<f64>| match mapped {
-        true => Scale::tight(axis, values.into_iter()),
-        false => Scale::of(axis, values.into_iter()),
-    };
-    [
-        scale(&panel.x, reach.iter().map(|p| p.0).collect()),
-        scale(&panel.y, reach.iter().map(|p| p.1).collect()),
-    ]
+    let reach: Vec<[f64; 2]> = panel.marks.iter().flat_map(Mark::reach).map(|(x, y)| [x, y]).collect();
+    [(&panel.x, 0), (&panel.y, 1)].map(|(axis, k)| {
+        let values = reach.iter().map(|p| p[k]);
+        if panel.map().is_some() { Scale::tight(axis, values) } else { Scale::of(axis, values) }
+    })
 }
 
 pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) -> Ticks {

@@ -95,11 +95,6 @@ impl Axis {
         Self { words, ..Self::new(label, "") }
     }
 
-    pub fn over(mut self, ends: [f64; 2]) -> Self {
-        self.ends = Some(ends);
-        self
-    }
-
     pub fn text(&self) -> String {
         if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
     }
@@ -120,6 +115,7 @@ pub struct Parallel {
 }
 
 vibrissa_core::words! {
+    /// The first [`Marker::SERIES`] are those of series, in order.
     #[derive(Hash, Serialize)]
     Marker {
         /// ●
@@ -132,10 +128,10 @@ vibrissa_core::words! {
         Diamond = "diamond",
         /// ▼
         Down = "down",
-        /// +
-        Plus = "plus",
         /// ★
         Star = "star",
+        /// +
+        Plus = "plus",
         /// ⧗
         Hourglass = "hourglass",
         /// ×, for points that do not count
@@ -148,17 +144,7 @@ vibrissa_core::words! {
 }
 
 impl Marker {
-    /// Markers of series, in order.
-    pub const SERIES: [Self; 8] = [
-        Self::Circle,
-        Self::Square,
-        Self::Triangle,
-        Self::Diamond,
-        Self::Down,
-        Self::Star,
-        Self::Plus,
-        Self::Hourglass,
-    ];
+    pub const SERIES: usize = 8;
 }
 
 /// Points in the order of a table. NaN is a gap.
@@ -285,9 +271,14 @@ impl Mark {
         Self::dotted(Path::new(name, colour, points), marker)
     }
 
+    /// A line across the panel.
+    pub fn rule(along: Along, at: f64, name: &str, (colour, dash): (usize, u8)) -> Self {
+        Self::Rule { along, at, name: name.to_owned(), colour, dash }
+    }
+
     /// A dotted line at y = 0.
     pub fn zero() -> Self {
-        Self::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 }
+        Self::rule(Along::X, 0.0, "", (4, 2))
     }
 
     /// Points without bars, rows and notes.

@@ -24,10 +24,9 @@ pub enum Item {
         stroke: Option<Stroke>,
         /// From 0 to 1.
         opacity: f64,
-        /// Clip: left, top, width, height.
-        clip: Option<[f64; 4]>,
+        clip: Option<Rect>,
     },
-    /// A line of text.
+    /// A line of text, black.
     Text {
         /// Position of the anchor on the baseline.
         at: [f64; 2],
@@ -38,7 +37,6 @@ pub enum Item {
         anchor: Anchor,
         /// True if the text reads upwards.
         upwards: bool,
-        colour: Rgb,
     },
 }
 
@@ -76,11 +74,12 @@ pub enum Step {
     Close,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
-    Start,
-    Middle,
-    End,
+vibrissa_core::words! {
+    Anchor {
+        Start = "start",
+        Middle = "middle",
+        End = "end",
+    }
 }
 
 impl Anchor {
@@ -104,11 +103,6 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// Left, top, width, height.
-    pub fn array(self) -> [f64; 4] {
-        [self.x, self.y, self.w, self.h]
-    }
-
     pub fn steps(self) -> Vec<Step> {
         let Self { x, y, w, h } = self;
         closed(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
@@ -167,15 +161,14 @@ impl Drawing {
         clip: Option<Rect>,
     ) {
         if !steps.is_empty() {
-            self.items.push(Item::Path { steps, fill, stroke, opacity, clip: clip.map(Rect::array) });
+            self.items.push(Item::Path { steps, fill, stroke, opacity, clip });
         }
     }
 
-    /// Adds black text.
     pub fn text(&mut self, at: [f64; 2], text: impl Into<String>, size: f64, anchor: Anchor, upwards: bool) {
-        let (text, colour) = (text.into(), super::scale::INK);
+        let text = text.into();
         if !text.is_empty() {
-            self.items.push(Item::Text { at, text, size, anchor, upwards, colour });
+            self.items.push(Item::Text { at, text, size, anchor, upwards });
         }
     }
 }

@@ -35,12 +35,15 @@ const AFTER: f64 = 4.0;
 pub fn entries(figure: &Figure) -> Vec<Entry> {
     let mut all: IndexMap<&str, Entry> = IndexMap::new();
     for mark in figure.panels.iter().flat_map(|p| &p.marks) {
-        let (name, colour) = match mark {
-            Mark::Line { path, .. }
-            | Mark::Points { path, .. }
-            | Mark::Bars { path, .. }
-            | Mark::Area { path, .. } => (&path.name, path.colour),
-            Mark::Rule { name, colour, .. } => (name, *colour),
+        // Name and colour; dash of the line, marker of the points, opacity and edge of the area.
+        let (name, colour, dash, marker, area) = match mark {
+            Mark::Line { path, dash, marker } => (&path.name, path.colour, Some(*dash), *marker, None),
+            Mark::Rule { name, colour, dash, .. } => (name, *colour, Some(*dash), None, None),
+            Mark::Points { path, marker, .. } => (&path.name, path.colour, None, Some(*marker), None),
+            Mark::Bars { path, .. } => (&path.name, path.colour, None, None, Some((1.0, false))),
+            Mark::Area { path, outlined } => {
+                (&path.name, path.colour, None, None, Some((opacity(*outlined), *outlined)))
+            }
             Mark::Cells(_) | Mark::Note { .. } => continue,
         };
         if name.is_empty() {
@@ -48,19 +51,9 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
         }
         let new = || Entry { name: name.clone(), ..Entry::default() };
         let (entry, c) = (all.entry(name).or_insert_with(new), scale::of(colour));
-        match mark {
-            Mark::Line { dash, marker, .. } => {
-                entry.line = entry.line.or(Some((c, *dash)));
-                entry.points = entry.points.or(marker.map(|m| (c, m)));
-            }
-            Mark::Rule { dash, .. } => entry.line = entry.line.or(Some((c, *dash))),
-            Mark::Points { marker, .. } => entry.points = entry.points.or(Some((c, *marker))),
-            Mark::Area { outlined, .. } => {
-                let edge = outlined.then_some(c);
-                entry.area = entry.area.or(Some((c, opacity(*outlined), edge)));
-            }
-            _ => entry.area = entry.area.or(Some((c, 1.0, None))),
-        }
+        entry.line = entry.line.or(dash.map(|dash| (c, dash)));
+        entry.points = entry.points.or(marker.map(|marker| (c, marker)));
+        entry.area = entry.area.or(area.map(|(opacity, edge)| (c, opacity, edge.then_some(c))));
     }
     let mut all: Vec<Entry> = all.into_values().collect();
     for panel in figure.panels.iter().filter(|p| !p.beyond.is_empty()) {

@@ -18,7 +18,7 @@ pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parall
 pub use scale::Scale;
 pub use scale::{LOOK, Rgb, SERIES, series};
 
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};
 use font::Font;
 
@@ -48,19 +48,14 @@ pub struct Style {
 }
 
 impl Style {
-    /// `width` in mm and text `size` in pt, with the font of a file or the built-in one; `keys` name the first two in errors.
+    /// `width` in mm and text `size` in pt, with the font of a file or the built-in one.
     ///
     /// # Errors
     /// Sizes that are out of range; a file that is not a font.
-    pub fn asked(
-        width: f64,
-        size: f64,
-        font: Option<&std::path::Path>,
-        keys: [&str; 2],
-    ) -> Result<Self, crate::error::InputError> {
-        for (key, x, [from, to]) in [(keys[0], width, [40.0, 400.0]), (keys[1], size, [4.0, 24.0])] {
+    pub fn asked(width: f64, size: f64, font: Option<&std::path::Path>) -> Result<Self, InputError> {
+        for (key, x, [from, to]) in [("--width", width, [40.0, 400.0]), ("--font-size", size, [4.0, 24.0])] {
             if !(from..=to).contains(&x) {
-                let wrong = crate::error::InputError::new("no figure can be set like this");
+                let wrong = InputError::new("no figure can be set like this");
                 return Err(wrong.key(key).value(x).allowed(format!("{from} … {to}")));
             }
         }

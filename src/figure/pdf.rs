@@ -1,12 +1,13 @@
 //! Writes a drawing as a one-page PDF. Text stays text, with an embedded font and its Unicode map.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
 
 use super::font::{glyph, length};
+use super::scale::INK;
 use super::{Drawing, Figure, Font, Item, Rgb, Step};
 
 const FONT: Name<'static> = Name(b"F");
@@ -25,51 +26,48 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> Vec<u8> {
         .subject(TextStr(&figure.caption))
         .creator(TextStr("vibrissa"));
     let [w, h] = drawing.size.map(|x| x as f32);
-    let states = opacities(drawing);
+    let (content, opacities) = content(drawing, font);
     {
         let mut p = pdf.page(page);
         p.media_box(Rect::new(0.0, 0.0, w, h)).parent(pages).contents(contents);
         let mut resources = p.resources();
         resources.fonts().pair(FONT, type0);
         let mut all = resources.ext_g_states();
-        for (name, opacity) in &states {
-            let share = *opacity as f32 / 100.0;
-            all.insert(Name(name.as_bytes()))
+        for percent in opacities {
+            let share = percent as f32 / 100.0;
+            all.insert(Name(state(percent).as_bytes()))
                 .start::<pdf_writer::writers::ExtGraphicsState>()
                 .non_stroking_alpha(share)
                 .stroking_alpha(share);
         }
     }
-    let content = packed(&content(drawing, font, &states));
-    pdf.stream(contents, &content).filter(Filter::FlateDecode);
+    pdf.stream(contents, &packed(&content)).filter(Filter::FlateDecode);
     embed(&mut pdf, drawing, font, [type0, cid, descriptor, file, unicode]);
     pdf.finish()
 }
 
-fn opacities(drawing: &Drawing) -> Vec<(String, u32)> {
-    let percent = drawing.items.iter().map(|i| match i {
-        Item::Path { opacity, .. } => (100.0 * opacity).round() as u32,
-        Item::Text { .. } => 100,
-    });
-    let all: std::collections::BTreeSet<u32> = percent.collect();
-    all.into_iter().map(|p| (format!("O{p}"), p)).collect()
+/// Name of the state of this opacity.
+fn state(percent: u32) -> String {
+    format!("O{percent}")
 }
 
-fn content(drawing: &Drawing, font: &Font, states: &[(String, u32)]) -> Vec<u8> {
+/// The content, and the opacities below 100 % in it.
+fn content(drawing: &Drawing, font: &Font) -> (Vec<u8>, BTreeSet<u32>) {
     let face = font.face();
-    let mut c = Content::new();
+    let (mut c, mut opacities) = (Content::new(), BTreeSet::new());
     c.transform([1.0, 0.0, 0.0, -1.0, 0.0, drawing.size[1] as f32]);
     let rgb = |[r, g, b]: Rgb| [r, g, b].map(|x| f32::from(x) / 255.0);
     for item in &drawing.items {
         match item {
             Item::Path { steps, fill, stroke, opacity, clip } => {
                 c.save_state();
-                if let Some([x, y, w, h]) = clip.map(|c| c.map(|x| x as f32)) {
-                    c.rect(x, y, w, h).clip_nonzero().end_path();
+                if let Some(super::Rect { x, y, w, h }) = *clip {
+                    c.rect(x as f32, y as f32, w as f32, h as f32).clip_nonzero().end_path();
                 }
                 let percent = (100.0 * opacity).round() as u32;
-                if let Some((name, _)) = states.iter().find(|(_, p)| *p == percent && percent < 100) {
-                    c.set_parameters(Name(name.as_bytes()));
+                if percent < 100 {
+                    c.set_parameters(Name(state(percent).as_bytes()));
+                    opacities.insert(percent);
                 }
                 if let Some([r, g, b]) = fill.map(rgb) {
                     c.set_fill_rgb(r, g, b);
@@ -91,9 +89,9 @@ fn content(drawing: &Drawing, font: &Font, states: &[(String, u32)]) -> Vec<u8> 
                 };
                 c.restore_state();
             }
-            Item::Text { at: [x, y], text, size, anchor, upwards, colour } => {
+            Item::Text { at: [x, y], text, size, anchor, upwards } => {
                 let back = anchor.share() * length(&face, text) * size;
-                let [r, g, b] = rgb(*colour);
+                let [r, g, b] = rgb(INK);
                 let glyphs: Vec<u8> = text.chars().flat_map(|s| glyph(&face, s).0.to_be_bytes()).collect();
                 c.begin_text().set_fill_rgb(r, g, b).set_font(FONT, *size as f32);
                 let matrix = if *upwards {
@@ -105,7 +103,7 @@ fn content(drawing: &Drawing, font: &Font, states: &[(String, u32)]) -> Vec<u8> 
             }
         }
     }
-    c.finish().to_vec()
+    (c.finish().to_vec(), opacities)
 }
 
 fn course(c: &mut Content, steps: &[Step]) {

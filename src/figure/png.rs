@@ -5,6 +5,7 @@ use tiny_skia::{
 };
 
 use super::font::outline;
+use super::scale::INK;
 use super::{Drawing, Font, Item, Rect, Rgb, Step, Stroke};
 use crate::error::Error;
 
@@ -22,7 +23,7 @@ pub fn write(drawing: &Drawing, font: &Font, dpi: f64) -> Result<Vec<u8>, Error>
     let mut map = Pixmap::new(w, h).ok_or_else(large)?;
     map.fill(Color::WHITE);
     let (face, transform) = (font.face(), Transform::from_scale(scale as f32, scale as f32));
-    let mut held: Option<([f64; 4], Mask)> = None;
+    let mut held: Option<(Rect, Mask)> = None;
     for item in &drawing.items {
         match item {
             Item::Path { steps, fill, stroke, opacity, clip } => {
@@ -30,8 +31,7 @@ pub fn write(drawing: &Drawing, font: &Font, dpi: f64) -> Result<Vec<u8>, Error>
                     && held.as_ref().is_none_or(|(k, _)| k != c)
                 {
                     let mut mask = Mask::new(w, h).ok_or_else(large)?;
-                    let [x, y, w, h] = *c;
-                    if let Some(edge) = path(&Rect { x, y, w, h }.steps()) {
+                    if let Some(edge) = path(&c.steps()) {
                         mask.fill_path(&edge, FillRule::Winding, true, transform);
                     }
                     held = Some((*c, mask));
@@ -45,9 +45,9 @@ pub fn write(drawing: &Drawing, font: &Font, dpi: f64) -> Result<Vec<u8>, Error>
                     map.stroke_path(&course, &paint(stroke.colour, *opacity), &line(stroke), transform, mask);
                 }
             }
-            Item::Text { at, text, size, anchor, upwards, colour } => {
+            Item::Text { at, text, size, anchor, upwards } => {
                 if let Some(course) = path(&outline(&face, text, *at, *size, *anchor, *upwards)) {
-                    map.fill_path(&course, &paint(*colour, 1.0), FillRule::Winding, transform, None);
+                    map.fill_path(&course, &paint(INK, 1.0), FillRule::Winding, transform, None);
                 }
             }
         }

@@ -133,12 +133,7 @@ fn number(x: f64, step: f64) -> String {
         let power = (x.abs().log10() + 1e-9).floor() as i32;
         // As many digits as the step has relative to the leading digit: 1.5·10⁻⁴ at steps of 5·10⁻⁵.
         let digits = (power - (step.log10() + 1e-9).floor() as i32).clamp(0, 6) as usize;
-        let lead = format!("{:.digits$}", x / 10f64.powi(power));
-        let lead = if lead.contains('.') {
-            lead.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            lead
-        };
+        let lead = trimmed(&format!("{:.digits$}", x / 10f64.powi(power))).to_owned();
         match lead.as_str() {
             "1" => ten(power),
             "-1" => format!("-{}", ten(power)),
@@ -154,11 +149,12 @@ fn number(x: f64, step: f64) -> String {
 pub fn value(x: f64) -> String {
     let step = if x == 0.0 { 1.0 } else { 10f64.powf(x.abs().log10().floor() - 3.0) };
     let text = number(x, step);
-    if text.contains('.') && !text.contains('·') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    if text.contains('·') { text } else { trimmed(&text).to_owned() }
+}
+
+/// A number without zeros at the end of its decimals.
+fn trimmed(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }
 
 /// Label on a logarithmic axis; `plain`: without powers of ten.
@@ -220,7 +216,7 @@ pub const SERIES: usize = HUES.len();
 
 /// Colour and marker of series `i`: unique each for the first [`SERIES`], as a pair for the first 24.
 pub fn series(i: usize) -> (usize, Marker) {
-    (HUES[i % HUES.len()], Marker::SERIES[i % Marker::SERIES.len()])
+    (HUES[i % HUES.len()], Marker::ALL[i % Marker::SERIES])
 }
 
 /// Red, green, blue from 0 to 255.

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::scale::css;
-use super::{Anchor, Drawing, Figure, Font, Item, Step};
+use super::scale::{INK, css};
+use super::{Drawing, Figure, Font, Item, Rect, Step};
 
 pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
     let [w, h] = drawing.size;
@@ -13,12 +13,12 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
         escaped(&figure.title),
         escaped(&figure.caption)
     );
-    let mut clips: Vec<[f64; 4]> = Vec::new();
+    let mut clips: Vec<Rect> = Vec::new();
     for item in &drawing.items {
         if let Item::Path { clip: Some(c), .. } = item
             && !clips.contains(c)
         {
-            let ([x, y, w, h], name, n) = (c, &figure.name, clips.len());
+            let (Rect { x, y, w, h }, name, n) = (c, &figure.name, clips.len());
             let _ = writeln!(
                 text,
                 "<clipPath id=\"{name}-{n}\"><rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\"/></clipPath>"
@@ -33,7 +33,7 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
     text
 }
 
-fn one(out: &mut String, item: &Item, clips: &[[f64; 4]], name: &str) {
+fn one(out: &mut String, item: &Item, clips: &[Rect], name: &str) {
     match item {
         Item::Path { steps, fill, stroke, opacity, clip } => {
             let _ = write!(out, "<path d=\"{}\" fill=\"{}\"", course(steps), fill.map_or("none".into(), css));
@@ -52,16 +52,11 @@ fn one(out: &mut String, item: &Item, clips: &[[f64; 4]], name: &str) {
             }
             out.push_str("/>\n");
         }
-        Item::Text { at: [x, y], text, size, anchor, upwards, colour } => {
-            let anchor = match anchor {
-                Anchor::Start => "start",
-                Anchor::Middle => "middle",
-                Anchor::End => "end",
-            };
+        Item::Text { at: [x, y], text, size, anchor, upwards } => {
+            let (anchor, ink) = (anchor.word(), css(INK));
             let _ = write!(
                 out,
-                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" text-anchor=\"{anchor}\" fill=\"{}\"",
-                css(*colour)
+                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" text-anchor=\"{anchor}\" fill=\"{ink}\""
             );
             if *upwards {
                 let _ = write!(out, " transform=\"rotate(-90 {x:.2} {y:.2})\"");

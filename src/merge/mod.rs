@@ -105,32 +105,28 @@ fn beside(parts: &[Part]) -> Result<PathBuf, Error> {
     Err(error.key("--out").allowed("the folder for the whole").into())
 }
 
-const SUMS: [(&str, &str); 12] = [
-    ("counts", "taps"),
-    ("counts", "solved"),
-    ("counts", "interpolated"),
-    ("counts", "referred"),
-    ("counts", "complete_rows"),
-    ("counts", "status"),
-    ("counts", "combinations"),
-    ("model_error", "taps_by_full_model"),
-    ("seconds", "total"),
-    ("seconds", "open"),
-    ("seconds", "solve"),
-    ("seconds", "chart"),
+/// Places of sums, and of largest values.
+const SUMS: [(&str, &[&str]); 3] = [
+    ("counts", &["taps", "solved", "interpolated", "referred", "complete_rows", "status", "combinations"]),
+    ("model_error", &["taps_by_full_model"]),
+    ("seconds", &["total", "open", "solve", "chart"]),
 ];
-const LARGEST: [(&str, &str); 2] = [("counts", "sweeps_max"), ("material_fit", "largest_gauge_strain")];
+const LARGEST: [(&str, &[&str]); 2] =
+    [("counts", &["sweeps_max"]), ("material_fit", &["largest_gauge_strain"])];
 
 /// The run.json of the whole, with shared entries from the first part; row counts and the time of the merge are added later.
 fn whole(parts: &[Part], out: &Path) -> Value {
     let mut run = parts[0].run.clone();
-    for (group, key) in SUMS.into_iter().chain(LARGEST) {
-        let values = parts.iter().map(|part| &part.run[group][key]).filter(|x| !x.is_null()).cloned();
-        let both = if LARGEST.contains(&(group, key)) { larger } else { sum };
-        if let Some(all) = values.reduce(|a, b| both(&a, &b)) {
-            run[group][key] = all;
+    let mut join = |(group, keys): (&str, &[&str]), both: fn(&Value, &Value) -> Value| {
+        for key in keys {
+            let values = parts.iter().map(|part| &part.run[group][key]).filter(|x| !x.is_null()).cloned();
+            if let Some(all) = values.reduce(|a, b| both(&a, &b)) {
+                run[group][key] = all;
+            }
         }
-    }
+    };
+    SUMS.into_iter().for_each(|place| join(place, sum));
+    LARGEST.into_iter().for_each(|place| join(place, larger));
     // Mean over the parts, weighted by their solved taps.
     let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
     let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();

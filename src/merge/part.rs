@@ -134,11 +134,9 @@ const SAME: [(&str, &str); 8] = [
 /// Fails unless all parts have the same spec, version and backend.
 fn of_one_question(parts: &[Part]) -> Result<(), Error> {
     let first = &parts[0];
+    let of = |part: &Part, place: &str| part.run.pointer(place).cloned().unwrap_or_default();
     for part in &parts[1..] {
-        let null = Value::Null;
-        let of = |part: &Part, place: &str| part.run.pointer(place).unwrap_or(&null).clone();
-        let differs = |(place, _): &&(&str, &str)| of(first, place) != of(part, place);
-        if let Some((place, what)) = SAME.iter().find(differs) {
+        if let Some((place, what)) = SAME.iter().find(|(place, _)| of(first, place) != of(part, place)) {
             let (here, there) = (of(part, place), of(first, place));
             let other = first.folder.display();
             let why = format!("this part and {other} are of another {what}: {here} and {there}");

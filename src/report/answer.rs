@@ -13,8 +13,9 @@ use crate::sink::frame::Frame;
 /// Largest strain error of a kernel that the benchmark's answer may name, relative.
 const ACCURATE: f64 = 1e-4;
 
-fn count(n: usize, word: &str) -> String {
-    format!("{n} {word}{}", if n == 1 { "" } else { "s" })
+fn count(n: impl std::fmt::Display, word: &str) -> String {
+    let n = n.to_string();
+    format!("{n} {word}{}", if n == "1" { "" } else { "s" })
 }
 
 fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: &str) -> Option<String> {
@@ -76,7 +77,7 @@ pub fn of_best(best: &Recommended<'_>) -> String {
         (Standing::Beyond, None) => "; that is beyond its strain limit, and so is every other row".to_owned(),
         (Standing::Beyond, Some(kept)) => format!(
             "; that is beyond its strain limit, and so are all {} that `top` keeps: a larger `top`, or per = \"row\", may keep one within it",
-            rows(kept, "row")
+            count(kept, "row")
         ),
         _ => String::new(),
     };
@@ -98,12 +99,8 @@ pub fn of_best(best: &Recommended<'_>) -> String {
     };
     let strain =
         number("strain_max").map_or(String::new(), |x| format!(", with strains up to {}", percent(x)));
-    let of = rows(complete, "complete row");
+    let of = count(complete, "complete row");
     format!("Of {of}, the whisker{whisker}, {tap}, {what}{strain}{beyond}.")
-}
-
-fn rows(n: u64, word: &str) -> String {
-    usize::try_from(n).map_or("many rows".to_owned(), |n| count(n, word))
 }
 
 /// A sweep with single taps only.
@@ -154,10 +151,8 @@ pub fn of_search(source: &Source, front: Option<&Frame>, sd: &str) -> Result<Str
     let names = WHISKER.into_iter().filter(|name| varied(name)).chain(properties());
     let design: Vec<String> = names.filter_map(|name| Some(said(name, best[name].as_f64()?))).collect();
     let tap = DRIVES.into_iter().find_map(|name| Some(tapped(name, best[name].as_f64()?)));
-    let told: Vec<String> = [Some(format!("with {}", design.join(", "))).filter(|_| !design.is_empty()), tap]
-        .into_iter()
-        .flatten()
-        .collect();
+    let with = (!design.is_empty()).then(|| format!("with {}", design.join(", ")));
+    let told: Vec<String> = with.into_iter().chain(tap).collect();
     if told.is_empty() {
         return Ok("The search found no whisker that keeps every limit.".to_owned());
     }
@@ -177,7 +172,7 @@ pub fn of_calibration(source: &Source) -> String {
     let name = result["estimator"].as_str().unwrap_or("none");
     let sides = result["sides"].as_array().map_or(&[][..], Vec::as_slice);
     let errors = sides.iter().filter_map(|s| s["estimators"][name]["held_out_rms_mm"].as_f64());
-    let number = |v: &Value| v.as_u64().unwrap_or(0) as usize;
+    let number = |v: &Value| v.as_u64().unwrap_or(0);
     let used = format!("{} of {} used", number(&counts["used"]), count(number(&counts["taps"]), "tap"));
     match range(errors, rounded, " mm") {
         Some(error) => {
@@ -198,7 +193,7 @@ pub fn of_channels(source: &Source) -> String {
         format!("{} to {} mm", c["name"].as_str().unwrap_or_default(), number(&c["held_out_rms_mm"]))
     };
     let channels: Vec<String> = result["channels"].as_array().into_iter().flatten().map(alone).collect();
-    let taps = count(result["taps"].as_u64().unwrap_or(0) as usize, "calibrated tap");
+    let taps = count(result["taps"].as_u64().unwrap_or(0), "calibrated tap");
     let within = within(&result["within_sigma"]);
     format!(
         "All channels together tell the distances of {taps} to {} mm rms{within}. Each alone tells distances that it has not seen: {}.",
@@ -297,7 +292,7 @@ pub fn of_verify(table: &Frame) -> Result<String, InputError> {
         let (off, allowed) = (percent(worst[r]), percent(bound[r]));
         format!("{} is off by {off} of a strain at most, where {allowed} is allowed", line(r))
     };
-    let all = taps.iter().filter(|n| n.is_finite()).sum::<f64>() as usize;
+    let all = count(taps.iter().filter(|n| n.is_finite()).sum::<f64>() as u64, "tap");
     let lines = count(table.len(), "check");
     if let Some(first) = broken.first() {
         let worst = nearest(broken.clone()).unwrap_or(*first);
@@ -307,7 +302,6 @@ pub fn of_verify(table: &Frame) -> Result<String, InputError> {
     }
     let nearest = nearest((0..table.len()).collect())
         .map_or(String::new(), |r| format!("; nearest to its bound, {}", told(r)));
-    let all = count(all, "tap");
     Ok(format!(
         "Every backend keeps its bounds: {lines} against the reference passed, {all} in all{nearest}."
     ))

@@ -1,10 +1,8 @@
 //! Figures of a calibration.
 
-use indexmap::IndexMap;
-
 use super::content::points_of;
 use super::designs::{DRIVES, SD};
-use super::quantity::{self, distinct};
+use super::quantity::{self, distinct, grouped};
 use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
@@ -28,9 +26,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     c.figure(residuals(&rows, signal)?);
     c.figure(held_out(&rows)?);
     let seen = ("held_out_error_mm", "distances left out", "rows.csv");
-    if let Some(figure) = coverage(&rows, &used(&rows)[0], seen)? {
-        c.figure(figure);
-    }
+    c.figure(coverage(&rows, &used(&rows)[0], seen)?);
     if let Some(designs) = source.maybe("designs.csv")?
         && let Some(sd) = designs.first(&SD)
         && designs.has(sd)
@@ -55,12 +51,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
     let mut c = Content { answer: answer::of_channels(source), ..Content::default() };
     let channels = source.run["result"]["channels"].as_array().cloned().unwrap_or_default();
-    let of = |word: &str| taps.rows(|r| taps.word("use", r) == word);
-    let with = |panel: Panel, y: &[f64], error: &[f64]| -> Result<Panel, InputError> {
-        let used = points(taps, ("used", 0, Marker::Circle), &of("used"), y, error)?;
-        let suspect = points(taps, ("suspect", 1, Marker::Square), &of("suspect"), y, error)?;
-        Ok(quantity::cut(panel.with(Mark::zero()).with(used).with(suspect), "used"))
-    };
+    let of = |word: &str| (word.to_owned(), taps.rows(|r| taps.word("use", r) == word));
+    let groups = ["used", "suspect"].map(of);
     let mut panels = Vec::new();
     for channel in &channels {
         let name = channel["name"].as_str().unwrap_or_default();
@@ -71,19 +63,17 @@ fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
         let (signal, expected) = (taps.numbers(name)?, taps.numbers(&format!("{name}_expected"))?);
         let left: Vec<f64> = signal.iter().zip(expected).map(|(y, e)| y - e).collect();
         let y = Axis::new(&format!("{name} − expected"), &quantity::axis(column).unit);
-        panels.push(with(Panel::new(name, quantity::axis("a_mm"), y), &left, &[])?);
+        panels.push(over_distance(taps, (name, y), (&left, &[]), &groups)?);
     }
     let caption = format!("Signal of each channel less what its calibration expects (channels.csv). {CUT}");
     c.figure(Figure::new("residuals", "Residuals of each channel", caption, panels));
-    let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"));
-    let panel = with(panel, taps.numbers("error_mm")?, taps.numbers("sigma_mm")?)?;
+    let errors = (taps.numbers("error_mm")?, taps.numbers("sigma_mm")?);
+    let panel = over_distance(taps, ("", Axis::new("error â − a", "mm")), errors, &groups)?;
     let caption = format!(
         "Error of the distance that all channels tell together, of calibrated taps, with the standard deviation that is given for it (channels.csv). {CUT}"
     );
     c.figure(Figure::new("errors", "Errors of all channels together", caption, vec![panel]));
-    if let Some(figure) = coverage(taps, &of("used"), ("error_mm", "calibrated distances", "channels.csv"))? {
-        c.figure(figure);
-    }
+    c.figure(coverage(taps, &groups[0].1, ("error_mm", "calibrated distances", "channels.csv"))?);
     for channel in &channels {
         let name = channel["name"].as_str().unwrap_or_default();
         c.fact(&format!("noise of {name}"), &channel["noise"]);
@@ -171,58 +161,51 @@ fn used(rows: &Frame) -> [Vec<usize>; 2] {
     [of("used"), of("suspect")]
 }
 
-/// Points of `rows` over distance, each with its line number and the reason it is suspect.
-fn points(
+/// Values with half bars, over distance, for each group of rows; the axis fits the first. Each point has its line and the reason it is suspect.
+fn over_distance(
     table: &Frame,
-    (name, colour, marker): (&str, usize, Marker),
-    rows: &[usize],
-    y: &[f64],
-    error: &[f64],
-) -> Result<Mark, InputError> {
+    (title, y): (&str, Axis),
+    (values, error): (&[f64], &[f64]),
+    groups: &[(String, Vec<usize>)],
+) -> Result<Panel, InputError> {
     let a = table.numbers("a_mm")?;
     let note = |r: usize| {
         let reason = table.word("reason", r);
         let why = if reason.is_empty() { String::new() } else { format!(": {reason}") };
         format!("line {}{why}", table.word("line", r))
     };
-    let path = Path::new(name, colour, rows.iter().map(|r| (a[*r], y[*r])));
-    Ok(points_of(table, (path, marker), rows, error, note))
+    let mut panel = Panel::new(title, quantity::axis("a_mm"), y).with(Mark::zero());
+    for (i, (name, rows)) in groups.iter().enumerate() {
+        let (colour, marker) = series(i);
+        let path = Path::new(name, colour, rows.iter().map(|r| (a[*r], values[*r])));
+        panel = panel.with(points_of(table, (path, marker), rows, error, note));
+    }
+    Ok(quantity::cut(panel, &groups[0].0))
 }
 
 fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
     let [used, suspect] = used(rows);
     let y = Axis::new(&format!("{signal} − expected"), &quantity::axis(signal).unit);
-    let residual = rows.numbers("residual")?;
-    let of_used = points(rows, ("used", 0, Marker::Circle), &used, residual, &[])?;
-    let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(Mark::zero()).with(of_used);
-    let mut reasons: IndexMap<String, Vec<usize>> = IndexMap::new();
-    for r in &suspect {
-        let word = rows.word("reason", *r);
-        let word = word.split([':', ',']).next().unwrap_or_default().trim().to_owned();
-        reasons.entry(word).or_default().push(*r);
-    }
-    for (i, (why, all)) in reasons.iter().enumerate() {
-        let (name, (colour, marker)) = (format!("suspect: {why}"), series(i + 1));
-        panel = panel.with(points(rows, (&name, colour, marker), all, residual, &[])?);
-    }
+    let reason = |r| rows.word("reason", r).split([':', ',']).next().unwrap_or_default().trim().to_owned();
+    let reasons = grouped(suspect, reason);
     let why = reasons.iter().map(|(w, all)| format!("{} {w}", all.len())).collect::<Vec<_>>().join(", ");
     let why = if why.is_empty() { "no row is suspect".to_owned() } else { format!("suspect: {why}") };
+    let suspect = reasons.into_iter().map(|(why, rows)| (format!("suspect: {why}"), rows));
+    let groups: Vec<_> = std::iter::once(("used".to_owned(), used)).chain(suspect).collect();
+    let panel = over_distance(rows, ("", y), (rows.numbers("residual")?, &[]), &groups)?;
     let caption = format!("Signal less what the estimator expects, of every tap; {why} (rows.csv). {CUT}");
-    Ok(Figure::new("residuals", "Residuals by distance", caption, vec![quantity::cut(panel, "used")]))
+    Ok(Figure::new("residuals", "Residuals by distance", caption, vec![panel]))
 }
 
 fn held_out(rows: &Frame) -> Result<Figure, InputError> {
     let [used, _] = used(rows);
-    let (error, sigma) = (rows.numbers("held_out_error_mm")?, rows.numbers("sigma_mm")?);
-    let name = "error ± σ";
-    let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"))
-        .with(Mark::zero())
-        .with(points(rows, (name, 0, Marker::Circle), &used, error, sigma)?);
+    let errors = (rows.numbers("held_out_error_mm")?, rows.numbers("sigma_mm")?);
+    let groups = [("error ± σ".to_owned(), used)];
+    let panel = over_distance(rows, ("", Axis::new("error â − a", "mm")), errors, &groups)?;
     let caption = format!(
         "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv). {CUT}"
     );
-    let panels = vec![quantity::cut(panel, name)];
-    Ok(Figure::new("held_out", "Errors on distances left out", caption, panels))
+    Ok(Figure::new("held_out", "Errors on distances left out", caption, vec![panel]))
 }
 
 /// Share of taps whose |error|/σ is below x, compared with the normal distribution.
@@ -241,8 +224,8 @@ fn coverage(
     let n = ratios.len() as f64;
     let steps = ratios.iter().enumerate().map(|(i, x)| (*x, (i + 1) as f64 / n)).filter(|p| p.0 <= 4.0);
     let normal = (0..=80).map(|i| f64::from(i) / 20.0).map(|x| (x, normal_within(x)));
-    let x = Axis::new("|error|/σ", "").over([0.0, 4.0]);
-    let y = Axis::new("share of taps below", "").over([0.0, 1.02]);
+    let x = Axis { ends: Some([0.0, 4.0]), ..Axis::new("|error|/σ", "") };
+    let y = Axis { ends: Some([0.0, 1.02]), ..Axis::new("share of taps below", "") };
     let panel = Panel::new("", x, y)
         .with(Mark::line(Path::new(format!("errors on {distances}"), 0, steps), 0))
         .with(Mark::line(Path::new("normal distribution", 4, normal), 1));

@@ -1,11 +1,12 @@
 //! Figures of a census of taps: errors (`verify`), time against error (`bench`).
 
-use indexmap::{IndexMap, IndexSet};
+use std::collections::BTreeSet;
 
 use super::designs::front;
+use super::quantity::grouped;
 use super::{Content, Source, answer};
 use crate::error::{Error, InputError};
-use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, Scale, series};
 use crate::sink::Frame;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
@@ -30,10 +31,7 @@ pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, Input
 
 /// Label and rows of each backend of `table`, in order of appearance; software adapters are marked.
 fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
-    let mut rows: IndexMap<[String; 3], Vec<usize>> = IndexMap::new();
-    for r in 0..table.len() {
-        rows.entry(["backend", "precision", "adapter"].map(|c| table.word(c, r))).or_default().push(r);
-    }
+    let rows = grouped(0..table.len(), |r| ["backend", "precision", "adapter"].map(|c| table.word(c, r)));
     let named = |([backend, precision, adapter], rows): ([String; 3], Vec<usize>)| {
         let name = match (backend.as_str(), is_software(&adapter)) {
             ("gpu", true) => format!("software GPU {precision} ({})", short(&adapter)),
@@ -77,7 +75,7 @@ fn is_solved(work: &Frame, row: usize) -> bool {
 /// The first configuration only: every kernel, and the peers.
 fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
-    let (mut panels, mut beyond) = (Vec::new(), Vec::new());
+    let (mut panels, mut beyond) = (Vec::new(), BTreeSet::new());
     for (title, column, theirs) in
         [("99 of 100 taps are better", "strain_error_p99", "p99"), ("worst tap", "strain_error_max", "worst")]
     {
@@ -89,7 +87,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
             for r in peers.rows(|r| !peers.word("name", r).starts_with("vibrissa") && error[r] > 0.0) {
                 if 1e9 / rate[r] > SLOWEST {
                     let seconds = crate::digits::short(1.0 / rate[r]);
-                    beyond.push(format!("{} at {seconds} s a tap", peers.word("name", r)));
+                    beyond.insert(format!("{} at {seconds} s a tap", peers.word("name", r)));
                     continue;
                 }
                 let name = peers.word("name", r);
@@ -105,16 +103,10 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
         panels.push(panel);
     }
     share(&mut panels);
-    beyond.sort();
-    beyond.dedup();
-    let others = " Points without a line: other programs on the same taps (peers.csv)";
-    let mut beside = peers.map_or("", |_| others).to_owned();
-    if !beyond.is_empty() {
-        beside += &format!("; beyond the axis: {}", beyond.join(", "));
-    }
-    if !beside.is_empty() {
-        beside.push('.');
-    }
+    let slow = beyond.into_iter().collect::<Vec<_>>().join(", ");
+    let slow = if slow.is_empty() { slow } else { format!("; beyond the axis: {slow}") };
+    let others = format!(" Points without a line: other programs on the same taps (peers.csv){slow}.");
+    let beside = peers.map_or(String::new(), |_| others);
     let caption = format!(
         "{first}, frictionless exact rod: time of a tap against its strain error, lower left is better. Each point is one tolerance; a line joins those that no other beats (work_precision.csv).{beside}"
     );
@@ -123,22 +115,20 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
 
 fn share(panels: &mut [Panel]) {
     let reach: Vec<(f64, f64)> = panels.iter().flat_map(|p| &p.marks).flat_map(Mark::reach).collect();
-    let ends = |axis: &Axis, values: Vec<f64>| crate::figure::Scale::of(axis, values.into_iter()).ends;
-    for p in panels.iter_mut() {
-        p.x.ends = Some(ends(&p.x, reach.iter().map(|r| r.0).collect()));
-        p.y.ends = Some(ends(&p.y, reach.iter().map(|r| r.1).collect()));
+    for p in panels {
+        p.x.ends = Some(Scale::of(&p.x, reach.iter().map(|r| r.0)).ends);
+        p.y.ends = Some(Scale::of(&p.y, reach.iter().map(|r| r.1)).ends);
     }
 }
 
 fn configurations(work: &Frame) -> Result<Figure, InputError> {
     let error = work.numbers("strain_error_p99")?;
-    let solved = work.rows(|r| is_solved(work, r)).into_iter();
-    let names: IndexSet<String> = solved.map(|r| work.word("configuration", r)).collect();
+    let names = grouped(work.rows(|r| is_solved(work, r)), |r| work.word("configuration", r));
     let panel = |c: &String| {
         let panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
         reached(work, panel, c, error)
     };
-    let mut panels = names.iter().map(panel).collect::<Result<Vec<_>, _>>()?;
+    let mut panels = names.keys().map(panel).collect::<Result<Vec<_>, _>>()?;
     share(&mut panels);
     let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
     Ok(Figure::new("configurations", "Every configuration", caption, panels))
@@ -148,14 +138,12 @@ pub fn of_verify(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("verify.csv")?;
     c.answer = answer::of_verify(&table)?;
-    let place = |r: usize| (table.word("backend", r), table.word("precision", r));
-    let places: IndexSet<(String, String)> = (0..table.len()).map(place).collect();
+    let places = grouped(0..table.len(), |r| ["backend", "precision"].map(|name| table.word(name, r)));
     let mut panels = Vec::new();
-    for p in &places {
-        let rows = table.rows(|r| place(r) == *p);
+    for (place, rows) in places {
         let names = rows.iter().rev().map(|r| table.word("configuration", *r)).collect();
         let (x, y) = (Axis::log("strain error, relative", ""), Axis::words("", names));
-        let mut panel = Panel::new(format!("{} {}", p.0, p.1), x, y);
+        let mut panel = Panel::new(place.join(" "), x, y);
         for (name, column, colour, marker) in [
             ("median", "strain_error_median", 2, Marker::Circle),
             ("99 % of taps below", "strain_error_p99", 0, Marker::Square),

@@ -45,11 +45,9 @@ pub struct Content {
 }
 
 impl Content {
-    /// Adds `figure` unless it is empty.
-    pub fn figure(&mut self, figure: Figure) {
-        if !figure.is_empty() {
-            self.figures.push(figure);
-        }
+    /// Adds the figure, if there is one that is not empty.
+    pub fn figure(&mut self, figure: impl Into<Option<Figure>>) {
+        self.figures.extend(figure.into().filter(|figure| !figure.is_empty()));
     }
 
     /// Adds `rows` of `table`; `how` describes the choice.

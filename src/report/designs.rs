@@ -1,11 +1,10 @@
 //! Rows of designs: columns that vary, limits, and figures of many designs (front, parallel coordinates, maps).
 
-use indexmap::IndexMap;
 use serde::Deserialize;
 
 use super::Source;
 use super::content::SHOWN;
-use super::quantity::{self, distinct, map};
+use super::quantity::{self, distinct, grouped, map};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 use crate::optimise::front::unbeaten;
@@ -25,16 +24,9 @@ fn named() -> impl Iterator<Item = &'static str> {
 }
 
 pub fn varying(table: &Frame) -> Result<Vec<&'static str>, InputError> {
-    let mut columns = Vec::new();
-    for name in named() {
-        if table.has(name) {
-            let numbers = table.numbers(name)?;
-            if numbers.iter().any(|x| *x != numbers[0]) {
-                columns.push(name);
-            }
-        }
-    }
-    Ok(columns)
+    let there = named().filter(|name| table.has(name)).map(|name| Ok((name, table.numbers(name)?)));
+    let columns = there.collect::<Result<Vec<_>, InputError>>()?.into_iter();
+    Ok(columns.filter(|(_, x)| x.iter().any(|y| *y != x[0])).map(|(name, _)| name).collect())
 }
 
 /// Rows for the page, in table order: half of them the best by `by`, the others spread evenly over the rest.
@@ -194,33 +186,29 @@ pub fn alike(
     most: usize,
 ) -> Result<(Vec<Alike>, usize), InputError> {
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
-    let mut all: IndexMap<Vec<u64>, (f64, Alike)> = IndexMap::new();
-    for r in rows {
-        let key = columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect();
-        let (least, group) = all.entry(key).or_insert((f64::INFINITY, Alike::default()));
-        *least = least.min(rank(r));
-        group.rows.push(r);
-    }
+    let key = |r: usize| columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect::<Vec<_>>();
+    let mut all: Vec<Vec<usize>> = grouped(rows, key).into_values().collect();
     let count = all.len();
-    let mut all: Vec<(f64, Alike)> = all.into_values().collect();
     let values =
-        |k: usize, all: &[(f64, Alike)]| all.iter().map(|(_, w)| columns[k][w.rows[0]]).collect::<Vec<_>>();
+        |k: usize, all: &[Vec<usize>]| all.iter().map(|rows| columns[k][rows[0]]).collect::<Vec<_>>();
     // Before dropping groups, so that a name also contains values that the remaining groups share.
     let differ: Vec<usize> = (0..names.len()).filter(|k| distinct(values(*k, &all)).len() > 1).collect();
     if count > most {
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.truncate(most);
+        let least = |rows: &Vec<usize>| rows.iter().map(|r| rank(*r)).fold(f64::INFINITY, f64::min);
+        let mut ranked: Vec<_> = all.into_iter().map(|rows| (least(&rows), rows)).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all = ranked.into_iter().take(most).map(|(_, rows)| rows).collect();
     }
     let told: Vec<Vec<String>> =
         differ.iter().map(|k| quantity::told_apart(names[*k], &values(*k, &all))).collect();
-    let named = |(i, (_, group)): (usize, (f64, Alike))| {
+    let named = |(i, rows): (usize, Vec<usize>)| {
         let name = told.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
-        Alike { name, ..group }
+        Alike { name, rows }
     };
     Ok((all.into_iter().enumerate().map(named).collect(), count))
 }
 
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Alike {
     /// Values that differ from other groups, in words.
     pub name: String,
@@ -244,17 +232,12 @@ impl Limits {
 
     /// For each row: true if it keeps the limits. A second distance breaks them only with `unambiguous`.
     pub fn kept(&self, table: &Frame) -> Vec<bool> {
-        (0..table.len()).map(|r| self.keeps(table, r)).collect()
-    }
-
-    fn keeps(&self, table: &Frame, row: usize) -> bool {
-        table.word("status", row).split('+').all(|word| match (word, self.strain) {
+        let keeps = |row: usize, word: &str| match (word, self.strain) {
             ("ok" | "", _) => true,
             ("ambiguous", _) => !self.unambiguous,
-            ("strain_limit", Some(limit)) if table.has("strain_max") => {
-                table.number("strain_max", row) <= limit
-            }
+            ("strain_limit", Some(limit)) => table.number("strain_max", row) <= limit,
             _ => false,
-        })
+        };
+        (0..table.len()).map(|r| table.word("status", r).split('+').all(|word| keeps(r, word))).collect()
     }
 }

@@ -38,41 +38,25 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
     }
     let every = there.len().div_ceil(ELLIPSES).max(1);
     for r in there.iter().copied().step_by(every) {
-        let (sin, cos) = axis[r].to_radians().sin_cos();
-        let corner = |k: usize| {
-            let (v, u) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
-            let (u, v) = (WIDE * major[r] * u, WIDE * minor[r] * v);
-            (x[r] + cos * u - sin * v, y[r] + sin * u + cos * v)
-        };
-        let edge = Path::new("", 0, (0..=CORNERS).map(corner));
-        panel = panel.with(Mark::Area { path: edge, outlined: false });
+        let edge = ellipse([x[r], y[r]], [WIDE * major[r], WIDE * minor[r]], axis[r], CORNERS);
+        panel = panel.with(Mark::Area { path: Path::new("", 0, edge), outlined: false });
     }
     let [cx, cy, direction, sigma] = ["x_mm", "y_mm", "direction_deg", "sigma_mm"].map(|n| curve.numbers(n));
     let (cx, cy, direction, sigma) = (cx?, cy?, direction?, sigma?);
-    let beside = |k: usize, sign: f64| {
-        let (sin, cos) = direction[k].to_radians().sin_cos();
-        let by = sign * WIDE * sigma[k];
-        (cx[k] - by * sin, cy[k] + by * cos)
-    };
+    let side = |k: usize, sign: f64| beside([cx[k], cy[k]], direction[k], sign * WIDE * sigma[k]);
     let n = curve.len();
-    let ring = |k: usize| {
-        let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
-        (cx[0] + WIDE * sigma[0] * cos, cy[0] + WIDE * sigma[0] * sin)
-    };
     let band: Vec<(f64, f64)> = match n {
-        1 => (0..=CORNERS).map(ring).collect(),
-        _ => (0..n).map(|k| beside(k, 1.0)).chain((0..n).rev().map(|k| beside(k, -1.0))).collect(),
+        1 => ellipse([cx[0], cy[0]], [WIDE * sigma[0]; 2], 0.0, CORNERS).collect(),
+        _ => (0..n).map(|k| side(k, 1.0)).chain((0..n).rev().map(|k| side(k, -1.0))).collect(),
     };
     panel = panel.with(Mark::Area { path: Path::new("", 1, band), outlined: n == 1 });
-    let of = |outlier: bool| -> Vec<usize> {
-        there.iter().copied().filter(|r| points.word("status", *r).contains("outlier") == outlier).collect()
+    let of = |name: &str, colour, outlier: bool, marker| {
+        let rows = there.iter().filter(|r| points.word("status", **r).contains("outlier") == outlier);
+        Mark::points(Path::new(name, colour, rows.map(|r| (x[*r], y[*r]))), marker)
     };
-    let (fine, off) = (of(false), of(true));
-    let path =
-        |name: &str, colour, rows: &[usize]| Path::new(name, colour, rows.iter().map(|r| (x[*r], y[*r])));
     panel = panel
-        .with(Mark::points(path("points", 0, &fine), Marker::Circle))
-        .with(Mark::points(path("outliers", 5, &off), Marker::Cross))
+        .with(of("points", 0, false, Marker::Circle))
+        .with(of("outliers", 5, true, Marker::Cross))
         .with(match n {
             1 => Mark::points(Path::new("one point", 1, [(cx[0], cy[0])]), Marker::Star),
             _ => Mark::line(Path::new(kind, 1, (0..n).map(|k| (cx[k], cy[k]))), 0),
@@ -95,6 +79,27 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
         if outline.is_empty() { "" } else { "; dashed, the object as it was simulated" }
     );
     Ok(Figure::new("contour", "The object", caption, vec![around, panel]))
+}
+
+/// The edge of an ellipse about `centre` with these half axes, the first at `degrees` from x, in `corners` pieces.
+pub fn ellipse(
+    [x, y]: [f64; 2],
+    [first, second]: [f64; 2],
+    degrees: f64,
+    corners: usize,
+) -> impl Iterator<Item = (f64, f64)> {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    (0..=corners).map(move |k| {
+        let (v, u) = (std::f64::consts::TAU * k as f64 / corners as f64).sin_cos();
+        let (u, v) = (first * u, second * v);
+        (x + cos * u - sin * v, y + sin * u + cos * v)
+    })
+}
+
+/// The place `by` to the left of this one, looking along `degrees` from x.
+pub fn beside([x, y]: [f64; 2], degrees: f64, by: f64) -> (f64, f64) {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    (x - by * sin, y + by * cos)
 }
 
 const DRAWN: usize = 4000;

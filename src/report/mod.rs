@@ -82,50 +82,40 @@ impl Source {
     /// # Errors
     /// No finished result; a damaged run.json; a listed file that is missing or, unless `force`, edited.
     pub fn open(folder: &Path, force: bool) -> Result<Self, Error> {
-        let refuse = |why: String| InputError::new(why).key("DIR").value(folder.display());
+        let refuse = |why: &str, allowed: &str| {
+            Err(InputError::new(why).key("DIR").value(folder.display()).allowed(allowed).into())
+        };
         let needed = "the folder of a finished result: run.json and the tables that it lists";
         if !folder.is_dir() {
             let why = if folder.exists() { "this is a file" } else { "there is no such folder" };
-            return Err(refuse(why.to_owned()).allowed(needed).into());
+            return refuse(why, needed);
         }
         if is_finishing(folder) {
             let why = "a run was stopped while it put a new result in its place here";
-            return Err(refuse(why.to_owned())
-                .allowed("the folder after the command of that run, which ends it")
-                .into());
+            return refuse(why, "the folder after the command of that run, which ends it");
         }
         let path = folder.join("run.json");
-        let text = match read_run(folder)? {
-            Some(text) => text,
-            None => {
-                let empty = names_in(folder).is_ok_and(|names| names.is_empty());
-                let why = if empty {
-                    "the folder is empty"
-                } else {
-                    "there is no run.json: no finished result of this program"
-                };
-                return Err(refuse(why.to_owned()).allowed(needed).into());
-            }
+        let Some(text) = read_run(folder)? else {
+            return match names_in(folder).is_ok_and(|names| names.is_empty()) {
+                true => refuse("the folder is empty", needed),
+                false => refuse("there is no run.json: no finished result of this program", needed),
+            };
         };
-        let damaged = |why: &str| InputError::new(why).at(path.display().to_string(), None);
+        let damaged =
+            |why: &str, line: Option<usize>| InputError::new(why).at(path.display().to_string(), line);
         let torn = |e: serde_json::Error| {
-            let error = damaged(&format!("this is not the run.json of a result: {e}"));
-            error.at(path.display().to_string(), Some(e.line()))
+            damaged(&format!("this is not the run.json of a result: {e}"), Some(e.line()))
         };
         let run: Value = serde_json::from_str(&text).map_err(torn)?;
         let format = run["format"].as_u64();
         if format != Some(FORMAT.into()) {
             let other = "this result is of another version of the program";
-            let mut error =
-                damaged(format.map_or("this is not the run.json of a result", |_| other)).key("format");
-            if let Some(format) = format {
-                error = error.value(format);
-            }
-            return Err(error.allowed(FORMAT.to_string()).into());
+            let why = format.map_or("this is not the run.json of a result", |_| other);
+            let error = damaged(why, None).key("format").allowed(FORMAT.to_string());
+            return Err(InputError { value: format.map(|format| format.to_string()), ..error }.into());
         }
-        let command = run["command"]
-            .as_str()
-            .ok_or_else(|| damaged("it does not say which command made it").key("command"))?;
+        let unsaid = || damaged("it does not say which command made it", None).key("command");
+        let command = run["command"].as_str().ok_or_else(unsaid)?;
         let name = run["name"].as_str().or(run["spec"]["name"].as_str()).unwrap_or(command).to_owned();
         let mut notes = Vec::new();
         match run["files"].as_array() {

@@ -1,6 +1,10 @@
 //! Names of columns for readers: symbol, unit, and whether the axis is logarithmic; cells of a map of many rows; axis ends that
 //! a few outliers do not stretch.
 
+use std::hash::Hash;
+
+use indexmap::IndexMap;
+
 use crate::digits::{DIGITS, short, short_to};
 use crate::figure::{Axis, Cells, Mark, Panel};
 use crate::reduce::range;
@@ -29,6 +33,16 @@ pub fn distinct(numbers: impl IntoIterator<Item = f64>) -> Vec<f64> {
         numbers.into_iter().filter(|x| x.is_finite() && seen.insert((x + 0.0).to_bits())).collect();
     values.sort_by(f64::total_cmp);
     values
+}
+
+/// `rows` with equal keys, in the order in which keys appear.
+pub fn grouped<K: Hash + Eq>(
+    rows: impl IntoIterator<Item = usize>,
+    key: impl Fn(usize) -> K,
+) -> IndexMap<K, Vec<usize>> {
+    let mut all: IndexMap<K, Vec<usize>> = IndexMap::new();
+    rows.into_iter().for_each(|r| all.entry(key(r)).or_default().push(r));
+    all
 }
 
 /// A value in words: d = 4 mm.
@@ -92,9 +106,15 @@ impl Bins {
     }
 
     fn at(values: Vec<f64>) -> Self {
-        let edges = match values.len() {
-            1..=FEW => (0..=values.len()).map(|i| i as f64 - 0.5).collect(),
-            _ => edges(&values),
+        let n = values.len();
+        let edges = match n {
+            0 => vec![0.0, 1.0],
+            1..=FEW => (0..=n).map(|i| i as f64 - 0.5).collect(),
+            _ => {
+                let beyond = |end: usize, next: usize| 1.5 * values[end] - 0.5 * values[next];
+                let between = values.windows(2).map(|w| 0.5 * (w[0] + w[1]));
+                std::iter::once(beyond(0, 1)).chain(between).chain([beyond(n - 1, n - 2)]).collect()
+            }
         };
         Self { edges, values: Some(values) }
     }
@@ -117,20 +137,6 @@ impl Bins {
                 Some((((x - a) / (b - a) * BINS as f64) as usize).min(BINS - 1))
             }
             None => None,
-        }
-    }
-}
-
-fn edges(values: &[f64]) -> Vec<f64> {
-    match values {
-        [] => vec![0.0, 1.0],
-        [x] => vec![x - 0.5, x + 0.5],
-        _ => {
-            let n = values.len();
-            let between = values.windows(2).map(|w| 0.5 * (w[0] + w[1]));
-            let (first, last) =
-                (1.5 * values[0] - 0.5 * values[1], 1.5 * values[n - 1] - 0.5 * values[n - 2]);
-            std::iter::once(first).chain(between).chain([last]).collect()
         }
     }
 }

@@ -20,12 +20,8 @@ pub fn of_optimise(source: &Source) -> Result<Content, Error> {
     if let Some(front) = front {
         let (rows, how) = designs::chosen(&front, sd)?;
         let fine = Limits::of(source).kept(&front);
-        for figure in [
-            designs::trade(&front, [sd, "total_rms_mm"], &rows, &fine, best)?,
-            designs::parallel(&front, &rows, &fine, &[sd, "total_rms_mm"])?,
-        ] {
-            figure.into_iter().for_each(|f| c.figure(f));
-        }
+        c.figure(designs::trade(&front, [sd, "total_rms_mm"], &rows, &fine, best)?);
+        c.figure(designs::parallel(&front, &rows, &fine, &[sd, "total_rms_mm"])?);
         c.table(&front, rows, &how, true);
     }
     let objective = result["objective"].as_str().unwrap_or("sd");
@@ -39,10 +35,8 @@ pub fn of_optimise(source: &Source) -> Result<Content, Error> {
     if let Some(table) = source.maybe("sensitivity.csv")? {
         c.figure(sensitivity(&table)?);
     }
-    if let Some(figure) = robust(source, sd) {
-        c.figure(figure);
-    }
-    split(source, &mut c);
+    c.figure(robust(source, sd));
+    c.figure(split(source));
     for name in WHISKER.into_iter().chain(designs::properties()).chain(DRIVES) {
         if let Some(x) = result["best"][name].as_f64() {
             let text = said(name, x);
@@ -50,14 +44,10 @@ pub fn of_optimise(source: &Source) -> Result<Content, Error> {
             c.facts.push((format!("best {symbol}"), value.to_owned()));
         }
     }
-    for (name, key) in [
-        ("spread of K", sd),
-        ("bias, mm", "error_rms_mm"),
-        ("noise, mm", "noise_rms_mm"),
-        ("total error, mm", "total_rms_mm"),
-    ] {
-        c.fact(name, &result["best"][key]);
-    }
+    c.fact("spread of K", &result["best"][sd]);
+    c.fact("bias, mm", &result["best"]["error_rms_mm"]);
+    c.fact("noise, mm", &result["best"]["noise_rms_mm"]);
+    c.fact("total error, mm", &result["best"]["total_rms_mm"]);
     c.fact("why", &result["why"]);
     c.first(&history, false);
     c.first_rows(source, &["sensitivity.csv"])?;
@@ -131,9 +121,7 @@ fn robust(source: &Source, sd: &str) -> Option<Figure> {
         let at = result["best"][column].as_f64().unwrap_or(f64::NAN);
         let mut axis = quantity::axis(column);
         axis.log = false;
-        let words = vec!["over the samples".to_owned(), "as designed".to_owned()];
-        let path = Path::new("", 0, [(over, 0.0), (at, 1.0)]);
-        Some(Panel::new("", axis, Axis::words("", words)).with(Mark::Bars { path, among: [0, 1] }))
+        Some(bars(axis, &[("as designed", at), ("over the samples", over)]))
     });
     let n = robust.get("samples").and_then(serde_json::Value::as_u64).unwrap_or(0);
     let measure = source.in_force("optimise.robust").unwrap_or_default();
@@ -143,19 +131,20 @@ fn robust(source: &Source, sd: &str) -> Option<Figure> {
     Some(Figure::new("robust", "Robust spread", caption, panels.collect()))
 }
 
-fn split(source: &Source, c: &mut Content) {
+fn split(source: &Source) -> Option<Figure> {
     let best = &source.run["result"]["best"];
     let parts = [("bias", "error_rms_mm"), ("noise", "noise_rms_mm"), ("total", "total_rms_mm")];
-    let values: Vec<f64> = parts.iter().map(|(_, key)| best[*key].as_f64().unwrap_or(f64::NAN)).collect();
-    if !values[1].is_finite() {
-        return;
-    }
-    let words = parts.iter().rev().map(|(name, _)| (*name).to_owned()).collect();
-    let path = Path::new("", 0, values.iter().rev().enumerate().map(|(i, x)| (*x, i as f64)));
-    let panel = Panel::new("", Axis::new("error of the distance, rms", "mm"), Axis::words("", words))
-        .with(Mark::Bars { path, among: [0, 1] });
+    let values = parts.map(|(name, key)| (name, best[key].as_f64().unwrap_or(f64::NAN)));
+    let panel = bars(Axis::new("error of the distance, rms", "mm"), &values);
     let caption = "Bias and noise of the best design; they add in quadrature (run.json).";
-    c.figure(Figure::new("split", "Error of the best design", caption, vec![panel]));
+    values[1].1.is_finite().then(|| Figure::new("split", "Error of the best design", caption, vec![panel]))
+}
+
+/// Bars of named values, the first on top.
+fn bars(axis: Axis, values: &[(&str, f64)]) -> Panel {
+    let words = values.iter().rev().map(|(name, _)| (*name).to_owned()).collect();
+    let path = Path::new("", 0, values.iter().rev().enumerate().map(|(i, (_, x))| (*x, i as f64)));
+    Panel::new("", axis, Axis::words("", words)).with(Mark::Bars { path, among: [0, 1] })
 }
 
 const LARGEST: [&str; 2] = ["strain_max", "signal_max"];
@@ -201,27 +190,17 @@ pub fn of_tap(source: &Source) -> Result<Content, Error> {
         .with(Mark::line(Path::new(format!("largest {what}"), 0, column(most)?), 0));
     let largest = table.numbers(most)?.iter().copied().fold(0.0, f64::max);
     if limit < 1.5 * largest {
-        strain = strain.with(Mark::Rule {
-            along: Along::X,
-            at: limit,
-            name: "strain limit".into(),
-            colour: 1,
-            dash: 1,
-        });
+        strain = strain.with(Mark::rule(Along::X, limit, "strain limit", (1, 1)));
     }
     let caption = format!("Largest {what} over the distances (tap.csv).");
     c.figure(Figure::new("strain", title, caption, vec![optimum(strain, most)]));
     if let Some(best) = result["optimum"][drive].as_f64() {
         c.facts.push(("best tap".to_owned(), quantity::said(drive, best)));
     }
-    for (name, key) in [
-        ("total error, mm", "total_rms_mm"),
-        ("bias, mm", bias),
-        ("noise, mm", "noise_rms_mm"),
-        ("spread of K", sd),
-    ] {
-        c.fact(name, &result["optimum"][key]);
-    }
+    c.fact("total error, mm", &result["optimum"]["total_rms_mm"]);
+    c.fact("bias, mm", &result["optimum"][bias]);
+    c.fact("noise, mm", &result["optimum"]["noise_rms_mm"]);
+    c.fact("spread of K", &result["optimum"][sd]);
     c.fact("limited by", &result["limited_by"]);
     c.first(&table, false);
     Ok(c)
@@ -242,7 +221,7 @@ pub fn budget(
         .with(Mark::dotted(Path::new("total", 4, total), Marker::Triangle));
     if let Some((name, (x, y))) = best {
         panel = panel
-            .with(Mark::Rule { along: Along::Y, at: x, name: String::new(), colour: 7, dash: 2 })
+            .with(Mark::rule(Along::Y, x, "", (7, 2)))
             .with(Mark::points(Path::new(name, 4, [(x, y)]), Marker::Ring))
             .with(Mark::Note { x, y, text: said(drive, x) });
     }

@@ -1,6 +1,7 @@
 //! Figures of bent whiskers.
 
 use super::designs::{self, Alike, DIRECTIONS, DRIVES, WHISKER};
+use super::located::{beside, ellipse};
 use super::quantity::{self, told_apart};
 use super::{Content, Source, answer};
 use crate::digits::short;
@@ -103,10 +104,7 @@ fn whiskers(
         let nodes = &taps[*r];
         let (d0, d1) = (number("D_mm", *r), number("d_tip_mm", *r));
         let radius = |k: usize| 0.5 * wide.map_or(d0 + (d1 - d0) * s[k] / length, |wide| wide[k]);
-        let side = |k: usize, sign: f64| {
-            let (sin, cos) = psi[k].to_radians().sin_cos();
-            (x[k] - sign * radius(k) * sin, y[k] + sign * radius(k) * cos)
-        };
+        let side = |k: usize, sign: f64| beside([x[k], y[k]], psi[k], sign * radius(k));
         let upper = nodes.iter().map(|k| side(*k, 1.0));
         let edge = upper.chain(nodes.iter().rev().map(|k| side(*k, -1.0)));
         let name = names[*r].as_str();
@@ -118,11 +116,9 @@ fn whiskers(
         panel = panel.with(Mark::line(Path::new("gauge", 4, under), 0));
     }
     for r in rows {
-        let pole = [number("pole_x_mm", *r), number("pole_y_mm", *r), number("pole_radius_mm", *r)];
-        if pole[2] > 0.0 {
-            let around = (0..=48)
-                .map(|k| f64::from(k) * std::f64::consts::TAU / 48.0)
-                .map(|t| (pole[0] + pole[2] * t.cos(), pole[1] + pole[2] * t.sin()));
+        let [x, y, radius] = ["pole_x_mm", "pole_y_mm", "pole_radius_mm"].map(|name| number(name, *r));
+        if radius > 0.0 {
+            let around = ellipse([x, y], [radius; 2], 0.0, 48);
             panel = panel.with(Mark::Area { path: Path::new("pole", 7, around), outlined: true });
         }
     }

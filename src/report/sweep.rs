@@ -99,14 +99,10 @@ fn of_designs(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Erro
     let (rows, how) = designs::chosen(table, by)?;
     let other = if table.has("total_rms_mm") { "total_rms_mm" } else { "error_rms_mm" };
     if designs::varying(table)?.len() > 1 {
-        for figure in [
-            designs::trade(table, [sd, other], &rows, &fine, None)?,
-            designs::parallel(table, &rows, &fine, &[sd, other])?,
-            designs::maps(table, &fine, sd)?,
-            designs::maps(table, &fine, other)?,
-        ] {
-            figure.into_iter().for_each(|f| c.figure(f));
-        }
+        c.figure(designs::trade(table, [sd, other], &rows, &fine, None)?);
+        c.figure(designs::parallel(table, &rows, &fine, &[sd, other])?);
+        c.figure(designs::maps(table, &fine, sd)?);
+        c.figure(designs::maps(table, &fine, other)?);
     }
     c.table(table, rows, &how, true);
     Ok(())
@@ -154,56 +150,40 @@ fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> 
     let (whiskers, of) = designs::whiskers(table, &limits.kept(table), k, WHISKERS)?;
     let left = left_out(table, whiskers.len(), of, k);
     let linear = linear(table)?;
-    let read = table.one_of(&["strain", "signal"])?;
-    let columns = Taps {
-        a: table.numbers("a_mm")?,
-        drive: table.numbers(drive)?,
-        strain: table.numbers(read)?,
-        linear: &linear,
-        k: table.numbers(k)?,
-        distance: table.numbers("distance_mm")?,
-        error: table.numbers("error_mm")?,
-        names: ["a_mm", drive, k, read],
-    };
+    let column = |name| table.numbers(name).map(|numbers| (name, numbers));
+    let [a, drive] = [column("a_mm")?, column(drive)?];
+    let (strain, k) = (column(table.one_of(&["strain", "signal"])?)?, column(k)?);
+    let (distance, error) = (column("distance_mm")?, column("error_mm")?);
     let two = table.has("strain_2");
-    let what = match read == "strain" {
+    let what = match strain.0 == "strain" {
         true => format!("Strain of the {}", if two { "first gauge" } else { "gauge" }),
         false => "Moment, or force, on the root".to_owned(),
     };
     let share = if table.has("tilt_deg") { ", θ f cos² β" } else { "" };
     let theory = format!("{what}: exact rod (points) beside linear theory{share} (dashed)");
-    let k =
+    let formula =
         if two { "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁," } else { "θ f(a)/|ε|" };
-    let located = "Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal";
-    type Drawn = fn(&Taps<'_>, &Alike) -> Panel;
-    let figures: [(&str, &str, String, Drawn); 5] = [
-        (
-            "strain_drive",
-            "Strain against the tap",
-            format!("{theory}, against the tap angle at {CURVES} distances or fewer"),
-            |t, w| t.strain(w, 1),
-        ),
-        (
-            "strain_distance",
-            "Strain against the distance",
-            format!("{theory}, against the contact distance at {CURVES} tap angles or fewer"),
-            |t, w| t.strain(w, 0),
-        ),
-        ("K", "K over distance and tap", format!("K = {k} over contact distance and tap angle"), |t, w| {
-            t.map(w)
-        }),
-        ("distance", "Estimated distance", located.to_owned(), |t, w| t.located(w, false)),
-        (
-            "distance_error",
-            "Error of the estimated distance",
-            "Estimated less true distance, against the true one".to_owned(),
-            |t, w| t.located(w, true),
-        ),
-    ];
-    for (name, title, caption, drawn) in figures {
-        let panels = whiskers.iter().map(|w| drawn(&columns, w)).collect();
+    let mut draw = |name, title, caption: &str, panel: &dyn Fn(&Alike) -> Panel| {
+        let panels = whiskers.iter().map(panel).collect();
         c.figure(Figure::new(name, title, format!("{caption} (tuples.csv){left}."), panels));
-    }
+    };
+    let caption = format!("{theory}, against the tap angle at {CURVES} distances or fewer");
+    let over_drive = |w: &Alike| strains(w, [drive, a], strain, &linear);
+    draw("strain_drive", "Strain against the tap", &caption, &over_drive);
+    let caption = format!("{theory}, against the contact distance at {CURVES} tap angles or fewer");
+    let over_distance = |w: &Alike| strains(w, [a, drive], strain, &linear);
+    draw("strain_distance", "Strain against the distance", &caption, &over_distance);
+    let caption = format!("K = {formula} over contact distance and tap angle");
+    draw("K", "K over distance and tap", &caption, &|w| {
+        let of = |(_, values): Column<'_>| w.rows.iter().map(|r| values[*r]).collect::<Vec<_>>();
+        let [x, y, z] = [a, drive, k].map(of);
+        quantity::every(&w.name, [(a.0, &x[..]), (drive.0, &y[..])], |r| z[r], quantity::axis(k.0))
+    });
+    let caption = "Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal";
+    draw("distance", "Estimated distance", caption, &|w| located(w, [a, drive], distance));
+    let caption = "Estimated less true distance, against the true one";
+    let of_error = |w: &Alike| located(w, [a, drive], error);
+    draw("distance_error", "Error of the estimated distance", caption, &of_error);
     Ok(())
 }
 
@@ -217,70 +197,53 @@ fn linear(table: &Frame) -> Result<Vec<f64>, InputError> {
     Ok(upright.iter().zip(table.numbers("tilt_deg")?).map(|(x, tilt)| x * share(tilt)).collect())
 }
 
-struct Taps<'a> {
-    a: &'a [f64],
-    drive: &'a [f64],
-    strain: &'a [f64],
-    linear: &'a [f64],
-    k: &'a [f64],
-    distance: &'a [f64],
-    error: &'a [f64],
-    names: [&'static str; 4],
+/// Name and values.
+type Column<'a> = (&'static str, &'a [f64]);
+
+/// Of at most [`CURVES`] values of `other` in `w`, evenly spread: the value in words, and its rows by ascending `x`.
+fn curves(w: &Alike, x: Column<'_>, other: Column<'_>) -> Vec<(String, Vec<usize>)> {
+    let all = distinct(w.rows.iter().map(|r| other.1[*r]));
+    let n = all.len().min(CURVES);
+    let place = |i| if n < 2 { 0 } else { (i * (all.len() - 1) + (n - 1) / 2) / (n - 1) };
+    let some: Vec<f64> = (0..n).map(|i| all[place(i)]).collect();
+    let rows = |value: &f64| {
+        let mut rows: Vec<usize> = w.rows.iter().copied().filter(|r| other.1[*r] == *value).collect();
+        rows.sort_by(|p, q| x.1[*p].total_cmp(&x.1[*q]));
+        rows
+    };
+    quantity::told_apart(other.0, &some).into_iter().zip(some.iter().map(rows)).collect()
 }
 
-impl Taps<'_> {
-    /// At most [`CURVES`] values of `column` in `w`, evenly spread.
-    fn some(&self, w: &Alike, column: &[f64]) -> Vec<f64> {
-        let all = distinct(w.rows.iter().map(|r| column[*r]));
-        let n = all.len().min(CURVES);
-        (0..n).map(|i| all[if n < 2 { 0 } else { (i * (all.len() - 1) + (n - 1) / 2) / (n - 1) }]).collect()
+/// Strain over `x`, a curve for each value of the other column.
+fn strains(w: &Alike, [x, other]: [Column<'_>; 2], strain: Column<'_>, linear: &[f64]) -> Panel {
+    let mut panel = Panel::new(w.name.clone(), quantity::axis(x.0), quantity::axis(strain.0));
+    for (i, (name, rows)) in curves(w, x, other).into_iter().enumerate() {
+        let of = |y: &[f64]| rows.iter().map(|r| (x.1[*r], y[*r])).collect::<Vec<_>>();
+        panel = panel.with(Mark::line(Path::new("linear theory", 4, of(linear)), 1)).with(Mark::series(
+            i,
+            name,
+            of(strain.1),
+        ));
     }
+    panel
+}
 
-    /// Strain over the drive (`along` = 1) or the distance (0), a curve for each value of the other.
-    fn strain(&self, w: &Alike, along: usize) -> Panel {
-        let (x, other) = if along == 0 { (self.a, self.drive) } else { (self.drive, self.a) };
-        let mut panel =
-            Panel::new(w.name.clone(), quantity::axis(self.names[along]), quantity::axis(self.names[3]));
-        let values = self.some(w, other);
-        let names = quantity::told_apart(self.names[1 - along], &values);
-        for (i, (value, name)) in values.into_iter().zip(names).enumerate() {
-            let of =
-                |y: &[f64]| sorted(w.rows.iter().filter(|r| other[**r] == value).map(|r| (x[*r], y[*r])));
-            panel = panel
-                .with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1))
-                .with(Mark::series(i, name, of(self.strain)));
-        }
-        panel
+/// Estimated distances, or their errors, over the true ones, a curve for each drive.
+fn located(w: &Alike, [a, drive]: [Column<'_>; 2], (y, values): Column<'_>) -> Panel {
+    let mut panel = Panel::new(w.name.clone(), quantity::axis(a.0), quantity::axis(y));
+    if !w.rows.iter().any(|r| values[*r].is_finite()) {
+        return panel;
     }
-
-    fn map(&self, w: &Alike) -> Panel {
-        let of = |column: &[f64]| w.rows.iter().map(|r| column[*r]).collect::<Vec<_>>();
-        let (a, drive, k) = (of(self.a), of(self.drive), of(self.k));
-        let columns: [(&str, &[f64]); 2] = [("a_mm", &a), (self.names[1], &drive)];
-        quantity::every(&w.name, columns, |r| k[r], quantity::axis(self.names[2]))
+    let ends = quantity::ends(w.rows.iter().map(|r| a.1[*r])).map(|a| (a, a));
+    panel = panel.with(match y {
+        "error_mm" => Mark::zero(),
+        _ => Mark::line(Path::new("â = a", 4, ends), 2),
+    });
+    // Draw the smallest drives on top: larger ones spread around them.
+    for (i, (name, rows)) in curves(w, a, drive).into_iter().enumerate().rev() {
+        panel = panel.with(Mark::series(i, name, rows.iter().map(|r| (a.1[*r], values[*r]))));
     }
-
-    fn located(&self, w: &Alike, error: bool) -> Panel {
-        let y = if error { "error_mm" } else { "distance_mm" };
-        let mut panel = Panel::new(w.name.clone(), quantity::axis("a_mm"), quantity::axis(y));
-        let of = if error { self.error } else { self.distance };
-        if !w.rows.iter().any(|r| of[*r].is_finite()) {
-            return panel;
-        }
-        let ends = quantity::ends(w.rows.iter().map(|r| self.a[*r])).map(|a| (a, a));
-        panel = panel.with(match error {
-            true => Mark::zero(),
-            false => Mark::line(Path::new("â = a", 4, ends), 2),
-        });
-        // Draw the smallest drives on top: larger ones spread around them.
-        let drives = self.some(w, self.drive);
-        let names = quantity::told_apart(self.names[1], &drives);
-        for (i, (drive, name)) in drives.into_iter().zip(names).enumerate().rev() {
-            let rows = w.rows.iter().filter(|r| self.drive[**r] == drive);
-            panel = panel.with(Mark::series(i, name, sorted(rows.map(|r| (self.a[*r], of[*r])))));
-        }
-        panel
-    }
+    panel
 }
 
 fn sorted(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {

@@ -1,6 +1,6 @@
 //! Figures as they lie on paper: words whole, apart and off the curves, ticks, bands, panels to scale.
 
-use vibrissa::figure::drawing::{Anchor, Drawing, Item, Step};
+use vibrissa::figure::drawing::{Anchor, Drawing, Item, Rect, Step};
 use vibrissa::figure::font::{Font, length, lines, outline};
 use vibrissa::figure::sheet::lay;
 use vibrissa::figure::{Along, Axis, Cells, Figure, Mark, Marker, Panel, Path, Scale, Style};
@@ -118,7 +118,7 @@ fn a_panel_to_scale_holds_all_of_its_data() {
             .with(Mark::Area { path, outlined: true });
         panel.to_scale = true;
         let d = lay(&Figure::new("f", "F", "", vec![panel]), &Style::default());
-        let Some(Item::Path { steps, clip: Some([x, y, w, h]), .. }) =
+        let Some(Item::Path { steps, clip: Some(Rect { x, y, w, h }), .. }) =
             d.items.iter().find(|item| matches!(item, Item::Path { fill: Some(_), clip: Some(_), .. }))
         else {
             panic!("an area")
