@@ -58,27 +58,29 @@ pub struct Job<'a> {
 /// The section law of a material over a range of loads, charted on first use; clones share the chart.
 #[derive(Debug, Clone)]
 pub struct Section {
-    /// The law, largest loads, and errors of the chart; `None` for Hooke's.
-    of: Option<(Material, (f64, [f64; 2]), [f64; 2])>,
+    /// `None` for Hooke's law.
+    law: Option<Material>,
+    /// Largest loads, and errors of the chart.
+    range: (f64, [f64; 2]),
+    errors: [f64; 2],
     chart: Arc<OnceLock<Option<Chart>>>,
 }
 
 impl Section {
     fn new(material: &Material, range: (f64, [f64; 2]), errors: [f64; 2]) -> Self {
-        let law = !matches!(material, Material::Hooke(_));
-        Self { of: law.then_some((*material, range, errors)), chart: Arc::default() }
+        let law = Some(*material).filter(|material| !matches!(material, Material::Hooke(_)));
+        Self { law, range, errors, chart: Arc::default() }
     }
 
     /// The same for another material.
     fn of(&self, material: &Material) -> Self {
-        let (_, range, errors) = self.of.unwrap_or_default();
-        Self::new(material, range, errors)
+        Self::new(material, self.range, self.errors)
     }
 
     /// Its chart; `None` for Hooke's law.
     pub fn chart(&self) -> Option<&Chart> {
-        let made =
-            || self.of.and_then(|(material, range, errors)| Chart::new(&material, range.0, range.1, errors));
+        let (axial, bending) = self.range;
+        let made = || Chart::new(&self.law?, axial, bending, self.errors);
         self.chart.get_or_init(made).as_ref()
     }
 }
