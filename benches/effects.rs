@@ -19,7 +19,7 @@ use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{BackendChoice, Contact, Direction, Precision, RunOptions, Setup, Tuple};
+use vibrissa::scene::{BackendChoice, Direction, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 
 /// Taps of a batch; the variable TAPS sets another number (a large GPU needs 10⁶).
@@ -31,7 +31,7 @@ static TAPS: LazyLock<u32> = LazyLock::new(|| match std::env::var("TAPS") {
 const ROUNDS: usize = 5;
 
 /// Name and `[model]`; the first is the baseline.
-const MODELS: [(&str, &str); 13] = [
+const MODELS: [(&str, &str); 11] = [
     ("hooke, every effect off", ""),
     (
         "hooke, each effect written as off",
@@ -42,15 +42,10 @@ const MODELS: [(&str, &str); 13] = [
     ("extension", "extension = true"),
     ("surface", "surface = true"),
     ("pole of 3 mm", "pole_radius = 3.0"),
-    ("coulomb 0.3 (with extension)", "extension = true\ncontact = { coulomb = 0.3 }"),
     ("neo-hookean", "material = { neo-hookean = 3.2 }"),
     ("mooney-rivlin", "material = { mooney-rivlin = [0.35, 0.15] }"),
     ("yeoh", "material = { yeoh = [0.5, -0.08, 0.02] }"),
     ("neo-hookean, surface, shear, extension", NEO),
-    (
-        "the same with coulomb 0.3",
-        "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\ncontact = { coulomb = 0.3 }",
-    ),
 ];
 
 const NEO: &str = "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
@@ -98,46 +93,22 @@ fn tuple(index: u32) -> Tuple {
     }
 }
 
-/// The batches of a configuration: one, or with Coulomb friction those expected to slide in either direction.
-fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
-    let effects = Effects::new(&setup.model, setup.gauge.side);
-    let framed = |index: u32, grip: Grip| {
+/// The taps of a configuration.
+fn framed(setup: &Setup) -> (Effects, Vec<Tap<f64>>) {
+    let tap = |index: u32| {
         let t = tuple(index);
         let shared = Design::new(setup, t).shared?;
-        let amount = amount(setup.drive, t.drive);
-        let (curve, peak) = (&shared.model, shared.peak);
-        Frame::new(&Ask {
-            model: &setup.model,
-            side: setup.gauge.side,
-            curve,
-            peak,
-            a: t.a,
-            amount,
-            grip,
-            start: 0.0,
-        })
+        let (curve, peak, amount) = (&shared.model, shared.peak, amount(setup.drive, t.drive));
+        let (model, side, grip) = (&setup.model, setup.gauge.side, Grip::Slide(0.0));
+        Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
+            .map(|frame| *frame.tap())
     };
-    let taps = |grip: Grip, which: &[u32]| {
-        which.par_iter().filter_map(|index| framed(*index, grip).map(|f| *f.tap())).collect()
-    };
-    let all: Vec<u32> = (0..*TAPS).filter(|index| framed(*index, Grip::Stick).is_some()).collect();
-    match setup.model.contact {
-        Contact::Coulomb(mu) if mu > 0.0 => {
-            let frames: Vec<Frame> = all.iter().filter_map(|index| framed(*index, Grip::Stick)).collect();
-            let held: Vec<Grip> = frames.iter().map(|frame| frame.foreseen(mu)).collect();
-            let those = |grip: Grip| -> Vec<u32> {
-                all.iter().zip(&held).filter(|(_, held)| **held == grip).map(|(index, _)| *index).collect()
-            };
-            let batch = |grip| (effects, taps(grip, &those(grip)));
-            [Grip::Slide(mu), Grip::Slide(-mu)].map(batch).into()
-        }
-        _ => vec![(effects, taps(Grip::Slide(0.0), &all))],
-    }
+    (Effects::new(&setup.model, setup.gauge.side), (0..*TAPS).into_par_iter().filter_map(tap).collect())
 }
 
 struct Ready {
     method: Method,
-    batches: Vec<(Effects, Vec<Tap<f64>>)>,
+    taps: (Effects, Vec<Tap<f64>>),
     best: f64,
     sweeps: f64,
     lost: usize,
@@ -148,25 +119,20 @@ impl Ready {
         let Method::Fast { solver, ladder, tolerance } = &mut self.method else {
             unreachable!("no reference here")
         };
-        let mut out = Vec::new();
-        let (mut seconds, mut sweeps, mut lost) = (0.0, 0.0, 0);
-        for (effects, taps) in &self.batches {
-            let start = Instant::now();
-            kernel::solve(solver.as_mut(), *effects, &ladder.rungs, *tolerance, taps, &mut out)
-                .expect("the backend answers");
-            seconds += start.elapsed().as_secs_f64();
-            sweeps += out.iter().map(|s| s.sweeps).sum::<f64>() / f64::from(*TAPS);
-            lost += out.iter().filter(|s| !s.within(*tolerance)).count();
-        }
-        self.best = self.best.min(seconds);
-        (self.sweeps, self.lost) = (sweeps, lost);
+        let (mut out, (effects, taps)) = (Vec::new(), &self.taps);
+        let start = Instant::now();
+        kernel::solve(solver.as_mut(), *effects, &ladder.rungs, *tolerance, taps, &mut out)
+            .expect("the backend answers");
+        self.best = self.best.min(start.elapsed().as_secs_f64());
+        self.sweeps = out.iter().map(|s| s.sweeps).sum::<f64>() / f64::from(*TAPS);
+        self.lost = out.iter().filter(|s| !s.within(*tolerance)).count();
     }
 }
 
 fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
     let ready = |setup: &Setup| {
         let method = place.choice.open(&setup.model).expect("the backend opens");
-        Ready { method, batches: batches(setup), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
+        Ready { method, taps: framed(setup), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
     };
     let mut all: Vec<Ready> = scenes.iter().map(ready).collect();
     // The first round includes compilation.

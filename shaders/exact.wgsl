@@ -1,7 +1,7 @@
 // The exact rod: collocation in deviation form. Twin of crates/kernel/src/cpu/exact/mod.rs, where the equations are derived.
 //
 // Emitted from Rust before this text: real, Nodes, N, POINTS, GAUGE_POINTS, GAUGE_WEIGHTS, the switches PLAIN, SHEAR, EXTENSION, OFFSET, LAW,
-// FAR, the sums weigh, integrate and coefficients over the nodes, one_minus_cos, x_minus_sin, primitive, legendre and section.
+// SIDE, the sums weigh, integrate and coefficients over the nodes, one_minus_cos, x_minus_sin, primitive, legendre and section.
 
 // State passed between sweeps; see the Rust twin.
 struct State {

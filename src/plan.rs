@@ -145,8 +145,8 @@ fn chunk(solved: Way, study: &Study, choice: &Choice) -> u64 {
     let setup = &study.setup;
     match () {
         () if solved == Way::Reference => 1 << 10,
-        () if choice.backend.adapter.is_some() => CHUNK,
         () if setup.built.is_some() && setup.model.geometry == Geometry::Exact => 1 << 13,
+        () if choice.backend.adapter.is_some() => CHUNK,
         () => 1 << 16,
     }
 }

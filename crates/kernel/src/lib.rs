@@ -32,7 +32,7 @@ pub mod tap;
 
 pub use chart::Chart;
 pub use effects::Effects;
-pub use rule::{Rule, ladder};
+pub use rule::Rule;
 pub use tap::{Solution, Tap};
 pub use vibrissa_core::physics::nodes;
 
@@ -177,7 +177,16 @@ pub fn solve(
     let enough = trusted(&effects) * tolerance;
     let (mut part, limit) = (Vec::new(), solver.batch_limit());
     for (step, rung) in rungs.iter().enumerate() {
+        let open = |i: &usize| step > 0 && !out[*i].is_told(enough);
+        let hard: Vec<usize> = (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(open).collect();
+        if taps.is_empty() || step > 0 && hard.is_empty() {
+            break;
+        }
         let job = Job { effects, rule: &rung.rule, tolerance, chart: rung.chart() };
+        if step == 0 && taps.len() <= limit {
+            solver.solve(&job, taps, out)?;
+            continue;
+        }
         if step == 0 {
             for chunk in taps.chunks(limit) {
                 solver.solve(&job, chunk, &mut part)?;
@@ -185,8 +194,6 @@ pub fn solve(
             }
             continue;
         }
-        let open = |i: &usize| !out[*i].is_told(enough);
-        let hard: Vec<usize> = (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(open).collect();
         for indices in hard.chunks(limit) {
             let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
             solver.solve(&job, &again, &mut part)?;

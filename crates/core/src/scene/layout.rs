@@ -83,7 +83,7 @@ impl Layout {
     /// [`Self::design`] of each of `ks`.
     pub fn designs(&self, ks: &[u64]) -> Vec<Tuple> {
         let (mut values, mut stride) = (vec![[f64::NAN; COLUMNS]; ks.len()], 1);
-        let mut rigs = vec![(0, 1.0); ks.len()];
+        let mut rigs = vec![(0, 1.0); if self.n_rigs > 1 { ks.len() } else { 0 }];
         let (mut rest, mut at, mut left) = (ks.to_vec(), vec![0; ks.len()], self.n_designs);
         for factor in self.designs.iter().rev() {
             // Division is slow: it is left out for factors of length 1, and for the first factor that is longer.
@@ -102,6 +102,9 @@ impl Layout {
                 let scale = factor.properties.iter().find(|(property, _)| *property == Property::Scale);
                 scale.iter().for_each(|(_, axis)| axis.each(&at, |n, value| rigs[n].1 = value));
             }
+        }
+        if self.n_rigs == 1 {
+            return values.into_iter().map(Tuple::from_array).collect();
         }
         let scaled = |(values, (rig, scale))| {
             let Tuple { D, d, .. } = Tuple::from_array(values);

@@ -19,7 +19,7 @@ use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::kernel::ranking::{OnCpu, Sheet};
-use crate::kernel::{Ladder, Solution, Solver, Tap};
+use crate::kernel::{Ladder, Section, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::{NEVER, go_on};
 use crate::reduce::Sweeps;
@@ -29,6 +29,7 @@ pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
 use outcome::{Asked, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
+use rod::takes_all;
 use solve::Solved;
 pub use strains::{closed, closed_gradient, is_closed};
 pub use task::{Outcome, Outcomes, Task};
@@ -241,15 +242,20 @@ impl<'a> Evaluator<'a> {
         let solved = self.solutions(designs, tasks, grip)?;
         solved.iter().filter(|s| s.sweeps > 0.0).for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance, stop, leaves) = (self.setup, self.tolerance(), self.stop, self.leaves);
-        let whole = || match &self.method {
-            Method::Fast { ladder, .. } => ladder.section.chart().is_none_or(|chart| chart.whole),
-            Method::Reference => true,
+        let section = match &self.method {
+            Method::Fast { ladder, .. } if self.samples => Some(&ladder.section),
+            _ => None,
         };
-        let samples = self.samples && whole();
+        // Samples of a smooth function without a solution lie beyond its end, unless the section law ends before.
+        let beyond = |s: &Solved| {
+            let sliding = s.grip == Grip::Slide(0.0) && (takes_all(setup) || !s.unsure());
+            let whole = |section: &Section| section.chart().is_none_or(|chart| chart.whole);
+            sliding && section.is_some_and(whole)
+        };
         // Taps that stay without an answer if they are left open.
         let unsolved = |task: &Task, design: &Design, s: &Solved| {
             let far = || leaves && setup.built.is_none() && s.astray && task.is_far(design);
-            grip.is_some() || samples && s.grip == Grip::Slide(0.0) || far()
+            grip.is_some() || beyond(s) || far()
         };
         // `None` where the reference must decide.
         let tell = |(task, s): (&Task, &Solved)| {

@@ -1,4 +1,4 @@
-//! Taps by the solver of every whisker: all but those of a contact that slides on an upright pole, on a cone clamped at its base, read by one gauge.
+//! Taps by the solver of every whisker: all that the kernel of cones does not solve.
 
 use rayon::prelude::*;
 
@@ -6,7 +6,7 @@ use super::Outcome;
 use super::outcome::{Asked, reading, sign};
 use super::solve::{Question, Solved};
 use crate::design::{Shared, radians};
-use crate::kernel::Chart;
+use crate::kernel::Section;
 use crate::physics::onset::Grip;
 use crate::physics::pole::Pole;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
@@ -27,30 +27,35 @@ pub(super) struct Rods<'a> {
     question: &'a Question<'a>,
     /// Places in the question.
     open: &'a [usize],
-    /// By design; those without an open tap are left out.
+    /// The designs of these taps, ascending, and their whiskers.
+    designs: Vec<u32>,
     rods: Vec<Option<Rod>>,
 }
 
 impl<'a> Rods<'a> {
     /// The whiskers of the taps at the places `open`.
     pub fn new(question: &'a Question<'a>, open: &'a [usize]) -> Self {
-        let &Question { setup, designs, tasks, .. } = question;
-        let mut named = vec![false; designs.len()];
-        open.iter().for_each(|&i| named[tasks[i].design as usize] = true);
-        let whisker = |(design, named): (&crate::design::Design, bool)| {
-            design.shared.as_ref().filter(|_| named).map(|shared| whisker(design.setup(setup), shared))
+        let &Question { setup, designs: all, tasks, .. } = question;
+        let mut designs: Vec<u32> = open.iter().map(|&i| tasks[i].design).collect();
+        designs.sort_unstable();
+        designs.dedup();
+        let whisker = |&design: &u32| {
+            let design = &all[design as usize];
+            design.shared.as_ref().map(|shared| whisker(design.setup(setup), shared))
         };
-        Self { question, open, rods: designs.par_iter().zip(named).map(whisker).collect() }
+        let rods = designs.par_iter().map(whisker).collect();
+        Self { question, open, designs, rods }
     }
 
     /// Their solutions; `section`: the law of the material, where it is not Hooke's.
-    pub fn solve(&self, stick: bool, tolerance: f64, section: Option<&Chart>) -> Vec<Solved> {
+    pub fn solve(&self, stick: bool, tolerance: f64, section: &Section) -> Vec<Solved> {
         let setup = self.question.setup;
         let model = &setup.model;
         let effects = Effects::of(model, setup.gauge.side, stick);
         let effects = Effects { wrench: setup.asks_wrench(), ..effects };
         let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
         let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
+        let section = if taps.is_empty() { None } else { section.chart() };
         let solved = solve(&taps, effects, tolerance, section);
         let mut next = taps.iter().zip(solved);
         let solved: Vec<_> = framed.iter().map(|tap| tap.and_then(|_| next.next())).collect();
@@ -112,7 +117,8 @@ impl<'a> Rods<'a> {
     /// The tap at place `i` as the solver takes it; `None` outside the domain, and where only the reference can decide.
     fn framed(&self, i: usize) -> Option<Tap<'_>> {
         let Asked { setup, shared, amount, task, .. } = self.question.asked(i)?;
-        let (rod, grip) = (self.rods[task.design as usize].as_ref()?, self.question.grips[i]);
+        let (place, grip) = (self.designs.binary_search(&task.design).ok()?, self.question.grips[i]);
+        let rod = self.rods[place].as_ref()?;
         let (model, angle) = (&setup.model, setup.drive == Drive::Angle);
         let hub = if angle { shared.model.hub + shared.start } else { 0.0 };
         let (mut a, mut turn, mut lift) = (task.a - shared.start, 0.0, amount);

@@ -9,7 +9,7 @@ use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::{
     self, Effects, Solution,
-    rule::limits::ASTRAY,
+    rule::limits::{ASTRAY, EDGE, HOPELESS},
     tap::{Ask, Frame},
     trusted,
 };
@@ -51,9 +51,14 @@ impl Solved {
         moved: f64::NAN,
         error: f64::INFINITY,
         load: 0.0,
-        astray: false,
+        astray: true,
         sweeps: 0.0,
     };
+
+    /// True at an equilibrium beyond a fold or a range, or close to the end of the law: another solver may tell it.
+    pub fn unsure(&self) -> bool {
+        self.error == HOPELESS || (self.load - 1.0).abs() <= EDGE
+    }
 
     /// True if the contact surely moved along the whisker against its friction.
     fn moves(&self) -> bool {
@@ -165,11 +170,12 @@ impl Evaluator<'_> {
     fn solve(&mut self, question: &Question<'_>) -> Solutions {
         let mut solved = self.cones(question)?;
         let Method::Fast { ladder, tolerance, .. } = &self.method else { return Ok(solved) };
-        let open: Vec<usize> = (0..solved.len()).filter(|&i| solved[i].error > *tolerance).collect();
+        let open = |i: &usize| solved[*i].error > *tolerance && question.asked(*i).is_some();
+        let open: Vec<usize> = (0..solved.len()).filter(open).collect();
         if open.is_empty() {
             return Ok(solved);
         }
-        let found = Rods::new(question, &open).solve(question.stick(), *tolerance, ladder.section.chart());
+        let found = Rods::new(question, &open).solve(question.stick(), *tolerance, &ladder.section);
         for (&i, new) in open.iter().zip(found) {
             solved[i] = Solved { sweeps: solved[i].sweeps + new.sweeps, ..new };
         }

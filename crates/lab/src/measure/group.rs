@@ -65,7 +65,7 @@ impl Groups {
         groups
     }
 
-    /// Equal values; of more than [`LEVELS`], groups of neighbours that hold about as many values each.
+    /// Equal values; of more than 64, groups of neighbours that hold about as many values each.
     pub fn levels(values: impl Iterator<Item = f64>) -> Self {
         let all = sorted(values);
         let mut groups = Self::of(all.iter().copied(), Some(0.0), false);

@@ -15,7 +15,8 @@
 //! correction: changes of closed forms with c are composed as growth factors (a + b + ab), 1 − cos and ψ − sin are series, so that K − 1 keeps its
 //! relative precision in f32 for any small tap.
 //!
-//! One sweep evaluates all this from the last state and ends with a Newton step for (w, z). The iteration contracts by about θ² per sweep at small angles and by 3 at 60°. It diverges where the force along a fine tip bends it as much as the force across.
+//! One sweep evaluates all this from the last state and ends with a Newton step for (w, z). The iteration contracts by about θ² per sweep at
+//! small angles and by 3 at 60°. It diverges where the force along a fine tip bends it as much as the force across.
 
 mod gauge;
 mod legendre;
