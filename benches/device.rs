@@ -58,6 +58,10 @@ impl Solver for Probe {
     fn batch_limit(&self) -> usize {
         self.0.batch_limit()
     }
+
+    fn has_full_newton(&self) -> bool {
+        self.0.has_full_newton()
+    }
 }
 
 fn seconds<T>(f: impl FnOnce() -> T) -> (T, f64) {

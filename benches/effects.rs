@@ -103,7 +103,10 @@ fn framed(setup: &Setup) -> (Effects, Vec<Tap<f64>>) {
         Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
             .map(|frame| *frame.tap())
     };
-    (Effects::new(&setup.model, setup.gauge.side), (0..*TAPS).into_par_iter().filter_map(tap).collect())
+    (
+        Effects::new(&setup.model, setup.gauge.side, false),
+        (0..*TAPS).into_par_iter().filter_map(tap).collect(),
+    )
 }
 
 struct Ready {

@@ -81,7 +81,7 @@ fn strains(setup: &Setup, precision: Precision, tuples: &[Tuple]) -> [Vec<f64>; 
     let Method::Fast { mut solver, ladder, tolerance } = taps.method().expect("the CPU opens") else {
         unreachable!("no reference here")
     };
-    let effects = Effects::new(&setup.model, setup.gauge.side);
+    let effects = Effects::new(&setup.model, setup.gauge.side, false);
     let all: Vec<Tap<f64>> = tuples.iter().filter_map(|t| framed(setup, t)).collect();
     let (mut solutions, mut found) = (Vec::new(), vec![0.0; TAPS]);
     let mut times = [Vec::new(), Vec::new()];

@@ -45,7 +45,7 @@ impl Reader {
         // Contacts that always stick have no chart; the ideal rod in one plane solves as fast as it reads.
         let planar =
             !setup.gauge.second && setup.gauge.foil.is_none() && directions.iter().all(|d| d.is_upright());
-        let plain = planar && Effects::new(&setup.model, setup.gauge.side).plain();
+        let plain = planar && Effects::new(&setup.model, setup.gauge.side, false).plain();
         let pays = !(setup.model.contact == Contact::Stick || plain && setup.built.is_none());
         let Some(has) = Vectors::found().filter(|_| pays) else { return Ok(None) };
         let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;

@@ -34,6 +34,7 @@ pub struct Framing {
     drive: Drive,
     /// r₀, mm; 0 for a displaced object.
     hub: f64,
+    grip: Grip,
 }
 
 /// Taps framed in lanes.
@@ -48,18 +49,22 @@ pub struct Framed {
 }
 
 impl Framing {
-    /// Framing for `setup`; `None` where the contact may stick, with a second gauge, and where no kernel is used.
+    /// Framing for `setup`; `None` where the grip is not known beforehand, with a second gauge, and where no kernel is used.
     pub fn new(setup: &Setup) -> Option<Self> {
         let Setup { model, drive, .. } = *setup;
         let hub = if drive == Drive::Displacement { 0.0 } else { setup.hub };
         let solid = is_solid(&model) || model.clamp != Clamp::Rigid || setup.gauge.foil.is_some();
+        let grip = match model.contact {
+            Contact::Frictionless | Contact::Coulomb(0.0) => Grip::Slide(0.0),
+            Contact::Stick => Grip::Stick,
+            Contact::Coulomb(_) => return None,
+        };
         let known = model.geometry == Geometry::Exact
-            && matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0))
             && setup.is_plain()
             && !solid
             && !setup.gauge.second
             && hub < SIZES[1];
-        known.then_some(Self { model, side: setup.gauge.side, drive, hub })
+        known.then_some(Self { model, side: setup.gauge.side, drive, hub, grip })
     }
 
     /// Frames `n` taps with dimensions `of`.
@@ -110,8 +115,8 @@ impl Framing {
     #[allow(non_snake_case)]
     fn some(&self, dimensions: [Lanes; DIMENSIONS], taps: &mut [Tap], whole: &mut [bool]) {
         let [D, d, L_a, x_ss, l, a, drive] = dimensions;
-        let Self { model, side, drive: kind, hub } = self;
-        let (side, hub, grip) = (*side, *hub, Grip::Slide(0.0));
+        let Self { model, side, drive: kind, hub, grip } = self;
+        let (side, hub, grip) = (*side, *hub, *grip);
         let taper = Taper::new(D, d, L_a);
         let gauge = taper.gauge(x_ss, l);
         let amount = match kind {

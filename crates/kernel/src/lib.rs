@@ -31,6 +31,7 @@ pub mod rule;
 pub mod tap;
 
 pub use chart::Chart;
+use cpu::Cpu;
 pub use effects::Effects;
 pub use rule::Rule;
 pub use tap::{Solution, Tap};
@@ -90,6 +91,7 @@ impl Section {
 pub struct Rung {
     /// Nodes, terms, sweeps.
     pub rule: Rule,
+    precision: Precision,
     section: Section,
 }
 
@@ -103,7 +105,7 @@ impl Rung {
 /// How taps of a material are solved to a tolerance.
 #[derive(Debug, Clone)]
 pub struct Ladder {
-    /// Rungs of the kernel, cheapest first.
+    /// Rungs of the kernel, cheapest first; after those in f32 come those in f64, for contacts that stick.
     pub rungs: Vec<Rung>,
     /// The section law over its whole range, for taps that the kernel does not solve.
     pub section: Section,
@@ -117,11 +119,17 @@ const SCANNED: usize = 1 << 14;
 impl Ladder {
     /// For taps in `precision`.
     pub fn new(precision: Precision, material: &Material, tolerance: f64) -> Self {
-        let rung = |rule| {
-            let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
-            Rung { rule, section: Section::new(material, rule::chart_range(precision, &rule), errors) }
+        let rungs = |precision, finest: f64| {
+            rule::ladder(precision, finest).into_iter().map(move |rule| {
+                let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
+                let section = Section::new(material, rule::chart_range(precision, &rule), errors);
+                Rung { rule, precision, section }
+            })
         };
-        let rungs = rule::ladder(precision, tolerance).into_iter().map(rung).collect();
+        let mut all: Vec<Rung> = rungs(precision, tolerance).collect();
+        if precision == Precision::F32 {
+            all.extend(rungs(Precision::F64, SPARE * tolerance));
+        }
         let fine = SPARE * tolerance;
         let fine = if precision == Precision::F64 && fine >= rule::smallest_tolerance(precision) {
             fine
@@ -130,7 +138,7 @@ impl Ladder {
         };
         let section =
             Section::new(material, rule::WHOLE_RANGE, rule::COARSE_SHARES.map(|share| share * fine));
-        Self { rungs, section }
+        Self { rungs: all, section }
     }
 
     /// The same for another material of a law, its charts not yet made.
@@ -148,6 +156,11 @@ pub trait Solver: Send {
     /// Most taps of one call.
     fn batch_limit(&self) -> usize;
 
+    /// True if it has kernels for rungs of full Newton. Devices have none.
+    fn has_full_newton(&self) -> bool {
+        false
+    }
+
     /// Its device, if any: for other kernels, and to rank.
     fn device(&mut self) -> Option<&mut gpu::Gpu> {
         None
@@ -155,7 +168,7 @@ pub trait Solver: Send {
 }
 
 /// Share of the tolerance above which a tap climbs: with an offset force, estimates are up to three times too small.
-pub fn trusted(effects: &Effects) -> f64 {
+fn trusted(effects: &Effects) -> f64 {
     match effects {
         effects if effects.offset => 0.3,
         effects if !effects.plain() => 0.6,
@@ -163,8 +176,18 @@ pub fn trusted(effects: &Effects) -> f64 {
     }
 }
 
-/// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. `out` has the order of `taps`; a tap that no
-/// rung solved keeps an `error` above the trusted share of the tolerance.
+/// The answer to keep after a finer rung. Estimates of full Newton are generous: converged, it beats an answer whose estimate is not trusted.
+fn finer(old: &Solution, new: Solution, tolerance: f64) -> Solution {
+    match (old.within(tolerance), new.within(10.0 * tolerance)) {
+        (true, true) => Solution { error: new.error.min(old.error), ..new },
+        (true, false) => *old,
+        (false, _) => new,
+    }
+}
+
+/// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. `out` has the order of `taps`. Returns the error
+/// up to which answers are to be believed: after full Newton the tolerance, else a share of it. Contacts that stick are solved on the CPU in f64, far
+/// below the tolerance: the small stretch that holds them is a difference, which f32 loses for half of them.
 pub fn solve(
     solver: &mut dyn Solver,
     effects: Effects,
@@ -172,17 +195,26 @@ pub fn solve(
     tolerance: f64,
     taps: &[Tap],
     out: &mut Vec<Solution>,
-) -> Result<(), SolveError> {
+) -> Result<f64, SolveError> {
     out.clear();
-    let enough = trusted(&effects) * tolerance;
-    let (mut part, limit) = (Vec::new(), solver.batch_limit());
-    for (step, rung) in rungs.iter().enumerate() {
+    let (enough, limit) = (trusted(&effects) * tolerance, solver.batch_limit());
+    let (mut cpu, mut part) = (Cpu::new(Precision::F64), Vec::new());
+    let own = rungs.first().map_or(Precision::F64, |rung| rung.precision);
+    let precision = if effects.stick { Precision::F64 } else { own };
+    let share = if precision == own { 1.0 } else { SPARE };
+    let mut believed = enough;
+    for (step, rung) in rungs.iter().filter(|rung| rung.precision == precision).enumerate() {
+        if rung.rule.full {
+            believed = tolerance;
+        }
         let open = |i: &usize| step > 0 && !out[*i].is_told(enough);
         let hard: Vec<usize> = (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(open).collect();
         if taps.is_empty() || step > 0 && hard.is_empty() {
-            break;
+            continue;
         }
-        let job = Job { effects, rule: &rung.rule, tolerance, chart: rung.chart() };
+        let alone = effects.stick || rung.rule.full && !solver.has_full_newton();
+        let solver: &mut dyn Solver = if alone { &mut cpu } else { &mut *solver };
+        let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };
         if step == 0 && taps.len() <= limit {
             solver.solve(&job, taps, out)?;
             continue;
@@ -198,9 +230,10 @@ pub fn solve(
             let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
             solver.solve(&job, &again, &mut part)?;
             for (&i, new) in indices.iter().zip(part.drain(..)) {
-                out[i] = Solution { sweeps: out[i].sweeps + new.sweeps, ..new };
+                let sweeps = out[i].sweeps + new.sweeps;
+                out[i] = Solution { sweeps, ..finer(&out[i], new, tolerance) };
             }
         }
     }
-    Ok(())
+    Ok(believed)
 }

@@ -10,6 +10,9 @@ pub struct Rule {
     pub nodes: usize,
     /// Terms of the series of 1 − cos ψ and ψ − sin ψ.
     pub terms: usize,
+    /// Full Newton: the lag settles between steps, and the Jacobian includes its response. Slower, but solves taps on which one step per sweep
+    /// diverges, such as a sticking contact next to a fine tip. In f64 on the CPU only.
+    pub full: bool,
     /// Most sweeps before a tap counts as not converged on this rung.
     pub sweeps: u32,
 }
@@ -25,10 +28,35 @@ impl Rule {
         }
     }
 
+    /// Sweeps per Newton step.
+    pub fn settle(&self) -> u32 {
+        if self.full { 4 } else { 1 }
+    }
+
+    /// Iterations for the lag's part of the Jacobian.
+    pub fn passes(&self) -> u32 {
+        if self.full { 8 } else { 0 }
+    }
+
+    /// Largest contraction rate of a Newton step that is believed when the remaining error is extrapolated. Steps of full Newton that do not shrink any
+    /// more are rounding noise.
+    pub fn largest_rate(&self) -> f64 {
+        if self.full { 0.5 } else { 0.9 }
+    }
+
+    /// Smallest contraction rate that is believed: steps of full Newton shrink faster than the error left in the lag.
+    pub fn smallest_rate(&self) -> f64 {
+        if self.full { 0.5 } else { 0.05 }
+    }
+
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism. With any effect the lag converges later than the
-    /// steps.
-    pub fn stop(effects: &Effects) -> f64 {
-        if effects.plain() { 0.1 } else { 0.05 }
+    /// steps; full Newton has nodes to spare.
+    pub fn stop(&self, effects: &Effects) -> f64 {
+        match (self.full, effects.plain()) {
+            (true, _) => 0.5,
+            (false, true) => 0.1,
+            (false, false) => 0.05,
+        }
     }
 
     /// Gauss points on the gauge: the mean of a polynomial of degree n times (1 − τs)^(-3/2) is then exact.
@@ -73,12 +101,13 @@ pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
     }
 }
 
-/// All rungs with compiled kernels. In f32 fewer terms suffice; 5 hold to 1 rad, which most taps never reach.
+/// All rungs with compiled kernels. In f32 fewer terms suffice; 5 hold to 1 rad, which most taps never reach. Full Newton is CPU only: a device would
+/// compile that kernel longer than all its others, for few taps.
 pub fn every_rule(precision: Precision) -> Vec<Rule> {
-    let rule = |nodes, terms, sweeps| Rule { nodes, terms, sweeps };
+    let rule = |nodes, terms, full, sweeps| Rule { nodes, terms, full, sweeps };
     match precision {
-        Precision::F32 => vec![rule(6, 5, 8), rule(10, 9, 40)],
-        Precision::F64 => vec![rule(10, 14, 16), rule(16, 14, 60)],
+        Precision::F32 => vec![rule(6, 5, false, 8), rule(10, 9, false, 40)],
+        Precision::F64 => vec![rule(10, 14, false, 16), rule(16, 14, false, 60), rule(24, 14, true, 120)],
     }
 }
 
@@ -87,7 +116,11 @@ pub const WHOLE_RANGE: (f64, [f64; 2]) = (0.15, [0.9, 0.0]);
 
 /// The same of the section chart on this rung. Most whiskers stay within the first.
 pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
-    if every_rule(precision).first() == Some(rule) { (0.04, [0.15, 0.0]) } else { (0.08, [0.3, 0.4]) }
+    match every_rule(precision).iter().position(|r| r == rule) {
+        Some(0) => (0.04, [0.15, 0.0]),
+        Some(1) => (0.08, [0.3, 0.4]),
+        _ => WHOLE_RANGE,
+    }
 }
 
 /// Shares of the tolerance: where a chart is cut, and its largest error before its range is shortened.
@@ -107,7 +140,7 @@ pub mod limits {
             $($(#[$doc])+ pub const $name: f64 = $x;)+
 
             /// All of these, by the names they have in the shaders.
-            pub const NAMED: [(&str, f64); 20] = [$((stringify!($name), $name)),+];
+            pub const NAMED: [(&str, f64); 19] = [$((stringify!($name), $name)),+];
         };
     }
 
@@ -126,16 +159,14 @@ pub mod limits {
         CHANCE = 0.25;
         /// Distance of a contact beyond a gauge it started on, per length of the gauge, from which on it counts as clear of it.
         LEFT = 0.25;
-        /// Largest contraction rate of a Newton step that is believed when the remaining error is extrapolated.
-        LARGEST_RATE = 0.9;
-        /// The smallest one.
-        SMALLEST_RATE = 0.05;
         /// Growth of the distance between contact and gauge from which on a step may be small by chance.
         GROWN = 2.0;
         /// Largest growth of the lever; the kernel takes larger ones for this.
         MOST_GROWTH = 1e10;
         /// Error from which on an iteration has not come near any equilibrium.
         ASTRAY = 1e-2;
+        /// Least W/W₀ − 1 of a sticking contact, which may pull, while iterating.
+        MOST_PULL = -20.0;
         /// Error of a tap at an equilibrium beyond what the kernel can tell: the range of its series or of its chart, or a fold of the path.
         HOPELESS = 1e9;
         /// Error of an iteration that has gone astray as far.
@@ -156,6 +187,8 @@ pub mod limits {
 
     /// Least 1 − τa on the first rung with friction or a radius.
     pub const SHARP: f64 = 0.1;
+    /// Largest change of w in a step of full Newton, relative to 1 + |w|.
+    pub const LONGEST_STEP: f64 = 0.5;
     /// The reference decides whether the material ends if a fibre's load is this close to 1.
     pub const EDGE: f64 = 0.02;
 }

@@ -41,7 +41,7 @@ pub struct Tap<T = f64> {
     pub pole_x: T,
     /// Y₀: pole centre from the motor's axis, across the whisker.
     pub pole_y: T,
-    /// H/W.
+    /// H/W of a sliding contact; ρ cos α of a sticking one, by which it rolls.
     pub ratio: T,
     /// W₀ of the first-order solution.
     pub force: T,

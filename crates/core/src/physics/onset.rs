@@ -7,7 +7,7 @@
 //! - W a₁ + H a₀ + x (Y₀ + X₀ tan α) + Y₀ H f = θ (X₀² + Y₀²)
 //! - (X₀ − Y₀ tan α) x + X₀ H f + Y₀ (W b₁ + H b₀) = ζ
 //!
-//! A contact that sticks on an edge has x = 0; how it rolls on a pole is not here.
+//! A contact that sticks rolls on the pole: x = ρ cos α (ϑ − W ψ₁ − H ψ₀), ϑ the turn of the base, W ψ₁ + H ψ₀ that of the contact against it.
 
 use super::linear::shear_length2;
 use super::number::Number;
@@ -78,7 +78,7 @@ pub struct Onset<T = f64> {
     pub along: T,
     /// x = c − 1.
     pub arc: T,
-    /// H/W of a sliding contact.
+    /// H/W of a sliding contact; ρ cos α of one that sticks, by which it rolls.
     pub ratio: T,
     /// Unsigned gauge strain.
     pub strain: T,
@@ -110,14 +110,14 @@ impl<T: Number> Pose<'_, T> {
             false => (zero, zero, (one, zero)),
         };
         let (x0, y0) = (one + rho * sin + hub, contact_radius + rho * cos);
-        // θ, and ζ, half the growth of the squared distance to the pole.
-        let (angle, zeta) = match self.drive {
-            Drive::Angle => (self.amount, zero),
+        // ϑ, the turn of the base, and ζ, half the growth of the squared distance to the pole.
+        let (angle, turn, zeta) = match self.drive {
+            Drive::Angle => (self.amount, self.amount, zero),
             Drive::Displacement => {
                 // The object's path seen from the clamp: an angle and a growing distance.
                 let delta = self.amount / a;
                 let (across, along) = (x0 * delta, x0 * x0 + y0 * (y0 - delta));
-                (across.atan2(along), half * delta * delta - y0 * delta)
+                (across.atan2(along), zero, half * delta * delta - y0 * delta)
             }
         };
         let (psi1, bare) = ((one + two * v) / (six * v * v), one / (six * v * v));
@@ -150,10 +150,14 @@ impl<T: Number> Pose<'_, T> {
                 (across, ratio * across, (m11 * zeta - m21 * right) / det, ratio)
             }
             Grip::Stick => {
-                let (m11, m12) = (a1, a0 + y0 * f);
-                let (m21, m22) = (y0 * b1, x0 * f + y0 * b0);
+                let roll = rho * cos;
+                let (lift, reach) = (roll * (y0 + x0 * slope), roll * (x0 - y0 * slope));
+                let (m11, m12) = (a1 - lift * psi1, a0 + y0 * f - lift * psi0);
+                let (m21, m22) = (y0 * b1 - reach * psi1, x0 * f + y0 * b0 - reach * psi0);
+                let (right, zeta) = (right - lift * turn, zeta - reach * turn);
                 let det = m11 * m22 - m12 * m21;
-                ((right * m22 - m12 * zeta) / det, (m11 * zeta - m21 * right) / det, zero, zero)
+                let (across, along) = ((right * m22 - m12 * zeta) / det, (m11 * zeta - m21 * right) / det);
+                (across, along, roll * (turn - across * psi1 - along * psi0), roll)
             }
         };
         let [lever, section, area] = gauge_means(gauge, taper, v);

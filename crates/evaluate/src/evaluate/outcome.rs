@@ -3,7 +3,7 @@
 use super::solve::Solved;
 use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount, radians};
-use crate::kernel::rule::limits::{ASTRAY, EDGE};
+use crate::kernel::rule::limits::EDGE;
 use crate::physics::rod::{RodProblem, TiltedTap};
 use crate::scene::{Direction, Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
@@ -217,11 +217,11 @@ impl Asked<'_> {
     pub fn told(&self, s: &Solved, tolerance: f64) -> Option<Outcome> {
         let Self { setup, shared, task, .. } = self;
         let Solved { found: Outcome { arc, .. }, error, load, sweeps, .. } = *s;
-        if load > 1.0 + EDGE && error <= ASTRAY {
-            return Some(self.unsolved(Status::MATERIAL_LIMIT));
-        }
-        if [error, load].iter().any(|x| x.is_nan()) || error > tolerance || load >= 1.0 - EDGE {
+        if [error, load].iter().any(|x| x.is_nan()) || error > tolerance || (load - 1.0).abs() <= EDGE {
             return None;
+        }
+        if load > 1.0 {
+            return Some(self.unsolved(Status::MATERIAL_LIMIT));
         }
         if let Some(body) = shared.body.as_deref().filter(|_| setup.built.is_some()) {
             let near = |place: f64| (arc - place).abs() <= CLOSE * task.a;

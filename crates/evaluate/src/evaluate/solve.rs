@@ -1,4 +1,4 @@
-//! Solutions of taps: of cones whose contacts slide by their kernel; of the others, and of what the kernel leaves open, by the solver of every whisker.
+//! Solutions of taps: of cones by their kernel; of the others, and of what the kernel leaves open, by the solver of every whisker.
 
 use rayon::prelude::*;
 
@@ -11,7 +11,6 @@ use crate::kernel::{
     self, Effects, Solution,
     rule::limits::{ASTRAY, EDGE, HOPELESS},
     tap::{Ask, Frame},
-    trusted,
 };
 use crate::physics::onset::Grip;
 use crate::scene::{Contact, Setup};
@@ -182,14 +181,14 @@ impl Evaluator<'_> {
         Ok(solved)
     }
 
-    /// Solutions of upright cones whose contacts slide, where they surely meet the tolerance, by their kernel.
+    /// Solutions of upright cones, where they surely meet the tolerance, by their kernel.
     fn cones(&mut self, question: &Question<'_>) -> Solutions {
         let (setup, count) = (question.setup, question.tasks.len());
         let nothing = |i: usize| Solved { grip: question.grips[i], ..Solved::LOST };
         let Method::Fast { solver, ladder, tolerance } = &mut self.method else {
             return Ok((0..count).map(nothing).collect());
         };
-        if question.stick() || takes_all(setup) {
+        if takes_all(setup) {
             return Ok((0..count).map(nothing).collect());
         }
         let frame = |i: usize| frame(setup, question.design(i), &question.tasks[i], question.grips[i]);
@@ -197,12 +196,14 @@ impl Evaluator<'_> {
         self.taps.clear();
         let tap = |frame: &Option<Frame>| frame.as_ref().map(|frame| *frame.tap());
         self.taps.par_extend(frames.par_iter().with_min_len(FRAMES).filter_map(tap));
-        let effects = Effects::new(&setup.model, setup.gauge.side);
-        kernel::solve(solver.as_mut(), effects, &ladder.rungs, *tolerance, &self.taps, &mut self.solutions)?;
+        let effects = Effects::new(&setup.model, setup.gauge.side, question.stick());
+        let rungs = &ladder.rungs;
+        let enough =
+            kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         let mut next = 0..;
         let places: Vec<Option<usize>> =
             frames.iter().map(|frame| frame.as_ref().and_then(|_| next.next())).collect();
-        let (solutions, enough) = (&self.solutions, trusted(&effects) * *tolerance);
+        let solutions = &self.solutions;
         let one = |i: usize| {
             let (Some(frame), Some(place), Some(asked)) = (&frames[i], places[i], question.asked(i)) else {
                 return nothing(i);

@@ -10,7 +10,7 @@ use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
 use crate::physics::taper::Taper;
 use crate::progress::go_on;
-use crate::scene::{Clamp, Geometry, Property, Setup, Signal, Tuple};
+use crate::scene::{Clamp, Contact, Geometry, Property, Setup, Signal, Tuple};
 
 const FEW: usize = 3;
 
@@ -32,9 +32,9 @@ impl Evaluator<'_> {
             }
         };
         let model = &self.setup.model;
-        let effects = Effects::new(model, self.setup.gauge.side);
-        kernel::solve(solver.as_mut(), effects, &ladder.rungs, *tolerance, taps, &mut self.solutions)?;
-        let enough = kernel::trusted(&effects) * *tolerance;
+        let effects = Effects::new(model, self.setup.gauge.side, model.contact == Contact::Stick);
+        let rungs = &ladder.rungs;
+        let enough = kernel::solve(solver.as_mut(), effects, rungs, *tolerance, taps, &mut self.solutions)?;
         for ((&i, tap), solution) in those.iter().zip(taps).zip(&self.solutions) {
             if solution.is_told(enough) {
                 out[i] = strain(self.setup, (x1[i], a[i]), tap, solution);

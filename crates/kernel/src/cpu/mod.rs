@@ -87,6 +87,10 @@ impl Solver for Cpu {
     fn batch_limit(&self) -> usize {
         1 << 20
     }
+
+    fn has_full_newton(&self) -> bool {
+        true
+    }
 }
 
 /// With all effects off the number of nodes is a constant, which unrolls the loops. Other models take the smallest kernel that holds the nodes.
@@ -115,7 +119,7 @@ macro_rules! by_nodes {
     };
 }
 by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10, most 10);
-by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 16, most 16);
+by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
 
 fn parallel(taps: &[Tap], out: &mut [Solution], f: impl Fn(&[Tap], &mut [Solution]) + Sync) {
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));

@@ -36,7 +36,7 @@ pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result
     let places = drawn(taps.len(), |i| believed(&found[i]), |i| key(&taps[i]), |i| taps[i].angle);
     let those: Vec<Tap> = places.iter().map(|&i| taps[i]).collect();
     // The finest rung, which solves most taps; it reads the same section law.
-    let rule = &every_rule(Precision::F64)[1];
+    let rule = &every_rule(Precision::F64)[if job.effects.plain() { 1 } else { 2 }];
     let finest = Job { rule, tolerance: KNOWN * job.tolerance, ..*job };
     let mut known = Vec::new();
     Cpu::new(Precision::F64).solve(&finest, &those, &mut known)?;

@@ -141,12 +141,15 @@ fn turns(precision: Precision, terms: usize) -> String {
 }
 
 fn switches(e: &Effects, job: &Job<'_>) -> String {
+    let rule = job.rule;
     let list: String = e.switches().iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
     format!(
-        "{list}const SIDE: real = {side}1.0;\nconst LEAST_SWEEPS = {}u;\nconst STOP: real = {:?};\n",
+        "{list}const SIDE: real = {side}1.0;\nconst LEAST_SWEEPS = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
         Rule::least(e, job.tolerance),
-        Rule::stop(e),
+        rule.largest_rate(),
+        rule.smallest_rate(),
+        rule.stop(e),
     )
 }
 

@@ -23,14 +23,15 @@ pub fn sensitivity<P: Packed>(offset: bool, tap: &Tap<P>, x: P) -> P {
     one + weight * far.if_less(of(0.0), on_gauge, clear)
 }
 
-/// Change of the strain per relative error of W, relative to max(|ε|, 1e-3 θ f_max); at least 1. More where bending and the force along the whisker
-/// nearly cancel at the gauge, as next to the clamp. Second: the same per error of the section law, which acts on the strains of both.
+/// Change of the strain per relative error of W and of H (per W₀), relative to max(|ε|, 1e-3 θ f_max); at least 1. More where bending and the force
+/// along the whisker nearly cancel at the gauge, as next to the clamp. Third: the same per error of the section law, which acts on the strains of
+/// both, and on the forces of a sticking contact.
 #[inline(always)]
-pub fn shares<P: Packed>(effects: &Effects, tap: &Tap<P>) -> [P; 2] {
+pub fn shares<P: Packed>(effects: &Effects, tap: &Tap<P>) -> [P; 3] {
     let of = P::of;
     let (zero, one, half) = (of(0.0), of(1.0), of(0.5));
     if !effects.offset {
-        return [one; 2];
+        return [one; 3];
     }
     let (b1, b2) = (
         one / tap.taper.mul_add(tap.near, tap.rest),
@@ -48,9 +49,10 @@ pub fn shares<P: Packed>(effects: &Effects, tap: &Tap<P>) -> [P; 2] {
         along = along + of(0.25) * tap.radius * bent * b1 * end;
     }
     let scale = tap.weight * tap.radius / tap.strain.abs().max(of(TINY));
-    let across = scale * (tap.force * lever).abs();
-    let held = scale * (tap.along * along).abs();
-    [across.max(one), (across + held).max(one)]
+    let (lever, along) = (scale * lever.abs(), scale * along.abs());
+    let (across, along, held) = (tap.force.abs() * lever, tap.force.abs() * along, tap.along.abs() * along);
+    let strains = across + if effects.stick { along.max(held) } else { held };
+    [across.max(one), along.max(one), strains.max(one)]
 }
 
 /// The solution of a tap whose last sweep left `residual` and rounding `rounded`; `across` is the first of its [`shares`].

@@ -15,9 +15,12 @@
 //! correction: changes of closed forms with c are composed as growth factors (a + b + ab), 1 − cos and ψ − sin are series, so that K − 1 keeps its
 //! relative precision in f32 for any small tap.
 //!
-//! One sweep evaluates all this from the last state and ends with a Newton step for (w, z). The iteration contracts by about θ² per sweep at
-//! small angles and by 3 at 60°. It diverges where the force along a fine tip bends it as much as the force across.
+//! One sweep evaluates all this from the last state and ends with a Newton step for (w, z), for (w, k) of a sticking contact, or for (w, k, z) of one
+//! that rolls on a pole, x = ρ cos α (ϑ − ψ_b), whose Jacobian then includes the geometric stiffness. The iteration contracts by about θ² per sweep
+//! at small angles and by 3 at 60°. It diverges where the force along a fine tip bends it as much as the force across: there the last rung lets the
+//! lag settle over a few sweeps, which always converge for given forces (a Volterra equation), and its Jacobian includes the lag's response.
 
+mod full;
 mod gauge;
 mod legendre;
 mod newton;
@@ -32,8 +35,11 @@ pub use tables::{Tables, series};
 
 /// Change of the strain by changes of the two unknowns. A function: closures called twice lack the caller's instruction set.
 #[inline(always)]
-fn shows<P: Packed>(moved: P, [force, other]: [P; 2]) -> P {
-    force.abs() + moved * other.abs()
+fn shows<P: Packed>(stick: bool, felt: [P; 2], moved: P, [force, other]: [P; 2]) -> P {
+    if stick {
+        return felt[0] * force.abs() + felt[1] * other.abs();
+    }
+    force.abs() + felt[0] * moved * other.abs()
 }
 
 /// Solves a pack of taps. `PLAIN`: all effects are off, at compile time.
@@ -59,38 +65,48 @@ pub fn taps<P: Packed, const N: usize, const PLAIN: bool>(
         extra: [zero; N],
         steps: [zero; 2],
         noise: [zero; 2],
+        rolled: zero,
         fold: of(1.0),
         base: zero,
         load: zero,
         beyond: zero,
     };
     let (mut error, mut last, mut rate, mut sweeps, mut rounded) = (of(1.0), of(1.0), zero, zero, zero);
-    let stop = of(Rule::stop(effects) * tolerance);
+    let stop = of(rule.stop(effects) * tolerance);
     let least = Rule::least(effects, tolerance);
-    let [across, strains] = if PLAIN { [of(1.0); 2] } else { shares(effects, tap) };
+    let [across, along, strains] = if PLAIN { [of(1.0); 3] } else { shares(effects, tap) };
+    let (stick, felt) = (!PLAIN && effects.stick, [across, along]);
     let mut done = zero;
     for step in 1..=rule.sweeps {
         let before = state.clone();
-        sweep::<P, N, PLAIN>(tables, effects, tap, &mut state);
+        let stepping = step % rule.settle() == 0;
+        sweep::<P, N, PLAIN>(tables, effects, rule, stepping, tap, &mut state);
         // A lane that is done keeps its state, so that no tap depends on its neighbours.
         state.keep(tables.nodes::<PLAIN>(), done, &before);
+        if !stepping {
+            continue;
+        }
         let moved = sensitivity(!PLAIN && effects.offset, tap, tap.arc + state.arc);
-        let change = shows(across * moved, state.steps);
+        let mut change = shows(stick, felt, moved, state.steps);
+        if !PLAIN && effects.rolls {
+            change = change + across * moved * state.rolled.abs();
+        }
         // Remaining error if the contraction continues: change · ρ/(1 − ρ). One good sweep is half believed.
         let expected = rate * last;
-        let next = (change / last).max(of(0.5) * rate).min(of(LARGEST_RATE)).max(of(SMALLEST_RATE));
+        let next =
+            (change / last).max(of(0.5) * rate).min(of(rule.largest_rate())).max(of(rule.smallest_rate()));
         let open = |now, old| zero.if_less(done, old, now);
         rate = open(next, rate);
         last = open(change.max(of(TINY)), last);
-        sweeps = sweeps + open(of(1.0), zero);
+        sweeps = sweeps + open(of(rule.settle().into()), zero);
         // A step may be small by chance where the two unknowns oscillate, or the lever grows during the iteration.
         let wary = change.max(of(CHANCE) * expected);
         let believed = match () {
-            () if !PLAIN && effects.offset => wary,
+            () if !PLAIN && (effects.offset || rule.full) => wary,
             () => (of(GROWN) * tap.near).if_less(tap.near + state.arc, wary, change),
         };
         error = open(believed * rate / (of(1.0) - rate), error);
-        rounded = open(shows(across * moved, state.noise), rounded);
+        rounded = open(shows(stick, felt, moved, state.noise), rounded);
         if step >= least {
             done = stop.if_less(error, done, of(1.0));
             if of(1.0).all_at_most(done) {

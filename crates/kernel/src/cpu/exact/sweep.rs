@@ -3,7 +3,7 @@
 use super::super::pack::{Packed, Scalar};
 use super::newton::{Bent, Step, step};
 use super::tables::{Tables, dot};
-use crate::{Effects, Tap, rule::limits::*};
+use crate::{Effects, Rule, Tap, rule::limits::*};
 
 /// State passed between sweeps: W = W₀(1 + w) across and H = H₀ + W₀k along the whisker at the contact, arc c = 1 + x₀ + z.
 #[derive(Clone)]
@@ -26,10 +26,12 @@ pub struct State<P, const N: usize> {
     pub bending: [P; N],
     /// e₀ − t at the nodes: the axial strain added by the section law.
     pub extra: [P; N],
-    /// Last Newton steps of w and of z, before they were bounded.
+    /// Last Newton steps of w and of z (or k), before they were bounded.
     pub steps: [P; 2],
-    /// Rounding errors of w and of z.
+    /// Rounding errors of w and of z (or k).
     pub noise: [P; 2],
+    /// Last Newton step of z of a rolling contact; 0 otherwise.
+    pub rolled: P,
     /// Determinant of the last Jacobian, positive while it has the sign of the unloaded rod's; 1 where it cannot vanish.
     pub fold: P,
     /// |ψ| at the base.
@@ -76,6 +78,8 @@ fn then<P: Packed>(a: P, b: P) -> P {
 pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
     tables: &Tables<P::Scalar, N>,
     effects: &Effects,
+    rule: &Rule,
+    stepping: bool,
     tap: &Tap<P>,
     state: &mut State<P, N>,
 ) {
@@ -85,6 +89,8 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
     let shear = !PLAIN && effects.shear;
     let extension = !PLAIN && effects.extension;
     let offset = !PLAIN && effects.offset;
+    let stick = !PLAIN && effects.stick;
+    let rolls = !PLAIN && effects.rolls;
     let law = !PLAIN && effects.law;
 
     let w_force = tap.force * (one + state.force);
@@ -235,6 +241,10 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
     let height = w_force * (eta1 + d_eta1) - sigma;
     let (mut a0, mut d_a0, mut b0, mut d_b0, mut f, mut d_f) = (zero, zero, zero, zero, zero, zero);
     let (mut base, mut height) = (base, height);
+    // ψ at the base less that of the first-order solution, where the contact rolls.
+    let mut turned =
+        if rolls { tap.force * (psi1 * state.force + (one + state.force) * d_psi1) - lag } else { zero };
+    let mut pivoted = zero;
     if offset {
         let slim3 = then(slim2, slim);
         let psi0 = tap.contact_radius * (one + v + v * v) * iv * iv * iv * of(1.0 / 3.0);
@@ -246,6 +256,10 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         (a0, d_a0) = (turn * psi0 - x0 * eta0, turn * d_psi0 + x * s1 * (psi0 + d_psi0) - x0 * d_eta0);
         (b0, d_b0) = (eta0 + hub * psi0, d_eta0 + hub * d_psi0);
         base = base + h_force * (psi0 + d_psi0);
+        if rolls {
+            turned = turned + tap.force * state.along * psi0 + h_force * d_psi0;
+            pivoted = psi0;
+        }
         height = height + h_force * (eta0 + d_eta0);
         if extension {
             f = of(0.25) * tap.radius * tap.radius * iv;
@@ -292,6 +306,11 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
                 - hub * (lag + sine_b));
     }
 
+    // Newton for (w, z), or (w, k) of a sticking contact; (w, k, z) of one that rolls.
+    if !stepping {
+        state.base = base.abs();
+        return;
+    }
     // Terms that may cancel in the residuals: each is off by a rounding or so.
     let noise = if PLAIN {
         [zero; 2]
@@ -318,11 +337,13 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         [first * rounding, second * rounding]
     };
     state.fold = one;
-    let (dw, dx) = if offset {
+    let (dw, dx) = if offset || !PLAIN && rule.full {
         let bent = Bent {
             y,
             density,
+            heights,
             w_force,
+            h_force,
             contact_radius,
             x,
             base,
@@ -330,15 +351,27 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
             centre: [x0, y0],
             cosine,
             sine,
+            ahead: if rolls { state.arc + tap.ratio * turned } else { zero },
         };
-        let Step { steps: [dw, dx], noise, fold } =
-            step(tables, effects, tap, state, &bent, [across, along], noise);
+        let Step { steps: [dw, dx], noise, rolled, fold } =
+            step(tables, effects, rule.passes(), tap, state, &bent, [across, along], noise);
         // The determinant of the unloaded rod, per unit of its forces.
         let b1 = eta1 + hub * psi1;
-        let unloaded = (a1 + tap.ratio * (a0 + y0 * f)) * s1
-            - (y0 + x0 * tap.slope) * (tap.ratio * x0 * f + y0 * (b1 + tap.ratio * b0));
+        let unloaded = if rolls {
+            // The arc of a rolling contact follows its turn.
+            let (lift, reach) = (tap.ratio * (y0 + x0 * tap.slope), tap.ratio * s1);
+            (a1 - lift * psi1) * (x0 * f + y0 * b0 - reach * pivoted)
+                - (a0 + y0 * f - lift * pivoted) * (y0 * b1 - reach * psi1)
+        } else if stick {
+            a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1
+        } else {
+            let ratio = if offset { tap.ratio } else { zero };
+            (a1 + ratio * (a0 + y0 * f)) * s1
+                - (y0 + x0 * tap.slope) * (ratio * x0 * f + y0 * (b1 + ratio * b0))
+        };
         state.noise = noise;
-        state.fold = fold * unloaded * tap.force;
+        state.rolled = rolled;
+        state.fold = fold * unloaded * if stick { one } else { tap.force };
         (dw, dx)
     } else {
         // Frictionless on the centreline the arc does not feel the force to first order.
@@ -352,10 +385,24 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         ((across - m12 * dx) / m11, dx)
     };
     state.steps = [dw, dx];
-    state.force = (state.force - dw).max(of(LEAST_FORCE)).min(of(MOST_FORCE));
-    state.arc = (state.arc - dx).max(of(LEAST_ARC)).min(of(MOST_ARC));
-    if offset {
-        state.along = tap.ratio * state.force;
+    let (mut dw, mut dx) = (dw, dx);
+    if !PLAIN && rule.full {
+        let share = (of(LONGEST_STEP) * (one + state.force.abs()) / dw.abs().max(of(TINY))).min(one);
+        (dw, dx) = (dw * share, dx * share);
+        state.rolled = state.rolled * share;
+    }
+    let least = of(if stick { MOST_PULL } else { LEAST_FORCE });
+    state.force = (state.force - dw).max(least).min(of(MOST_FORCE));
+    if stick {
+        state.along = state.along - dx;
+        if rolls {
+            state.arc = (state.arc - state.rolled).max(of(LEAST_ARC)).min(of(MOST_ARC));
+        }
+    } else {
+        state.arc = (state.arc - dx).max(of(LEAST_ARC)).min(of(MOST_ARC));
+        if offset {
+            state.along = tap.ratio * state.force;
+        }
     }
     state.base = base.abs();
 }
