@@ -112,7 +112,7 @@ def number(key: str, value: Any, unit: str | None = None) -> float:
     raise InputError("this is no number", key=key, value=short(value), allowed="a number that a float holds")
 
 
-def whole(key: str, value: Any, most: int = 2**64 - 1, least: int = 0) -> int:
+def whole(key: str, value: Any, most: int = 2**63 - 1, least: int = 0) -> int:
     """``value`` as a whole number from ``least`` to ``most``."""
     if _is_number(value) and isinstance(value, numbers.Integral) and least <= int(value) <= most:
         return int(value)

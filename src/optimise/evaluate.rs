@@ -13,7 +13,7 @@ use crate::chart::lanes::Figures;
 use crate::chart::ranges::Wanted;
 use crate::chart::ranker::Ranker;
 use crate::chart::reader::{LEAST_TAPS, Reader, directions};
-use crate::curve::{self, Ask, both};
+use crate::curve::{self, Ask, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Task};
@@ -107,7 +107,7 @@ impl<'a> Scorer<'a> {
             let row = judge.reduce(&designs[0], (taps.0, told.1), Told::by(told.0, 0), None);
             (row, judge.score(designs, taps, told))
         };
-        let all: Result<Vec<_>, Error> = parts.map(|part| self.solved(part, row)).collect();
+        let all: Result<Vec<_>, Error> = parts.map(|part| self.solved(part, true, row)).collect();
         self.judge.deviations = deviations;
         Ok(all?.concat())
     }
@@ -143,25 +143,31 @@ impl<'a> Scorer<'a> {
     fn batch(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         match self.rows.clone() {
             Some(reader) => self.read(&reader, points),
-            None => self.solved(points, Judge::score),
+            None => self.solved(points, false, Judge::score),
         }
     }
 
-    /// What `told` makes of the solved whiskers of each of `points`.
+    /// What `told` makes of the whiskers of each of `points`; `kept`: the points are drives of one whisker, and none of their taps is read from charts.
     fn solved<T: Send>(
         &mut self,
         points: &[Tuple],
+        kept: bool,
         told: impl Fn(&Judge<'a>, &[Design], Taps<'_>, Distances<'_>) -> T + Sync,
     ) -> Result<Vec<T>, Error> {
         let judge = &self.judge;
         let whiskers = 1 + judge.deviations.len();
         let n = judge.distances.len();
-        let designs: Vec<Design> = (0..points.len() * whiskers)
-            .into_par_iter()
-            .map(|w| judge.design(&points[w / whiskers], w % whiskers))
-            .collect();
+        let known = points.first().filter(|_| kept).map(|point| judge.design(point, 0));
+        let design = |w: usize| match &known {
+            Some(known) => Design { tuple: points[w], ..known.clone() },
+            None => judge.design(&points[w / whiskers], w % whiskers),
+        };
+        let designs: Vec<Design> = (0..points.len() * whiskers).into_par_iter().map(design).collect();
         let tasks = judge.tasks(&designs);
-        let taps = self.evaluator.read(&designs, &tasks)?;
+        let taps = match kept {
+            true => self.evaluator.run(&designs, &tasks)?,
+            false => self.evaluator.read(&designs, &tasks)?,
+        };
         let upright = if judge.blind() {
             let sampled = tasks.iter().filter(|t| !(t.design as usize).is_multiple_of(whiskers));
             let tasks: Vec<Task> = sampled.map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
@@ -170,7 +176,11 @@ impl<'a> Scorer<'a> {
             Vec::new()
         };
         let ask = |(w, design): (usize, &Design)| {
-            let reach = judge.reach_of(w % whiskers, design.tuple.direction())?;
+            let direction = design.tuple.direction();
+            let reach = match kept {
+                true => Reach::of(direction, judge.reach),
+                false => judge.reach_of(w % whiskers, direction)?,
+            };
             Some(Ask { design: w as u32, drive: design.tuple.drive, reach })
         };
         let asks: Vec<Ask> = designs.iter().enumerate().filter_map(ask).collect();
