@@ -148,6 +148,9 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let (zero, one) = (of(0.0), of(1.0));
         let effects = self.effects;
         let Contact { push, drag, x } = self.contact(state);
+        // The stretch between a and c stays as the shape of a lane that is done found it.
+        let x = zero.if_less(done, self.last, x);
+        self.last = x;
         let Touch { normal, radius, lift, mut beyond } = self.touch(&fixed.turns, x);
         let force = self.force_at(normal, push, drag);
         let tangent = times(of(-1.0), square(normal));
@@ -168,7 +171,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                     [one.max(part.near).min(part.far), end.max(part.near).min(part.far)]
                 }
             };
-            let length = slide.place[1].abs();
+            let length = zero.if_less(done, one, slide.place[1].abs());
             slide.put(&fixed.slide, &effects, &self.whisker, ends);
             // A slide that had no length starts from the turn at its end towards the contact.
             for i in 0..S {

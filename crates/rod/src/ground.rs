@@ -71,6 +71,8 @@ pub struct Ground<P, const N: usize, const S: usize> {
     /// ρ cos α of a contact that rolls, and the turn of the base against the contact less the linear one, of the last pass.
     pub roll: P,
     pub later: P,
+    /// c/a − 1 of the last pass.
+    pub last: P,
     /// P, T and c − 1 of linear theory per unit of the drive, and its strains; where the contact gives way by P^⅔, P and strain at which it begins.
     pub first: [P; 3],
     /// 1 less P of a contact that does not give way over that P.
@@ -217,6 +219,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             slid: [zero; 2],
             roll: if effects.roll { pole * normal[1] } else { zero },
             later: zero,
+            last: zero,
             first: [zero; 3],
             lack: zero,
             strain: [zero; 2],

@@ -167,7 +167,10 @@ impl<P: Lane, const N: usize> Panel<P, N> {
         let (zero, one, two, half) = (of(0.0), of(1.0), of(2.0), of(0.5));
         let n = rule.nodes();
         let mut next = *carried;
-        self.entry = [carried.moment, carried.lag];
+        self.entry = [
+            zero.if_less(done, self.entry[0], carried.moment),
+            zero.if_less(done, self.entry[1], carried.lag),
+        ];
         let [fx, fy] = force;
         let (mut twist, mut bends, mut friction) = ([zero; N], [zero; N], [zero; N]);
         let (mut sines, mut versines, mut overs) = ([zero; N], [zero; N], [zero; N]);

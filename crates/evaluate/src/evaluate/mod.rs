@@ -29,7 +29,6 @@ pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
 use outcome::{Asked, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
-use rod::takes_all;
 use solve::Solved;
 pub use strains::{closed, closed_gradient, is_closed};
 pub use task::{Outcome, Outcomes, Task};
@@ -248,9 +247,8 @@ impl<'a> Evaluator<'a> {
         };
         // Samples of a smooth function without a solution lie beyond its end, unless the section law ends before.
         let beyond = |s: &Solved| {
-            let sliding = s.grip == Grip::Slide(0.0) && (takes_all(setup) || !s.unsure());
             let whole = |section: &Section| section.chart().is_none_or(|chart| chart.whole);
-            sliding && section.is_some_and(whole)
+            s.grip == Grip::Slide(0.0) && section.is_some_and(whole)
         };
         // Taps that stay without an answer if they are left open.
         let unsolved = |task: &Task, design: &Design, s: &Solved| {

@@ -9,7 +9,7 @@ use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::{
     self, Effects, Solution,
-    rule::limits::{ASTRAY, EDGE, HOPELESS},
+    rule::limits::ASTRAY,
     tap::{Ask, Frame},
 };
 use crate::physics::onset::Grip;
@@ -53,11 +53,6 @@ impl Solved {
         astray: true,
         sweeps: 0.0,
     };
-
-    /// True at an equilibrium beyond a fold or a range, or close to the end of the law: another solver may tell it.
-    pub fn unsure(&self) -> bool {
-        self.error == HOPELESS || (self.load - 1.0).abs() <= EDGE
-    }
 
     /// True if the contact surely moved along the whisker against its friction.
     fn moves(&self) -> bool {
