@@ -3,7 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::rule::limits::EDGE;
+use super::rule::limits::{EDGE, HOPELESS};
 use vibrissa_core::physics::linear::StrainCurve;
 use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::onset::{Grip, Onset, Pose};
@@ -169,6 +169,11 @@ impl Solution {
     /// True if the kernel has an answer: a strain within `tolerance` from a material that has surely not ended.
     pub fn is_told(&self, tolerance: f64) -> bool {
         self.within(tolerance) && self.load < 1.0 - EDGE
+    }
+
+    /// True at an equilibrium outside the series or chart, beyond a fold of the path, or close to the end of the law.
+    pub fn unsure(&self) -> bool {
+        self.error == HOPELESS && self.load <= 1.0 + EDGE || (self.load - 1.0).abs() <= EDGE
     }
 
     /// A tap that has no solution.

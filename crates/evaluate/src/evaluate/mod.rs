@@ -248,7 +248,7 @@ impl<'a> Evaluator<'a> {
         // Samples of a smooth function without a solution lie beyond its end, unless the section law ends before.
         let beyond = |s: &Solved| {
             let whole = |section: &Section| section.chart().is_none_or(|chart| chart.whole);
-            s.grip == Grip::Slide(0.0) && section.is_some_and(whole)
+            s.grip == Grip::Slide(0.0) && !s.unsure && section.is_some_and(whole)
         };
         // Taps that stay without an answer if they are left open.
         let unsolved = |task: &Task, design: &Design, s: &Solved| {

@@ -110,6 +110,7 @@ impl<'a> Rods<'a> {
             error: s.error / self.question.share(linear, strain),
             load: s.load,
             astray: s.is_astray(),
+            unsure: false,
             sweeps: s.sweeps,
         })
     }

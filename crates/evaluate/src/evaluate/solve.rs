@@ -38,6 +38,8 @@ pub(super) struct Solved {
     pub load: f64,
     /// True if the iteration came near no equilibrium.
     pub astray: bool,
+    /// True if the kernel of cones found an equilibrium beyond a fold or its range, or close to the end of the law.
+    pub unsure: bool,
     /// Sweeps spent on it, also for another grip.
     pub sweeps: f64,
 }
@@ -51,6 +53,7 @@ impl Solved {
         error: f64::INFINITY,
         load: 0.0,
         astray: true,
+        unsure: false,
         sweeps: 0.0,
     };
 
@@ -171,7 +174,8 @@ impl Evaluator<'_> {
         }
         let found = Rods::new(question, &open).solve(question.stick(), *tolerance, &ladder.section);
         for (&i, new) in open.iter().zip(found) {
-            solved[i] = Solved { sweeps: solved[i].sweeps + new.sweeps, ..new };
+            let Solved { sweeps, unsure, .. } = solved[i];
+            solved[i] = Solved { sweeps: sweeps + new.sweeps, unsure, ..new };
         }
         Ok(solved)
     }
@@ -208,7 +212,7 @@ impl Evaluator<'_> {
             let error = s.error / question.share(asked.linear, found.found.strain);
             match (Solution { error, ..*s }).is_told(enough) {
                 true => Solved { error, ..found },
-                false => Solved { sweeps: s.sweeps, ..nothing(i) },
+                false => Solved { sweeps: s.sweeps, unsure: s.unsure(), ..nothing(i) },
             }
         };
         Ok((0..count).into_par_iter().with_min_len(FRAMES).map(one).collect())
@@ -229,8 +233,15 @@ fn of_cone(asked: &Asked<'_>, frame: &Frame, s: &Solution, grip: Grip) -> Solved
         sticking: grip == Grip::Stick,
         ..Outcome::NOTHING
     };
-    let (moved, astray) = (frame.moved(s), false);
-    Solved { found, grip, moved, error: s.error, load: s.load, astray, sweeps: s.sweeps }
+    Solved {
+        found,
+        grip,
+        moved: frame.moved(s),
+        error: s.error,
+        load: s.load,
+        sweeps: s.sweeps,
+        ..Solved::LOST
+    }
 }
 
 /// An upright tap as the kernel takes it; `None` outside the domain, and at the apex.
