@@ -201,7 +201,7 @@ pub fn solve(
     let (mut cpu, mut part) = (Cpu::new(Precision::F64), Vec::new());
     let own = rungs.first().map_or(Precision::F64, |rung| rung.precision);
     let precision = if effects.stick { Precision::F64 } else { own };
-    let share = if precision == own { 1.0 } else { SPARE };
+    let fine = (SPARE * tolerance).max(rule::smallest_tolerance(Precision::F64)).min(tolerance);
     let mut believed = enough;
     for (step, rung) in rungs.iter().filter(|rung| rung.precision == precision).enumerate() {
         if rung.rule.full {
@@ -214,7 +214,9 @@ pub fn solve(
         }
         let alone = effects.stick || rung.rule.full && !solver.has_full_newton();
         let solver: &mut dyn Solver = if alone { &mut cpu } else { &mut *solver };
-        let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };
+        // Few taps take full Newton, and contacts that stick need more digits than f32 has.
+        let goal = if rung.rule.full || precision != own { fine } else { tolerance };
+        let job = Job { effects, rule: &rung.rule, tolerance: goal, chart: rung.chart() };
         if step == 0 && taps.len() <= limit {
             solver.solve(&job, taps, out)?;
             continue;
