@@ -185,7 +185,7 @@ impl<'a> Scorer<'a> {
         };
         let asks: Vec<Ask> = designs.iter().enumerate().filter_map(ask).collect();
         let (curves, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks)?;
-        let mut own = vec![None; if asks.is_empty() { 0 } else { designs.len() }];
+        let mut own = vec![None; if curves.is_empty() { 0 } else { designs.len() }];
         asks.iter().zip(curves).for_each(|(ask, curve)| own[ask.design as usize] = curve);
         let ask = |t: usize| judge.ask(&designs, whiskers, tasks[t], &taps[t]);
         let asks: Vec<both::Ask> = (0..tasks.len()).into_par_iter().map(ask).collect();
