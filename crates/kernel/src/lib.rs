@@ -130,12 +130,8 @@ impl Ladder {
         if precision == Precision::F32 {
             all.extend(rungs(Precision::F64, SPARE * tolerance));
         }
-        let fine = SPARE * tolerance;
-        let fine = if precision == Precision::F64 && fine >= rule::smallest_tolerance(precision) {
-            fine
-        } else {
-            tolerance
-        };
+        // Next to the gauge's near end bending and the force along the whisker nearly cancel, which amplifies errors of the law.
+        let fine = (SPARE * tolerance).max(rule::smallest_tolerance(Precision::F64)).min(tolerance);
         let section =
             Section::new(material, rule::WHOLE_RANGE, rule::COARSE_SHARES.map(|share| share * fine));
         Self { rungs: all, section }
