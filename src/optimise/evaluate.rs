@@ -147,7 +147,8 @@ impl<'a> Scorer<'a> {
         }
     }
 
-    /// What `told` makes of the whiskers of each of `points`; `kept`: the points are drives of one whisker, and none of their taps is read from charts.
+    /// Calls `told` with the solved whiskers of each of `points`. `kept`: the points are drives of one whisker, and all their taps are solved, none is read
+    /// from charts.
     fn solved<T: Send>(
         &mut self,
         points: &[Tuple],

@@ -102,7 +102,7 @@ impl Rung {
     }
 }
 
-/// How taps of a material are solved to a tolerance.
+/// Rungs and section law for taps of a material, to a tolerance.
 #[derive(Debug, Clone)]
 pub struct Ladder {
     /// Rungs of the kernel, cheapest first; after those in f32 come those in f64, for contacts that stick.
@@ -111,7 +111,7 @@ pub struct Ladder {
     pub section: Section,
 }
 
-/// Where few taps use it, the section law is right to this share of the tolerance.
+/// Share of the tolerance to which full Newton, sticking contacts and the section law of the whole range are solved: few taps use them.
 const SPARE: f64 = 0.01;
 
 const SCANNED: usize = 1 << 14;

@@ -126,8 +126,8 @@ pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
 /// Shares of the tolerance: where a chart is cut, and its largest error before its range is shortened.
 pub const COARSE_SHARES: [f64; 2] = [0.02, 0.2];
 
-/// The same on this rung. Taps climb to the second also because bending and the force along the whisker nearly cancel at the gauge, which amplifies both
-/// errors.
+/// The same on this rung. Taps climb to the second also because bending and the force along the whisker nearly cancel at the gauge: that amplifies
+/// both errors.
 pub fn chart_shares(precision: Precision, rule: &Rule) -> [f64; 2] {
     let second = every_rule(precision).get(1) == Some(rule);
     [if second { 0.004 } else { COARSE_SHARES[0] }, COARSE_SHARES[1]]

@@ -286,7 +286,7 @@ impl Frame {
         self.tap.moved(s)
     }
 
-    /// Whether the contact of a tap framed as sticking sticks or slides at `mu`, to first order in the drive.
+    /// The contact at friction `mu` of a tap that is framed as sticking, to first order in the drive: it sticks or slides.
     pub fn foreseen(&self, mu: f64) -> Grip {
         let Response { tangential, normal, .. } = self.response(&Solution::default());
         if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }

@@ -96,7 +96,7 @@ impl<T: Number> Pose<'_, T> {
         let shear = model.shear.then(|| {
             shear_length2(&self.taper, T::of(model.nu)) / (T::of(3.0 * Held::new(model).shear) * a * a)
         });
-        // Of a unit axial force also the gauge strain, which the section law has not otherwise.
+        // A unit axial force gives this strain at the gauge, too; the section law does not hold it.
         let stretch = model.extension.then(|| T::of(0.25) * radius * radius);
         // A length of the rig, mostly 0.
         let over_a = |length: f64| if length == 0.0 { zero } else { T::of(length) / a };

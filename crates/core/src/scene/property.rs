@@ -230,7 +230,7 @@ impl PartialEq for Rigs {
     }
 }
 
-/// What tells sweeps apart: without the order in which listed rigs are known.
+/// The identity of a sweep is a hash of this text: it holds the properties and the factors, not the order in which listed rigs were added.
 impl std::fmt::Debug for Rigs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{:?} {:?}", self.properties, self.factors())

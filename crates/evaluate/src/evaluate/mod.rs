@@ -66,7 +66,7 @@ pub enum Method {
     Fast {
         /// The backend.
         solver: Box<dyn Solver>,
-        /// How it climbs to the tolerance.
+        /// Rungs of the kernel, and the section law.
         ladder: Ladder,
         /// Bound on the strain error.
         tolerance: f64,

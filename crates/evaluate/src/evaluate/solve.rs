@@ -84,7 +84,7 @@ pub(super) struct Question<'a> {
     pub tasks: &'a [Task],
     /// All stick, or none.
     pub grips: &'a [Grip],
-    /// Where the strain crosses zero next to the contact, errors are relative to that of linear theory, as charts hold their ratio.
+    /// True for samples of charts, which hold the ratio to linear theory: errors are relative to its strain, where that of the tap is smaller.
     pub charted: bool,
 }
 
@@ -102,7 +102,7 @@ impl<'a> Question<'a> {
         &self.designs[self.tasks[i].design as usize]
     }
 
-    /// By how much errors may exceed those relative to the strain.
+    /// Factor by which the error of a tap, relative to its strain, may exceed the tolerance; θ f is `linear`.
     pub fn share(&self, linear: f64, strain: f64) -> f64 {
         let share = (linear / strain).abs();
         if self.charted && share.is_finite() { share.max(1.0) } else { 1.0 }
@@ -167,7 +167,7 @@ impl Evaluator<'_> {
     fn solve(&mut self, question: &Question<'_>) -> Solutions {
         let mut solved = self.cones(question)?;
         let Method::Fast { ladder, tolerance, .. } = &self.method else { return Ok(solved) };
-        // The kernel's silence tells where a smooth function of cones ends.
+        // Samples of a smooth function of cones: it ends where the kernel has no answer.
         let ends =
             |i: usize| self.samples && !takes_all(question.setup) && question.tasks[i].direction.is_upright();
         let open = |i: &usize| solved[*i].error > *tolerance && !ends(*i) && question.asked(*i).is_some();
@@ -187,12 +187,9 @@ impl Evaluator<'_> {
     fn cones(&mut self, question: &Question<'_>) -> Solutions {
         let (setup, count) = (question.setup, question.tasks.len());
         let nothing = |i: usize| Solved { grip: question.grips[i], ..Solved::LOST };
-        let Method::Fast { solver, ladder, tolerance } = &mut self.method else {
+        let (Method::Fast { solver, ladder, tolerance }, false) = (&mut self.method, takes_all(setup)) else {
             return Ok((0..count).map(nothing).collect());
         };
-        if takes_all(setup) {
-            return Ok((0..count).map(nothing).collect());
-        }
         let frame = |i: usize| frame(setup, question.design(i), &question.tasks[i], question.grips[i]);
         let frames: Vec<Option<Frame>> = (0..count).into_par_iter().with_min_len(FRAMES).map(frame).collect();
         self.taps.clear();
