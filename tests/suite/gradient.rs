@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::built::{case, cases};
 use vibrissa::census::cases;
 use vibrissa::design::Design;
-use vibrissa::evaluate::{self, Evaluator, Input, Method, OUTPUTS, Outcome, Task};
+use vibrissa::evaluate::{Evaluator, Gradient, Input, Method, OUTPUTS, Outcome, Task};
 use vibrissa::scene::{Clamp, Property, Setup, Tuple};
 use vibrissa::spec;
 
@@ -35,7 +35,8 @@ fn gradient(
 ) -> [Vec<f64>; OUTPUTS] {
     let (every, mut slopes): ([usize; OUTPUTS], _) =
         (std::array::from_fn(|k| k), vec![0.0; OUTPUTS * inputs.len()]);
-    evaluate::gradient(setup, (design, task, outcome), inputs, &every, &mut slopes);
+    let tap = (std::slice::from_ref(design), std::slice::from_ref(task), std::slice::from_ref(outcome));
+    Gradient::new(setup, inputs).write(tap, &every, &mut slopes);
     std::array::from_fn(|k| slopes[k * inputs.len()..][..inputs.len()].to_vec())
 }
 
@@ -224,7 +225,6 @@ fn named(name: &str) -> Setup {
     cases::all().iter().find(|c| c.name == name).expect("a model").setup.clone()
 }
 
-/// The tap is off the reference's equilibrium by 5e-11, as a kernel's is.
 #[test]
 fn k_does_not_depend_on_the_length_of_a_gauge_that_the_contact_barely_reaches() {
     for name in ["timoshenko", "shear", "neo-alone"] {
@@ -233,49 +233,11 @@ fn k_does_not_depend_on_the_length_of_a_gauge_that_the_contact_barely_reaches() 
         for share in [2e-5, 1e-4] {
             let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
             let tuple = Tuple { a: 5.0 * (1.0 + share), drive: 0.5, ..whisker };
-            let (design, task, mut outcome) = solve(&setup, tuple);
+            let (design, task, outcome) = solve(&setup, tuple);
             assert!(outcome.strain > 0.0, "{name}");
-            outcome.arc *= 1.0 - 5e-11;
-            outcome.normal_force *= 1.0 + 5e-11;
             let slopes = gradient(&setup, &design, &task, &outcome, &[l]);
             let off = (slopes[2][0] / (1.0 + outcome.deviation)).abs() * tuple.l;
             assert!(off <= TOLERANCE, "{name}, {share}: {off:e}");
-        }
-    }
-}
-
-/// Kernels solve to some 1e-10. dK/d(drive) is a difference of two numbers that are larger by 1/drive².
-#[test]
-fn derivatives_of_taps_that_are_nearly_told_are_those_of_told_ones() {
-    for name in ["hooke", "surface", "neo", "yeoh", "coulomb", "root", "solid"] {
-        let setup = named(name);
-        let inputs = ["d", "a", "theta"].map(|n| Input::new(&setup, n).expect("an input"));
-        let (mut largest, mut off) = ([[0.0_f64; 3]; 4], [[0.0_f64; 3]; 4]);
-        for drive in [0.6, 1.0, 2.5, 6.0] {
-            let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
-            let (design, task, told) = solve(&setup, Tuple { a: 30.0, drive, ..whisker });
-            let (arc, force) = (told.arc * (1.0 - 6e-11), told.normal_force * (1.0 + 6e-11));
-            let nearly = Outcome {
-                arc,
-                normal_force: force,
-                tangential_force: told.tangential_force * 1.00000000006,
-                ..told
-            };
-            let rows = |outcome: &Outcome| {
-                let every = gradient(&setup, &design, &task, outcome, &inputs);
-                let mut alone = vec![0.0; 3];
-                evaluate::gradient(&setup, (&design, &task, outcome), &inputs, &[0], &mut alone);
-                [alone, every[0].clone(), every[2].clone(), every[3].clone()]
-            };
-            for (k, (exact, found)) in rows(&told).iter().zip(rows(&nearly)).enumerate() {
-                for i in 0..3 {
-                    largest[k][i] = largest[k][i].max(exact[i].abs());
-                    off[k][i] = off[k][i].max((exact[i] - found[i]).abs());
-                }
-            }
-        }
-        for (off, largest) in off.iter().flatten().zip(largest.iter().flatten()) {
-            assert!(off <= &(TOLERANCE * largest) && *largest > 0.0, "{name}: {off:e} of {largest:e}");
         }
     }
 }

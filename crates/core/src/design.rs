@@ -145,18 +145,10 @@ impl Design {
 
     /// The design of `tuple` in `setup`; the rig of the tuple is ignored.
     pub fn of(setup: &Setup, tuple: Tuple) -> Self {
-        let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
+        let Tuple { D, L_a, x_ss, .. } = tuple;
         let held = Held::new(&setup.model).c0 * D <= x_ss;
-        let taper = Taper::new(D, d, L_a);
-        let cone = || (setup.signal != Signal::Strain).then_some(&Built::CONE);
-        let body =
-            setup.built.as_deref().or_else(cone).map(|built| {
-                Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu))
-            });
-        let gauge = match &body {
-            Some(body) if is_whisker(&tuple) => body.gauge(x_ss, l),
-            _ => taper.gauge(x_ss, l),
-        };
+        let whole = is_whisker(&tuple);
+        let (body, gauge) = parts(setup, &tuple, whole);
         // A grid may be too short to have two ends.
         let grid = gauge[0] < gauge[1];
         let sound = body.as_ref().is_none_or(|body| body.burst().is_none());
@@ -164,10 +156,18 @@ impl Design {
             let whole = |span: [f64; 2]| span[0] >= -ROUNDING * L_a && span[1] <= L_a * (1.0 + ROUNDING);
             shared.foil.is_none_or(|foil| whole(foil.span))
         };
-        let shared = (is_whisker(&tuple) && grid && held && sound)
-            .then(|| Shared::new(setup, (taper, L_a), body, (gauge, setup.hub), None))
+        let shared = (whole && grid && held && sound)
+            .then(|| Shared::new(setup, (taper(&tuple), L_a), body, (gauge, setup.hub), None))
             .filter(carried);
         Self { tuple, shared, own: None }
+    }
+
+    /// The design of `tuple` in `setup`, for numbers next to those of this one: beyond the ends of the domain, too.
+    pub fn beside(&self, setup: &Setup, tuple: Tuple) -> Self {
+        let (body, gauge) = parts(setup, &tuple, true);
+        let whisker = (taper(&tuple), tuple.L_a);
+        let curves = |known: &Shared| Shared::new(setup, whisker, body, (gauge, setup.hub), Some(known.peak));
+        Self { tuple, shared: self.shared.as_ref().map(curves), own: Some(Arc::new(setup.clone())) }
     }
 
     /// Factor of K in tables with the elongation convention, mm: x2 − x1, NaN without a whisker; `None` if K has no unit.
@@ -191,6 +191,22 @@ impl Design {
         };
         self.shared.as_ref().is_some_and(touched) && is_tap(setup.drive, &Tuple { a, drive, ..self.tuple })
     }
+}
+
+fn taper(t: &Tuple) -> Taper {
+    Taper::new(t.D, t.d, t.L_a)
+}
+
+/// The built whisker of `t`, if it is one or its wrench is asked, and the span of its gauge; `whole`: its numbers give a whisker.
+fn parts(setup: &Setup, t: &Tuple, whole: bool) -> (Option<Arc<Body>>, [f64; 2]) {
+    let cone = || (setup.signal != Signal::Strain).then_some(&Built::CONE);
+    let made = |built: &Built| Body::new(built, [t.D, t.d, t.L_a], setup.model.material.e0(), setup.model.nu);
+    let body = setup.built.as_deref().or_else(cone).map(|built| Arc::new(made(built)));
+    let gauge = match &body {
+        Some(body) if whole => body.gauge(t.x_ss, t.l),
+        _ => taper(t).gauge(t.x_ss, t.l),
+    };
+    (body, gauge)
 }
 
 /// True if the drive of `t` lies in its domain and the contact on the whisker; the clamp is ignored.

@@ -11,7 +11,7 @@ use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::{Error, InputError};
 use crate::evaluate::{
-    Evaluator, Input, Method, Outcome, Task, closed, closed_gradient, gradient, is_closed,
+    Evaluator, Gradient, Input, Method, Outcome, Task, closed, closed_gradient, is_closed,
 };
 use crate::kernel::Ladder;
 use crate::kernel::frames::{Framed, Framing};
@@ -19,8 +19,6 @@ use crate::scene::{RunOptions, Setup, Tuple};
 
 /// Taps of a block on a CPU: a work item of the kernel.
 const BLOCK: usize = 1024;
-
-const FEW: usize = 32;
 
 /// Solves taps of one setup, from any thread.
 pub struct Taps {
@@ -92,12 +90,18 @@ impl Taps {
         out: &mut [T],
     ) -> Result<(), Error> {
         self.in_blocks(out, |at, out| {
-            let one = |_: &Design, _: &Task, outcome: &Outcome, place: &mut T| *place = read(outcome);
-            self.block(|i| tap(at + i), BLOCK, &one, out)
+            self.block(
+                |i| tap(at + i),
+                out.len(),
+                |_, _, outcomes| {
+                    let places = out.par_iter_mut().with_min_len(BLOCK).zip(outcomes);
+                    places.for_each(|(place, outcome)| *place = read(outcome));
+                },
+            )
         })
     }
 
-    /// The same with derivatives by `inputs` ([`gradient`]) of `numbers` of each outcome, into `slopes`: ordered by tap, then number, then input.
+    /// The same with derivatives by `inputs` ([`Gradient`]) of `numbers` of each outcome, into `slopes`: ordered by tap, then number, then input.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -110,11 +114,21 @@ impl Taps {
         slopes: &mut [f64],
     ) -> Result<(), Error> {
         let mut places = beside(out, slopes, inputs.len() * numbers.len());
-        let one = |design: &Design, task: &Task, outcome: &Outcome, place: &mut (&mut T, &mut [f64])| {
-            *place.0 = read(outcome);
-            gradient(&self.setup, (design, task, outcome), inputs, numbers, place.1);
-        };
-        self.in_blocks(&mut places, |at, out| self.block(|i| tap(at + i), FEW, &one, out))
+        let (gradient, width) = (Gradient::new(&self.setup, inputs), inputs.len() * numbers.len());
+        self.in_blocks(&mut places, |at, places| {
+            self.block(
+                |i| tap(at + i),
+                places.len(),
+                |designs, tasks, outcomes| {
+                    let mut found = vec![f64::NAN; places.len() * width];
+                    gradient.write((designs, tasks, outcomes), numbers, &mut found);
+                    for (i, ((out, slopes), outcome)) in places.iter_mut().zip(outcomes).enumerate() {
+                        **out = read(outcome);
+                        slopes.copy_from_slice(&found[i * width..][..width]);
+                    }
+                },
+            )
+        })
     }
 
     /// Strains, and their derivatives by `inputs` into `slopes`: ordered by tap, then input.
@@ -182,8 +196,13 @@ impl Taps {
     ) -> Result<(), Error> {
         let mut strains = vec![f64::NAN; open.len()];
         if !open.is_empty() {
-            let one = |_: &Design, _: &Task, outcome: &Outcome, place: &mut f64| *place = outcome.strain;
-            self.block(|k| tap(open[k]), BLOCK, &one, &mut strains)?;
+            self.block(
+                |k| tap(open[k]),
+                open.len(),
+                |_, _, outcomes| {
+                    strains.iter_mut().zip(outcomes).for_each(|(place, outcome)| *place = outcome.strain);
+                },
+            )?;
         }
         open.iter().zip(strains).for_each(|(&i, strain)| out[i] = strain);
         Ok(())
@@ -240,23 +259,21 @@ impl Taps {
         self.open(tap, &open, out)
     }
 
-    fn block<T: Send>(
+    /// Solves `count` taps and calls `told` with them.
+    fn block(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
-        item: usize,
-        read: &(impl Fn(&Design, &Task, &Outcome, &mut T) + Sync),
-        out: &mut [T],
+        count: usize,
+        told: impl FnOnce(&[Design], &[Task], &[Outcome]),
     ) -> Result<(), Error> {
         let Worker { method, mut designs, mut tasks, framed } = self.worker()?;
-        let places = || (0..out.len()).into_par_iter().with_min_len(BLOCK);
+        let places = || (0..count).into_par_iter().with_min_len(BLOCK);
         places().map(|i| Design::new(&self.setup, tap(i))).collect_into_vec(&mut designs);
         let task = |i: usize| Task::of(i as u32, &designs[i].tuple);
         places().map(task).collect_into_vec(&mut tasks);
         let mut evaluator = Evaluator::new(&self.setup, method);
         let outcomes = evaluator.run(&designs, &tasks)?;
-        let solved = designs.par_iter().zip(&tasks).zip(&outcomes);
-        let told = out.par_iter_mut().with_min_len(item).zip(solved);
-        told.for_each(|(place, ((design, task), outcome))| read(design, task, outcome, place));
+        told(&designs, &tasks, &outcomes);
         self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
         Ok(())
     }

@@ -78,10 +78,18 @@ const PASSES: usize = 40;
 const GRAIN: usize = 128;
 const LANES: usize = 8;
 
+/// Taps of a group: half a pack.
+pub const GROUP: usize = 4;
+
+/// Tolerance of the iteration of groups, as a share of theirs.
+const SMOOTH: f64 = 0.01;
+
 struct Job<'a> {
     effects: Effects,
     rung: Rung,
     tolerance: f64,
+    /// True if the lanes of a pack stop after the same pass.
+    together: bool,
     chart: Option<&'a Chart>,
 }
 
@@ -103,8 +111,26 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
 
 /// Solves `taps`, each to `tolerance` where a rung reaches it; `chart` gives the section law where it is not Hooke's. `effects`: those of the model.
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
+    climb(taps, 1, effects, tolerance, chart)
+}
+
+/// The same for neighbours [`GROUP`] by [`GROUP`], which differ little: all with the same nodes and passes, so that their differences are those of a
+/// smooth function.
+pub fn groups(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
+    climb(taps, GROUP, effects, tolerance, chart)
+}
+
+/// Solves `taps` in groups of `size`, whose effects are those of their first and which climb the ladder together.
+fn climb(
+    taps: &[Tap<'_>],
+    size: usize,
+    effects: Effects,
+    tolerance: f64,
+    chart: Option<&Chart>,
+) -> Vec<Solution> {
+    let together = size > 1;
     let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
-    for (i, tap) in taps.iter().enumerate() {
+    for (i, tap) in taps.iter().enumerate().step_by(size) {
         let [x1, x2] = tap.rod.gauge;
         let effects = Effects {
             long: effects.distorting || x2 - x1 > LONG * tap.a,
@@ -122,21 +148,23 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
         let rungs = all.iter().map(|rung| (*rung, fine)).chain([([NEWTON, SLIDE], tolerance)]);
         let mut open = places;
         for (rung, enough) in rungs {
-            open.retain(|&i| out[i].error.is_nan() || out[i].error > enough);
+            open.retain(|&i| out[i..i + size].iter().any(|s| s.error.is_nan() || s.error > enough));
             if open.is_empty() {
                 break;
             }
             let newton = rung[0] == NEWTON;
-            let job = Job { effects, rung, tolerance: fine, chart };
+            let stop = if together { SMOOTH * fine } else { fine };
+            let job = Job { effects, rung, tolerance: stop, together, chart };
             let solve = |part: &[usize]| {
-                let those: Vec<Tap<'_>> = part.iter().map(|&i| taps[i]).collect();
+                let those: Vec<Tap<'_>> = part.iter().flat_map(|&i| &taps[i..i + size]).copied().collect();
                 if newton { exactly(&job, &those) } else { block(&job, &those) }
             };
             let solved: Vec<Vec<Solution>> = open.par_chunks(GRAIN).map(solve).collect();
-            for (&i, new) in open.iter().zip(solved.into_iter().flatten()) {
+            let places = open.iter().flat_map(|&i| i..i + size);
+            for (i, new) in places.zip(solved.into_iter().flatten()) {
                 let sweeps = out[i].sweeps + new.sweeps;
                 // A finer rung may lose what a coarser one has found.
-                let kept = out[i].error <= tolerance && new.error > tolerance;
+                let kept = !together && out[i].error <= tolerance && new.error > tolerance;
                 out[i] = Solution { sweeps, ..if kept { out[i] } else { new } };
             }
         }
@@ -176,7 +204,7 @@ fn packs<P: Lane<One = f64>, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) ->
     for taps in taps.chunks(L) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
         let mut ground = Ground::<P, MOST, SLIDE>::new(&fixed, job.effects, lane);
-        let solved = ground.solve(&fixed, (job.tolerance, PASSES), &lane);
+        let solved = ground.solve(&fixed, (job.tolerance, PASSES, job.together), &lane);
         out.extend((0..taps.len()).map(|i| solution(&solved, i)));
     }
     out

@@ -92,12 +92,12 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         State { force: pick(next.force, state.force), other: pick(next.other, state.other) }
     }
 
-    /// Solves the pack in at most `most` passes.
+    /// Solves the pack in at most `most` passes; `together`: as many in each lane.
     #[inline(always)]
     pub fn solve<'a>(
         &mut self,
         fixed: &Fixed<P::Scalar, N, S>,
-        (tolerance, most): (f64, usize),
+        (tolerance, most, together): (f64, usize, bool),
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
     ) -> Solution<P>
     where
@@ -129,6 +129,9 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             }
             if one.all_at_most(done) || count == most {
                 break;
+            }
+            if together {
+                done = zero;
             }
             closed = self.pass(fixed, &state, done);
         }

@@ -38,9 +38,6 @@ pub trait Real:
     /// The number without derivatives.
     fn value(self) -> f64;
 
-    /// The derivatives; empty for a bare number.
-    fn slopes(&self) -> &[f64];
-
     /// A function of this number with the value `value` and the derivative `slope()`.
     fn chain(self, value: f64, slope: impl FnOnce() -> f64) -> Self;
 
@@ -113,11 +110,6 @@ impl Real for f64 {
     #[inline(always)]
     fn value(self) -> f64 {
         self
-    }
-
-    #[inline(always)]
-    fn slopes(&self) -> &[f64] {
-        &[]
     }
 
     #[inline(always)]
@@ -222,11 +214,6 @@ impl<const N: usize> Real for Dual<N> {
     #[inline(always)]
     fn value(self) -> f64 {
         self.value
-    }
-
-    #[inline(always)]
-    fn slopes(&self) -> &[f64] {
-        &self.slope
     }
 
     #[inline(always)]

@@ -87,15 +87,6 @@ impl<T: Real> SectionLaw<T> {
         Self::Hyperelastic(Hyperelastic(coefficients))
     }
 
-    /// `f` of each modulus.
-    #[inline(always)]
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> SectionLaw<U> {
-        match self {
-            Self::Linear(e) => SectionLaw::Linear(f(*e)),
-            Self::Hyperelastic(law) => SectionLaw::Hyperelastic(Hyperelastic(law.0.map(f))),
-        }
-    }
-
     /// Young's modulus of small strains, MPa.
     #[inline(always)]
     pub fn modulus(&self) -> T {
@@ -116,20 +107,8 @@ impl<T: Real> SectionLaw<T> {
             Self::Linear(e) => Some(linear(*e, n, m)),
             Self::Hyperelastic(law) => {
                 let bare = Hyperelastic(law.0.map(T::value)).deform(n.value(), m.value())?;
-                match T::BARE {
-                    true => Some(SectionStrain { axial: T::of(bare.axial), bending: T::of(bare.bending) }),
-                    false => law.step(bare, n, m),
-                }
+                Some(SectionStrain { axial: T::of(bare.axial), bending: T::of(bare.bending) })
             }
-        }
-    }
-
-    /// [`Self::deform`] to first order from `near`.
-    #[inline(always)]
-    pub fn deform_near(&self, near: SectionStrain, n: T, m: T) -> Option<SectionStrain<T>> {
-        match self {
-            Self::Linear(e) => Some(linear(*e, n, m)),
-            Self::Hyperelastic(law) => law.step(near, n, m),
         }
     }
 }
@@ -152,35 +131,24 @@ impl<T: Real> Hyperelastic<T> {
         let slope = -c01 * inverse * inverse + g * 2.0 * (c20 * 2.0 + c30 * 6.0 * j);
         (g * 2.0 * w, ((inverse.powi(3) * 2.0 + 1.0) * w + g * slope) * 2.0)
     }
+}
 
-    /// One Newton step from `near`, with derivatives; `None` past a vanishing tangent. Stress is linear in the moduli.
-    #[inline(always)]
-    fn step(&self, near: SectionStrain, n: T, m: T) -> Option<SectionStrain<T>> {
-        let [c10, c01, c20, c30] = self.0;
-        let r = Hyperelastic([c10.value(), c01.value(), c20.value(), c30.value()]).resultants(near);
+impl Hyperelastic {
+    /// One Newton step from `near`; `None` past a vanishing tangent.
+    fn step(&self, near: SectionStrain, n: f64, m: f64) -> Option<SectionStrain> {
+        let r = self.resultants(near);
         let tangent = r.n_axial * r.m_bending - r.n_bending * r.n_bending;
         if !(r.n_axial > 0.0 && tangent > 0.0) {
             return None;
         }
-        let (mut dn, mut dm) = (n - r.n, m - r.m);
-        for (k, modulus) in self.0.iter().enumerate() {
-            if modulus.slopes().iter().any(|slope| *slope != 0.0) {
-                let mut unit = [0.0; 4];
-                unit[k] = 1.0;
-                let unit = Hyperelastic(unit).resultants(near);
-                dn = dn - modulus.chain(0.0, || unit.n);
-                dm = dm - modulus.chain(0.0, || unit.m);
-            }
-        }
+        let (dn, dm) = (n - r.n, m - r.m);
         let [soft, cross, bent] = [r.m_bending, -r.n_bending, r.n_axial].map(|x| x / tangent);
         Some(SectionStrain {
             axial: dn * soft + dm * cross + near.axial,
             bending: dn * cross + dm * bent + near.bending,
         })
     }
-}
 
-impl Hyperelastic {
     fn resultants(&self, at: SectionStrain) -> Resultants {
         match at.axial.abs() + at.bending.abs() {
             largest if largest <= 0.1 => self.sums(at, &RULES.0),

@@ -86,23 +86,3 @@ impl Built {
         }
     }
 }
-
-impl Built {
-    /// `f` of each number.
-    pub fn map<T>(&self, f: impl Fn(f64) -> T) -> Built<T> {
-        let pairs = |table: &Vec<[f64; 2]>| table.iter().map(|pair| pair.map(&f)).collect();
-        let Root { k_theta, k_y, k_x } = self.root;
-        Built {
-            profile: match &self.profile {
-                Profile::Power(n) => Profile::Power(f(*n)),
-                Profile::Table(table) => Profile::Table(pairs(table)),
-            },
-            inner: self
-                .inner
-                .as_ref()
-                .map(|inner| Inner { modulus: f(inner.modulus), diameter: pairs(&inner.diameter) }),
-            curvature: self.curvature.map(&f),
-            root: Root { k_theta: f(k_theta), k_y: f(k_y), k_x: f(k_x) },
-        }
-    }
-}

@@ -40,16 +40,6 @@ impl<T: Real> Material<T> {
             Self::Yeoh(c) => c,
         }
     }
-
-    /// `f` of each modulus.
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Material<U> {
-        match *self {
-            Self::Hooke(e) => Material::Hooke(f(e)),
-            Self::NeoHookean(e) => Material::NeoHookean(f(e)),
-            Self::MooneyRivlin(c) => Material::MooneyRivlin(c.map(f)),
-            Self::Yeoh(c) => Material::Yeoh(c.map(f)),
-        }
-    }
 }
 
 /// Yeoh's law fitted to a measured stress–strain curve.

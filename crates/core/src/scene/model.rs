@@ -190,34 +190,6 @@ pub const TERMS: [Term; 7] = [
 ];
 
 impl Model {
-    /// `f` of each number.
-    pub fn map<T>(&self, f: impl Fn(f64) -> T) -> Model<T> {
-        let Self { geometry, shear, extension, surface, indentation, distorting, .. } = *self;
-        Model {
-            geometry,
-            shear,
-            extension,
-            surface,
-            indentation,
-            distorting,
-            pole_radius: f(self.pole_radius),
-            nu: f(self.nu),
-            contact: match self.contact {
-                Contact::Frictionless => Contact::Frictionless,
-                Contact::Stick => Contact::Stick,
-                Contact::Coulomb(mu) => Contact::Coulomb(f(mu)),
-            },
-            clamp: match self.clamp {
-                Clamp::Rigid => Clamp::Rigid,
-                Clamp::Bonded => Clamp::Bonded,
-                Clamp::Glued => Clamp::Glued,
-                Clamp::Socket => Clamp::Socket,
-                Clamp::At(c0) => Clamp::At(f(c0)),
-            },
-            material: self.material.map(f),
-        }
-    }
-
     /// The model with the effect of `key` at its trial value, and with the effect that it needs.
     pub fn with(mut self, key: &str) -> Self {
         for term in TERMS.iter().filter(|term| term.key == key) {

@@ -1,28 +1,39 @@
-//! Derivatives of outcomes by the inputs of taps: of the reference's closure ([`crate::physics::rod::Equilibrium`]), or of closed forms.
+//! Derivatives of outcomes by the inputs of taps: differences of four taps beside each, which the solver of every whisker solves with the same nodes
+//! and passes: of a smooth function.
 
-use std::sync::Arc;
+use rayon::prelude::*;
 
-use super::outcome::sign;
+use super::outcome::{Asked, by_reference, sign};
+use super::rod::Rods;
+use super::solve::Question;
 use super::{Outcome, Task};
 use crate::design::Design;
-use crate::physics::body::Body;
-use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::number::Number;
-use crate::physics::real::{Dual, Real};
-use crate::physics::rod::{Equilibrium, INPUTS, RodProblem, RodTap, Traced, UNKNOWNS};
-use crate::physics::solid::Bonded;
-use crate::physics::taper::Taper;
-use crate::scene::built::{Profile, Root};
-use crate::scene::{
-    Built, Clamp, Contact, Drive, Foil, Geometry, Material, Model, Property, Setup, Signal, Theory, Tuple,
-};
-use crate::status::Status;
+use crate::kernel::{Ladder, Section};
+use crate::physics::onset::Grip;
+use crate::scene::built::Profile;
+use crate::scene::{Built, Clamp, Contact, Drive, Geometry, Material, Precision, Property, Setup, Tuple};
+use vibrissa_rod::GROUP;
 
 /// Outputs with derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
 pub const OUTPUTS: usize = 9;
 
-const LINEAR: usize = 1;
-const DEVIATION: usize = 2;
+/// Step of an input over its scale. By four taps, the fifth derivative and rounding each show as some 1e-11 of the first.
+const STEP: f64 = 1e-3;
+
+/// Steps at which a tap is solved, and their weights in the derivative.
+const POINTS: [f64; GROUP] = [2.0, 1.0, -1.0, -2.0];
+const WEIGHTS: [f64; GROUP] = [-1.0 / 12.0, 8.0 / 12.0, -8.0 / 12.0, 1.0 / 12.0];
+
+/// Largest share of the step per distance, over a, of the contact from an end of gauge or foil, where strains have a kink: of inputs that move one
+/// against the other, and of others. Its least share: rounding then shows more than the kink.
+const ROOM: [f64; 2] = [2.0, 500.0];
+const LEAST: [f64; 2] = [1e-4, 1e-2];
+
+/// Largest error of the taps, relative to their strain.
+const TOLERANCE: f64 = 1e-9;
+
+/// Taps of a thread.
+const FEW: usize = 32;
 
 /// An input of derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,219 +121,259 @@ impl Input {
     }
 }
 
-struct Lifted {
-    /// In the order of [`Tuple::to_array`]; angles in rad.
-    tap: [Traced; 9],
-    hub: Traced,
-    model: Model<Traced>,
-    built: Option<Built<Traced>>,
-    foil: Option<Foil<Traced>>,
+/// Derivatives by `inputs` of taps of `setup`.
+pub struct Gradient<'a> {
+    setup: &'a Setup,
+    inputs: &'a [Input],
+    /// The section law, and for each modulus of a hyperelastic law those at the steps.
+    section: Section,
+    laws: Vec<Option<[Section; GROUP]>>,
 }
 
-impl Lifted {
-    fn new(setup: &Setup, tuple: &Tuple, inputs: &[Input]) -> Self {
-        let of = Traced::of;
-        let mut tap = tuple.to_array().map(of);
-        // Derivatives by angles are per degree.
-        let angles = [true, true, setup.drive == Drive::Angle];
-        for (x, _) in tap[6..].iter_mut().zip(angles).filter(|(_, angle)| *angle) {
-            *x = of(x.value.to_radians());
-        }
-        // Derivatives by a built property of a cone: the cone as a built whisker.
-        let asked = inputs.iter().any(|input| match input {
-            Input::Property(p) => {
-                matches!(p, Property::Exponent | Property::Curvature | Property::CurvatureSlope)
-            }
-            _ => false,
-        });
-        let built = setup.built.as_deref().or(asked.then_some(&Built::CONE));
-        let foil = setup.gauge.foil.map(|foil| Foil {
-            stiffness: of(foil.stiffness),
-            length: of(foil.length),
-            width: of(foil.width),
-            strain_limit: foil.strain_limit,
-        });
-        let (hub, model) = (of(setup.hub), setup.model.map(of));
-        let mut one = Self { tap, hub, model, built: built.map(|built| built.map(of)), foil };
-        for (k, input) in inputs.iter().enumerate() {
-            one.seed(*input, k, angles);
-        }
-        one
+/// An input of a tap, moved by steps of this size.
+struct Moved {
+    tap: usize,
+    input: usize,
+    step: f64,
+}
+
+fn section(setup: &Setup) -> Section {
+    Ladder::new(Precision::F64, &setup.model.material, TOLERANCE).section
+}
+
+fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
+    let [pressed, rubbed] = [o.normal_force, o.tangential_force];
+    [o.strain, o.strain_linear, o.deviation, pressed, rubbed, o.arc, o.strain_2, o.azimuth, o.slide]
+}
+
+impl<'a> Gradient<'a> {
+    /// By `inputs`.
+    pub fn new(setup: &'a Setup, inputs: &'a [Input]) -> Self {
+        let none = Tuple::default();
+        let laws = |input: &Input| {
+            let step = STEP * input.scale(setup, &none, 1.0);
+            let at = |point: f64| section(&input.moved(setup, none, point * step).0);
+            matches!(input, Input::Modulus(_)).then(|| POINTS.map(at))
+        };
+        Self { setup, inputs, section: section(setup), laws: inputs.iter().map(laws).collect() }
     }
 
-    fn seed(&mut self, input: Input, k: usize, angles: [bool; 3]) {
-        let by = |x: &mut Traced, unit: f64| x.slope[UNKNOWNS + k] = unit;
-        match input {
-            Input::Tuple(i) => {
-                let angle = i >= 6 && angles[i - 6];
-                by(&mut self.tap[i], if angle { 1_f64.to_radians() } else { 1.0 });
-            }
-            Input::Modulus(i) => by(&mut self.model.material.moduli()[i], 1.0),
-            Input::Clamp => {
-                if let Clamp::At(c0) = &mut self.model.clamp {
-                    by(c0, 1.0);
+    /// Writes to `slopes` the derivatives of `wanted` of [`OUTPUTS`], ordered by tap, then number, then input; per mm, degree, or unit of the key. NaN
+    /// where the number has no value. At a kink (a contact about to slide or to leave the gauge) they are those of the tap's side.
+    pub fn write(
+        &self,
+        (designs, tasks, outcomes): (&[Design], &[Task], &[Outcome]),
+        wanted: &[usize],
+        slopes: &mut [f64],
+    ) {
+        let (count, width) = (self.inputs.len(), wanted.len() * self.inputs.len());
+        if width == 0 {
+            return;
+        }
+        let parts = slopes.par_chunks_mut(FEW * width).zip(tasks.par_chunks(FEW));
+        parts.zip(outcomes.par_chunks(FEW)).for_each(|((slopes, tasks), outcomes)| {
+            slopes.fill(f64::NAN);
+            let own = tasks.iter().map(|task| designs[task.design as usize].clone()).collect();
+            for (Moved { tap, input, .. }, found) in self.few(own, tasks, outcomes) {
+                let here = numbers(&outcomes[tap]);
+                for (row, &number) in wanted.iter().enumerate().filter(|(_, number)| !here[**number].is_nan())
+                {
+                    slopes[tap * width + row * count + input] = found[number];
                 }
             }
-            Input::FoilLength => self.foil.iter_mut().for_each(|foil| by(&mut foil.length, 1.0)),
-            Input::FoilWidth => self.foil.iter_mut().for_each(|foil| by(&mut foil.width, 1.0)),
-            Input::Property(property) => {
-                let parts = (&mut self.hub, &mut self.model, self.foil.as_mut());
+        });
+    }
+
+    /// The derivatives of some taps, each of its own design.
+    fn few(
+        &self,
+        mut designs: Vec<Design>,
+        tasks: &[Task],
+        outcomes: &[Outcome],
+    ) -> Vec<(Moved, [f64; OUTPUTS])> {
+        let (mut out, mut moved) = (Vec::new(), Vec::new());
+        for (tap, (task, here)) in tasks.iter().zip(outcomes).enumerate() {
+            let Some(shared) = designs[tap].shared.as_ref() else { continue };
+            let setup = designs[tap].setup(self.setup);
+            let foil = shared.foil.iter().flat_map(|foil| foil.span);
+            let away = |end: f64| (here.arc - end).abs().min((task.a - end).abs()) / task.a;
+            let room: Vec<f64> = shared.gauge.into_iter().chain(foil).map(away).collect();
+            for (input, by) in self.inputs.iter().enumerate() {
+                // The near end stays where only the length of the grid changes.
+                let room = if *by == Input::Tuple(4) { &room[1..] } else { &room };
+                let room = room.iter().copied().fold(1.0, f64::min);
+                let curved = matches!(by, Input::Property(Property::Curvature | Property::CurvatureSlope));
+                let kind = usize::from(!(curved || matches!(by, Input::Tuple(3..=5))));
+                // The law of a moved modulus is charted once for all taps.
+                let whole = matches!(by, Input::Modulus(_));
+                let share = if whole { 1.0 } else { (ROOM[kind] * room).clamp(LEAST[kind], 1.0) };
+                let step = share * STEP * by.scale(setup, &designs[tap].tuple, task.a);
+                let one = Moved { tap, input, step };
+                // Such taps are even in tilt and lean.
+                let tilts = matches!(by, Input::Tuple(6 | 7));
+                match tilts && task.direction.is_upright() && !setup.gauge.second {
+                    true => out.push((one, [0.0; OUTPUTS])),
+                    false => moved.push(one),
+                }
+            }
+        }
+        let mut those = Vec::with_capacity(GROUP * moved.len());
+        for by in &moved {
+            for point in POINTS {
+                let (other, task) = self.moved(&designs[by.tap], &tasks[by.tap], by, point * by.step);
+                let place = if other.is_some() { designs.len() } else { by.tap };
+                designs.extend(other);
+                those.push(Task { design: place as u32, ..task });
+            }
+        }
+        let here: Vec<&Outcome> = moved.iter().map(|by| &outcomes[by.tap]).collect();
+        let found = self.solved(&designs, &those, &moved, &here);
+        for (k, by) in moved.into_iter().enumerate() {
+            let group = GROUP * k..GROUP * (k + 1);
+            let told = found[group.clone()].iter().all(Option::is_some);
+            let mut slope = [0.0; OUTPUTS];
+            for (i, weight) in group.zip(WEIGHTS) {
+                let asked = self.asked(&designs, &those[i]);
+                let linear = asked.map_or(f64::NAN, |asked| sign(asked.setup) * asked.linear);
+                let solved = match here[k].arc.is_nan() {
+                    true => None,
+                    false if told => found[i],
+                    false => asked.map(by_reference).filter(|o| o.sticking == here[k].sticking),
+                };
+                let all = numbers(&Outcome { strain_linear: linear, ..solved.unwrap_or(Outcome::NOTHING) });
+                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight / by.step * x);
+            }
+            out.push((by, slope));
+        }
+        out
+    }
+
+    fn asked<'b>(&'b self, designs: &'b [Design], task: &'b Task) -> Option<Asked<'b>> {
+        Asked::known(self.setup, &designs[task.design as usize], task)
+    }
+
+    /// The tap with the input moved by `step`, and its design, if that is another one.
+    fn moved(&self, design: &Design, task: &Task, by: &Moved, step: f64) -> (Option<Design>, Task) {
+        let Task { a, drive, direction, .. } = *task;
+        let tuple = Tuple { a, drive, tilt: direction.tilt, lean: direction.lean, ..design.tuple };
+        let input = self.inputs[by.input];
+        if let Input::Tuple(5..) = input {
+            return (None, Task::of(task.design, &input.tuple(tuple, step)));
+        }
+        let (setup, tuple) = input.moved(design.setup(self.setup), tuple, step);
+        (Some(design.beside(&setup, tuple)), Task::of(task.design, &tuple))
+    }
+
+    /// Outcomes of `those` by the solver of every whisker, or by closed forms.
+    fn solved(
+        &self,
+        designs: &[Design],
+        those: &[Task],
+        moved: &[Moved],
+        here: &[&Outcome],
+    ) -> Vec<Option<Outcome>> {
+        let setup = self.setup;
+        let mut out = vec![None; those.len()];
+        if setup.model.geometry == Geometry::Linear {
+            return those.iter().map(|task| self.asked(designs, task).map(by_reference)).collect();
+        }
+        let grip = |i: usize| match designs[those[i].design as usize].setup(setup).model.contact {
+            _ if here[i / GROUP].sticking => Grip::Stick,
+            Contact::Coulomb(mu) => Grip::Slide(mu.copysign(here[i / GROUP].tangential_force)),
+            _ => Grip::Slide(0.0),
+        };
+        let mut run = |mut places: Vec<usize>, section: &Section| {
+            let Some(&last) = places.last() else { return };
+            places.resize(places.len().next_multiple_of(GROUP), last);
+            let tasks: Vec<Task> = places.iter().map(|&i| those[i]).collect();
+            let grips: Vec<Grip> = places.iter().map(|&i| grip(i)).collect();
+            let question =
+                Question { setup, designs, tasks: &tasks, grips: &grips, charted: false, beyond: true };
+            let every: Vec<usize> = (0..tasks.len()).collect();
+            let found = Rods::new(&question, &every).solve(true, TOLERANCE, section);
+            for ((&i, task), s) in places.iter().zip(&tasks).zip(found) {
+                let told = s.error <= TOLERANCE && s.load <= 1.0;
+                out[i] = self.asked(designs, task).filter(|_| told).map(|asked| asked.outcome(s.found));
+            }
+        };
+        for stick in [false, true] {
+            let open = |i: &usize| !here[i / GROUP].arc.is_nan() && here[i / GROUP].sticking == stick;
+            let law = |i: &usize| self.laws[moved[i / GROUP].input].as_ref();
+            let of =
+                |keep: &dyn Fn(&usize) -> bool| (0..those.len()).filter(|i| open(i) && keep(i)).collect();
+            run(of(&|i| law(i).is_none()), &self.section);
+            for (input, laws) in self.laws.iter().enumerate() {
+                for (point, section) in laws.iter().flatten().enumerate() {
+                    run(of(&|i| moved[i / GROUP].input == input && i % GROUP == point), section);
+                }
+            }
+        }
+        out
+    }
+}
+
+impl Input {
+    /// A change of this input that changes taps by their order: of the tap `t`, at a mm.
+    fn scale(self, setup: &Setup, t: &Tuple, a: f64) -> f64 {
+        match self {
+            // Towards the apex of a cone its radius changes faster.
+            Self::Tuple(k @ (2 | 5)) => {
+                let slope = (t.D - t.d).abs() / t.L_a;
+                let apex = (t.D - (t.D - t.d) * a / t.L_a) / slope;
+                if k == 5 { a.min(apex) } else { t.L_a.min(apex * t.L_a / a) }
+            }
+            Self::Tuple(3) => a,
+            Self::Tuple(6 | 7) => 1_f64.to_degrees(),
+            Self::Tuple(i) => t.to_array()[i],
+            Self::Modulus(i) => {
+                let mut material = setup.model.material;
+                let e0 = material.e0();
+                material.moduli()[i].abs().max(0.1 * e0)
+            }
+            Self::Clamp | Self::Property(Property::Scale) => 1.0,
+            Self::FoilLength => setup.gauge.foil.map_or(1.0, |foil| foil.length),
+            Self::FoilWidth => setup.gauge.foil.map_or(1.0, |foil| foil.width),
+            Self::Property(Property::Hub | Property::PoleRadius) => a,
+            Self::Property(Property::Curvature) => 1.0 / a,
+            Self::Property(Property::CurvatureSlope) => 1.0 / (a * a),
+            Self::Property(p) => p.get(setup).abs().max(0.1),
+        }
+    }
+
+    /// `t` with this number of the tap moved by `step`.
+    fn tuple(self, t: Tuple, step: f64) -> Tuple {
+        let mut t = t;
+        let Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, .. } = &mut t;
+        if let Self::Tuple(k) = self {
+            *[D, d, L_a, x_ss, l, a, tilt, lean, drive][k] += step;
+        }
+        t
+    }
+
+    /// Setup and tap with this input moved by `step`.
+    fn moved(self, setup: &Setup, t: Tuple, step: f64) -> (Setup, Tuple) {
+        let mut setup = setup.clone();
+        let foil = setup.gauge.foil.as_mut();
+        match self {
+            Self::Tuple(_) => return (setup, self.tuple(t, step)),
+            Self::Modulus(i) => setup.model.material.moduli()[i] += step,
+            Self::Clamp => {
+                if let Clamp::At(c0) = &mut setup.model.clamp {
+                    *c0 += step;
+                }
+            }
+            Self::FoilLength => foil.into_iter().for_each(|foil| foil.length += step),
+            Self::FoilWidth => foil.into_iter().for_each(|foil| foil.width += step),
+            Self::Property(property) => {
+                // Only these make a built whisker of a cone.
+                let curved = matches!(property, Property::Curvature | Property::CurvatureSlope);
+                let mut built = setup.built.as_deref().cloned().or(curved.then_some(Built::CONE));
+                let parts = (&mut setup.hub, &mut setup.model, foil);
                 let scaled = property == Property::Scale;
-                property.each(parts, self.built.as_mut(), |x| by(x, if scaled { x.value } else { 1.0 }));
+                property.each(parts, built.as_mut(), |x| *x += if scaled { *x * step } else { step });
+                setup.built = built.map(Into::into);
             }
         }
+        (setup, t)
     }
-}
-
-/// Writes to `slopes` the derivatives of `numbers` of [`OUTPUTS`] by `inputs`, number by number, for the tap `task` of `design` with `outcome`; per
-/// mm, degree, or unit of the key. NaN where the number has no value. At a kink (a contact about to slide or to leave the gauge) they are those of
-/// the tap's side.
-pub fn gradient(
-    setup: &Setup,
-    (design, task, outcome): (&Design, &Task, &Outcome),
-    inputs: &[Input],
-    numbers: &[usize],
-    slopes: &mut [f64],
-) {
-    let setup = design.setup(setup);
-    for (at, some) in inputs.chunks(INPUTS).enumerate() {
-        let found = traced(setup, design, (task, outcome), some, numbers);
-        for (row, number) in slopes.chunks_mut(inputs.len()).zip(numbers) {
-            let row = row[at * INPUTS..].iter_mut().take(some.len());
-            let slope = |i: usize| found.as_ref().map_or(f64::NAN, |found| found[*number].slope[i]);
-            row.enumerate().for_each(|(i, x)| *x = slope(i));
-        }
-    }
-}
-
-type Sloped = Dual<INPUTS>;
-
-#[allow(non_snake_case)]
-fn traced(
-    setup: &Setup,
-    design: &Design,
-    (task, outcome): (&Task, &Outcome),
-    inputs: &[Input],
-    numbers: &[usize],
-) -> Option<[Sloped; OUTPUTS]> {
-    let nan = Sloped::of(f64::NAN) * f64::NAN;
-    let solved = !(outcome.normal_force.is_nan() || outcome.arc.is_nan());
-    design.shared.as_ref()?;
-    let tuple = Tuple {
-        a: task.a,
-        tilt: task.direction.tilt,
-        lean: task.direction.lean,
-        drive: task.drive,
-        ..design.tuple
-    };
-    let lifted = Lifted::new(setup, &tuple, inputs);
-    let [D, d, L_a, x_ss, l, a, tilt, lean, amount] = lifted.tap;
-    let (model, hub) = (&lifted.model, lifted.hub);
-    let taper = Taper::new(D, d, L_a);
-    let (e, wrench) = (model.material.e0(), setup.asks_wrench() && lifted.built.is_none());
-    let built = lifted.built.or(wrench.then(|| Built::CONE.map(Traced::of)));
-    let body = built.map(|built| Arc::new(Body::new(&built, [D, d, L_a], e, model.nu)));
-    let gauge = match &body {
-        Some(body) => body.gauge(x_ss, l),
-        None => taper.gauge(x_ss, l),
-    };
-    let slack = |shear: bool| if shear { shear_length2(&taper, model.nu) } else { Traced::of(0.0) };
-    let curve = |shear: bool| {
-        let plain = StrainCurve::new(taper, gauge, hub, setup.drive, slack(shear));
-        match &body {
-            Some(body) => plain.built(body, setup.signal),
-            None => plain,
-        }
-    };
-    let input = |x: Traced| Sloped { value: x.value, slope: std::array::from_fn(|k| x.slope[UNKNOWNS + k]) };
-    let timoshenko = setup.estimate.theory == Theory::Timoshenko;
-    // Linear theory of a built whisker takes as long as its rod.
-    let asked = numbers.iter().any(|number| [LINEAR, DEVIATION].contains(number));
-    let linear = if asked { input(amount * curve(timoshenko).value(a)) } else { nan };
-    let side = sign(setup);
-    if !solved {
-        return Some([nan, linear * side, nan, nan, nan, nan, nan, nan, nan]);
-    }
-    let no_strain = outcome.status.has(Status::NO_STRAIN);
-    let spatial = !outcome.azimuth.is_nan();
-    let zero = Sloped::of(0.0);
-    let [strain, strain_2, normal, tangential, arc, azimuth, slide] = match setup.model.geometry {
-        Geometry::Linear => {
-            let curve = curve(setup.model.shear);
-            let (strain, normal) = (input(amount * curve.value(a)), input(amount * curve.force(e, a)));
-            let arc = input(a);
-            if spatial {
-                let (tilt, lean) = (input(tilt), input(lean));
-                let (sin, cos) = tilt.sin_cos();
-                let reach = if setup.drive == Drive::Angle { input(a + hub) } else { Sloped::of(1.0) };
-                let slide = input(amount) * reach * -sin / lean.sin_cos().1;
-                [strain * cos * cos, strain * cos * sin, normal * cos, zero, arc, tilt, slide]
-            } else {
-                [strain, strain, normal, zero, arc, nan, nan]
-            }
-        }
-        Geometry::Exact => {
-            let by_direction = inputs.iter().any(|input| matches!(input, Input::Tuple(6 | 7)));
-            let at = Equilibrium {
-                force: [outcome.normal_force, outcome.tangential_force],
-                arc: outcome.arc,
-                sticking: outcome.sticking,
-                azimuth: (by_direction || !task.direction.is_upright()).then_some(if spatial {
-                    outcome.azimuth
-                } else {
-                    0.0
-                }),
-                second: setup.gauge.second,
-                deviation: numbers.contains(&DEVIATION),
-            };
-            let bonded = |foil: Foil<Traced>| Bonded::new(&foil, &taper, gauge, e);
-            let problem = RodProblem {
-                taper,
-                gauge,
-                side: setup.gauge.side,
-                distance: a,
-                hub,
-                drive: setup.drive,
-                amount,
-                foil: lifted.foil.map(bonded),
-                body: body.as_deref().filter(|_| !wrench),
-                model,
-            };
-            let shown = problem.trace([tilt, lean], &at).ok()?;
-            let of = |x: [f64; 1 + INPUTS]| Sloped { value: x[0], slope: std::array::from_fn(|k| x[1 + k]) };
-            // Readings are signed as on the contact side.
-            let wrench = shown.tap.wrench.map(of);
-            let wrench = match &body {
-                Some(body) if setup.fixed => {
-                    let Root { k_theta, k_y, k_x } = body.built.root;
-                    let root = Root { k_theta: input(k_theta), k_y: input(k_y), k_x: input(k_x) };
-                    root.about_rest(wrench)
-                }
-                _ => wrench,
-            };
-            let read = match setup.signal {
-                Signal::Strain => of(shown.tap.strain),
-                Signal::Moment => wrench[0],
-                Signal::Force => wrench[2],
-            };
-            let (azimuth, slide) = if spatial { (of(shown.azimuth), of(shown.slide)) } else { (nan, nan) };
-            let RodTap { normal_force, tangential_force, contact_arc, .. } = shown.tap;
-            let [normal, tangential, arc] = [normal_force, tangential_force, contact_arc].map(of);
-            [read * side, of(shown.strain_2) * side, normal, tangential, arc, azimuth, slide]
-        }
-    };
-    let second = setup.gauge.second;
-    let deviation = match second {
-        _ if no_strain => nan,
-        // Linear theories differ by shear only.
-        _ if setup.model.geometry == Geometry::Linear && body.is_none() => {
-            let softer = |shear: bool| input(slack(shear) / (a * a) + 1.0);
-            softer(setup.model.shear) / softer(timoshenko) - 1.0
-        }
-        false => linear / strain - 1.0,
-        true => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
-    };
-    let shown = |x: Sloped| if no_strain { zero } else { x * side };
-    let strain_2 = if second { shown(strain_2) } else { nan };
-    Some([shown(strain), linear * side, deviation, normal, tangential, arc, strain_2, azimuth, slide])
 }

@@ -30,8 +30,8 @@ impl<'a> Asked<'a> {
         if inside { Self::known(setup, design, task) } else { None }
     }
 
-    /// The same for a tap known to be in the domain; `None` for an invalid whisker.
-    fn known(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
+    /// The same for a tap known to be in the domain, or next to it; `None` for an invalid whisker.
+    pub fn known(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
         let (setup, shared) = (design.setup(setup), design.shared.as_ref()?);
         let amount = amount(setup.drive, task.drive);
         Some(Self { setup, shared, task, amount, linear: amount * shared.theory.curve().value(task.a) })
@@ -102,8 +102,12 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
 
 /// The reference's outcome of a tap, or that of the closed forms for a linear geometry.
 pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome {
-    let Some(asked) = Asked::new(setup, design, task) else { return Outcome::OUTSIDE };
-    let Asked { setup, shared, amount, linear, .. } = asked;
+    Asked::new(setup, design, task).map_or(Outcome::OUTSIDE, by_reference)
+}
+
+/// The same of a tap known to be in the domain.
+pub(super) fn by_reference(asked: Asked<'_>) -> Outcome {
+    let Asked { setup, shared, task, amount, linear } = asked;
     if setup.model.geometry == Geometry::Linear {
         let e0 = setup.model.material.e0();
         let upright = Outcome {

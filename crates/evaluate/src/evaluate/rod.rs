@@ -11,7 +11,7 @@ use crate::physics::onset::Grip;
 use crate::physics::pole::Pole;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
 use crate::scene::{Contact, Drive, Geometry, Setup};
-use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt, solve};
+use vibrissa_rod::{Effects, GROUP, Rod, Skin, Solution, Tap, Tilt, groups, solve};
 
 /// True if it solves all taps of `setup`.
 pub(super) fn takes_all(setup: &Setup) -> bool {
@@ -47,15 +47,22 @@ impl<'a> Rods<'a> {
         Self { question, open, designs, rods }
     }
 
-    /// Their solutions; `section`: the law of the material, where it is not Hooke's.
-    pub fn solve(&self, stick: bool, tolerance: f64, section: &Section) -> Vec<Solved> {
+    /// Their solutions; `section`: the law of the material, where it is not Hooke's. `grouped`: by [`groups`].
+    pub fn solve(&self, grouped: bool, tolerance: f64, section: &Section) -> Vec<Solved> {
+        let stick = self.question.stick();
         let setup = self.question.setup;
         let model = &setup.model;
         let effects = Effects::of(model, setup.gauge.side, stick);
         let effects = Effects { wrench: setup.asks_wrench(), ..effects };
-        let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
+        let mut framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
+        if grouped {
+            for group in framed.chunks_mut(GROUP).filter(|group| group.iter().any(Option::is_none)) {
+                group.fill(None);
+            }
+        }
         let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
         let section = if taps.is_empty() { None } else { section.chart() };
+        let solve = if grouped { groups } else { solve };
         let solved = solve(&taps, effects, tolerance, section);
         let mut next = taps.iter().zip(solved);
         let solved: Vec<_> = framed.iter().map(|tap| tap.and_then(|_| next.next())).collect();

@@ -86,16 +86,20 @@ pub(super) struct Question<'a> {
     pub grips: &'a [Grip],
     /// True for samples of charts, which hold the ratio to linear theory: errors are relative to its strain, where that of the tap is smaller.
     pub charted: bool,
+    /// True if the taps need not lie in the domain: those next to a tap of it.
+    pub beyond: bool,
 }
 
 impl<'a> Question<'a> {
-    fn stick(&self) -> bool {
+    /// True if the contacts stick.
+    pub fn stick(&self) -> bool {
         self.grips.first() == Some(&Grip::Stick)
     }
 
     /// The tap of task `i`; `None` outside the domain.
     pub fn asked(&self, i: usize) -> Option<Asked<'a>> {
-        Asked::new(self.setup, self.design(i), &self.tasks[i])
+        let ask = if self.beyond { Asked::known } else { Asked::new };
+        ask(self.setup, self.design(i), &self.tasks[i])
     }
 
     fn design(&self, i: usize) -> &'a Design {
@@ -121,7 +125,7 @@ impl Evaluator<'_> {
             (None, Contact::Coulomb(mu)) => return self.coulomb(designs, tasks, mu),
         };
         let (setup, grips) = (self.setup, vec![held; tasks.len()]);
-        self.solve(&Question { setup, designs, tasks, grips: &grips, charted: grip.is_some() })
+        self.solve(&Question { setup, designs, tasks, grips: &grips, charted: grip.is_some(), beyond: false })
     }
 
     /// Coulomb friction: sliding at μ where the contact then moves against that friction, else sticking where |T| ≤ μP; both criteria agree (model
@@ -131,7 +135,14 @@ impl Evaluator<'_> {
         let mut solved = vec![Solved::LOST; tasks.len()];
         let mut solve = |places: &[usize], grips: &[Grip], solved: &mut [Solved]| {
             let those: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-            let found = self.solve(&Question { setup, designs, tasks: &those, grips, charted: false })?;
+            let found = self.solve(&Question {
+                setup,
+                designs,
+                tasks: &those,
+                grips,
+                charted: false,
+                beyond: false,
+            })?;
             for (&i, new) in places.iter().zip(found) {
                 solved[i] = Solved { sweeps: solved[i].sweeps + new.sweeps, ..new };
             }
@@ -175,7 +186,7 @@ impl Evaluator<'_> {
         if open.is_empty() {
             return Ok(solved);
         }
-        let found = Rods::new(question, &open).solve(question.stick(), *tolerance, &ladder.section);
+        let found = Rods::new(question, &open).solve(false, *tolerance, &ladder.section);
         for (&i, new) in open.iter().zip(found) {
             let Solved { sweeps, unsure, .. } = solved[i];
             solved[i] = Solved { sweeps: sweeps + new.sweeps, unsure, ..new };

@@ -1,8 +1,6 @@
 //! The reference solver of the exact planar rod (model §3), which judges the kernels and shares no method with them: Gragg–Bulirsch–Stoer
 //! extrapolation and shooting. Answers are accurate to 1e-12 … 1e-11, relative.
 
-mod collocation;
-mod gradient;
 mod ode;
 mod shoot;
 mod statics;
@@ -15,7 +13,6 @@ use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
 use crate::status::Status;
-pub use gradient::{Equilibrium, INPUTS, Traced, UNKNOWNS};
 use shoot::{Shooter, Shot, Stopped, Unknowns};
 use statics::Bent;
 pub use tilted::TiltedTap;

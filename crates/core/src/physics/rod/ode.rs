@@ -11,13 +11,7 @@ const COLUMNS: usize = 9;
 /// Local error of a step, relative to the scale of each component.
 const TOLERANCE: f64 = 1e-13;
 
-/// Error of derivatives, relative to the largest of a component; they may converge a column or two after the values.
-const OF_SLOPES: f64 = 1e-11;
-
 const SMALLEST: f64 = 1e-4;
-
-/// Steps below this fraction of the interval are not shortened for derivatives, which may consist of rounding only.
-const SHORTENED: f64 = 0.1;
 
 /// Rounding error of an increment per step and [`Slope::size`], which smaller steps do not reduce; 7e-15 of ∫ size dx in all.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
@@ -37,18 +31,12 @@ pub(super) fn integrate<T: Real, const N: usize>(
     start: T,
     length: T,
 ) -> Result<[T; N], Status> {
-    if !T::BARE && length.value() == 0.0 {
-        // The end may have derivatives although the length is 0.
-        let slope = rhs(start, &y).ok_or(Status::MATERIAL_LIMIT)?;
-        return Ok(from_fn(|i| y[i] + length * slope.rate[i]));
-    }
     let (mut done, mut step) = (T::of(0.0), length);
     while done.value() < length.value() {
         let last = step.value() >= (length - done).value();
         let h = if last { length - done } else { step };
         let slope = rhs(start + done, &y).ok_or(Status::MATERIAL_LIMIT)?;
-        let may_shorten = h.value() > SHORTENED * length.value();
-        let (increment, factor) = extrapolate(&rhs, &scale, (start + done, &y), &slope, h, may_shorten);
+        let (increment, factor) = extrapolate(&rhs, &scale, (start + done, &y), &slope, h);
         match increment {
             Ok(increment) => {
                 y = from_fn(|i| y[i] + increment[i]);
@@ -68,7 +56,6 @@ fn extrapolate<T: Real, const N: usize>(
     (x, y): (T, &[T; N]),
     slope: &Slope<T, N>,
     h: T,
-    may_shorten: bool,
 ) -> (Result<[T; N], Status>, f64) {
     let mut row = [[T::of(0.0); N]; COLUMNS];
     // The largest within the step: at the loaded end of a rod all are 0.
@@ -79,12 +66,10 @@ fn extrapolate<T: Real, const N: usize>(
             return (Err(Status::MATERIAL_LIMIT), 0.25);
         };
         let mut change = [f64::INFINITY; N];
-        let mut settled = T::BARE;
         for (j, above) in row.iter_mut().enumerate().take(k) {
             let ratio = ((k + 1) as f64 / (k - j) as f64).powi(2) - 1.0;
             let step: [T; N] = from_fn(|i| (entry[i] - above[i]) / ratio);
             change = step.map(T::value);
-            settled = T::BARE || (0..N).all(|i| is_small(&step[i], &y[i], &entry[i]));
             (*above, entry) = (entry, from_fn(|i| entry[i] + step[i]));
         }
         row[k] = entry;
@@ -94,17 +79,12 @@ fn extrapolate<T: Real, const N: usize>(
             .map(|i| change[i].abs() / here[i].max(there[i]))
             .fold(0.0, f64::max);
         factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
-        if error <= TOLERANCE && (settled || k + 1 == COLUMNS && !may_shorten) {
+        if error <= TOLERANCE {
             let growth = if k + 2 >= COLUMNS { 1.5 } else { 4.0 };
             return (Ok(entry), factor.clamp(0.3, growth));
         }
     }
     (Err(Status::NOT_CONVERGED), factor.clamp(0.1, 0.6))
-}
-
-fn is_small<T: Real>(change: &T, y: &T, increment: &T) -> bool {
-    let sizes = y.slopes().iter().zip(increment.slopes()).map(|(y, by)| y.abs().max(by.abs()));
-    change.slopes().iter().zip(sizes).all(|(change, size)| change.abs() <= OF_SLOPES * size)
 }
 
 /// Increment over `h` by `n` (even) substeps of the explicit midpoint rule, whose error has even powers of h only. Raises `size`.

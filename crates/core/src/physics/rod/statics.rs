@@ -1,6 +1,5 @@
 //! Forces, moment and the equations of a planar rod (model §3).
 
-use std::cell::Cell;
 use std::f64::consts::PI;
 
 use super::RodProblem;
@@ -32,8 +31,6 @@ pub(super) struct Whisker<'a, T = f64> {
     pub side: Side,
     pub foil: Option<Bonded<T>>,
     pub skin: Option<Skin<T>>,
-    /// Approximate strain of the next section, where it is known; replaced by the strain found.
-    pub near: Cell<Option<SectionStrain>>,
 }
 
 pub(super) struct Skin<T = f64> {
@@ -75,27 +72,6 @@ impl<T: Real> Skin<T> {
 
 impl<T: Real> Whisker<'_, T> {
     #[inline(always)]
-    pub fn map<U: Real>(&self, f: impl Fn(T) -> U + Copy) -> Option<Whisker<'static, U>> {
-        let plain = self.body.is_none() && self.foil.is_none();
-        plain.then(|| Whisker {
-            taper: self.taper.map(f),
-            body: None,
-            law: self.law.map(f),
-            extension: self.extension,
-            shear_compliance: f(self.shear_compliance),
-            side: self.side,
-            foil: None,
-            skin: self.skin.as_ref().map(|skin| Skin {
-                taper: skin.taper.map(f),
-                start: f(skin.start),
-                modulus: f(skin.modulus),
-                halved: skin.halved,
-            }),
-            near: Cell::default(),
-        })
-    }
-
-    #[inline(always)]
     fn strain(&self, (s, within): (T, f64), axial: T, moment: T) -> Option<(T, SectionStrain<T>)> {
         let zero = T::of(0.0);
         if let Some(body) = self.body.filter(|body| body.built.inner.is_some()) {
@@ -107,10 +83,7 @@ impl<T: Real> Whisker<'_, T> {
         let r = self.body.map_or_else(|| self.taper.radius(s), |body| body.radius(s, within));
         let n = if self.extension { axial / (r * r) } else { zero };
         let m = moment / (r * r * r);
-        let Some(near) = self.near.get() else { return Some((r, self.law.deform(n, m)?)) };
-        let strain = self.law.deform_near(near, n, m)?;
-        self.near.set(Some(SectionStrain { axial: strain.axial.value(), bending: strain.bending.value() }));
-        Some((r, strain))
+        Some((r, self.law.deform(n, m)?))
     }
 
     /// Places where sections change suddenly, ascending.

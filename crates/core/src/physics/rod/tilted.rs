@@ -29,27 +29,6 @@ pub struct TiltedTap<T = f64> {
     pub slide: T,
 }
 
-impl<T: Copy> TiltedTap<T> {
-    /// `f` of each number.
-    pub(super) fn map<U>(&self, f: impl Fn(T) -> U) -> TiltedTap<U> {
-        TiltedTap {
-            tap: RodTap {
-                strain: f(self.tap.strain),
-                normal_force: f(self.tap.normal_force),
-                tangential_force: f(self.tap.tangential_force),
-                contact_arc: f(self.tap.contact_arc),
-                sticking: self.tap.sticking,
-                base_angle: f(self.tap.base_angle),
-                wrench: self.tap.wrench.map(&f),
-            },
-            strain_2: f(self.strain_2),
-            axial: f(self.axial),
-            azimuth: f(self.azimuth),
-            slide: f(self.slide),
-        }
-    }
-}
-
 impl RodProblem<'_> {
     /// The tap against a pole of `tilt` β and `lean` γ, rad, below 90°; with friction other than sticking to an edge for upright poles only.
     ///

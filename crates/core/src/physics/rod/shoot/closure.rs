@@ -1,7 +1,5 @@
 //! The closure of a tap: the miss of the object under trial forces (model §3).
 
-use std::cell::Cell;
-
 use super::super::RodProblem;
 use super::super::statics::{Bent, EndLoad, Skin, Whisker};
 use super::{Shooter, Shot, Unknowns};
@@ -19,8 +17,6 @@ const ROLLED: f64 = 8.0;
 
 /// The same where rounding stops convergence: the integration is accurate to 1e-13.
 const NEARLY_ROLLED: f64 = 4e3;
-
-const MORE_ROLLS: u32 = 3;
 
 const FLAT: f64 = 1e-9;
 
@@ -54,7 +50,6 @@ impl<'a, T: Real> Shooter<'a, T> {
                 side: problem.side,
                 foil: problem.foil,
                 skin: Skin::new(problem),
-                near: Cell::default(),
             },
             soft: Soft::new(model, &whole, a + behind),
             lever: (a + hub).value(),
@@ -128,8 +123,7 @@ impl<'a, T: Real> Shooter<'a, T> {
             let stays = last.is_some_and(|(_, before)| gap.value().abs() >= 0.5 * before.abs());
             let most = if stays { NEARLY_ROLLED } else { ROLLED };
             close += u32::from(gap.value().abs() <= most * rounding);
-            // Derivatives settle after the place.
-            if close > if T::BARE { 0 } else { MORE_ROLLS } {
+            if close > 0 {
                 return Ok((slid, rod));
             }
             if let Some((place, before)) = last.replace((slid.value(), gap.value()))
