@@ -25,6 +25,3 @@ pub mod rows;
 pub mod start;
 pub mod suspects;
 pub mod tails;
-
-#[cfg(test)]
-mod tests;

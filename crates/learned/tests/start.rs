@@ -2,11 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::power;
-use crate::labels::{contradicted, prior};
-use crate::least::{FREE, by_values, solve, values};
-use crate::rows::{Row, cells, quantum};
-use crate::tails::Tails;
+use vibrissa_learned::base::power;
+use vibrissa_learned::labels::{contradicted, prior};
+use vibrissa_learned::least::{FREE, by_values, solve, values};
+use vibrissa_learned::rows::{Row, cells, quantum};
+use vibrissa_learned::tails::Tails;
 
 #[test]
 fn a_power_law_is_found_with_its_constant_and_the_end_of_a_cone() {
