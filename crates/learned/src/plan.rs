@@ -8,8 +8,7 @@ use vibrissa_core::reduce::sorted;
 
 use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
-use crate::evidence::Problem;
-use crate::hyper::{Hyper, Prior};
+use crate::evidence::{Hyper, Prior, Problem};
 use crate::rows::{Cell, Row};
 use crate::start::{Start, slopes};
 

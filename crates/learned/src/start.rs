@@ -6,8 +6,7 @@ use vibrissa_core::reduce::{median, range, sorted};
 use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Fit, From, Task};
-use crate::labels::contradicted;
-use crate::rows::Cell;
+use crate::rows::{Cell, contradicted};
 
 /// Least exponent of 1/a of a whisker's signal.
 const FLAT: f64 = 0.3;

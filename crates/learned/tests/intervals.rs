@@ -2,10 +2,9 @@
 
 use vibrissa_learned::base::{Base, Power};
 use vibrissa_learned::columns::{Scales, Term};
-use vibrissa_learned::curve::{Curve, Spread};
+use vibrissa_learned::curve::{Curve, Spread, Tails};
 use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Course, Joint, Object, Stroke, Tap};
-use vibrissa_learned::tails::Tails;
 
 /// What a stroke may deviate by from straight lines between the touch and the calibrated drives, as shares of the signal, and beyond the largest one.
 const TOE: f64 = 0.05;

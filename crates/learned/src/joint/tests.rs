@@ -1,8 +1,7 @@
 use super::*;
 use crate::base::Power;
 use crate::columns::{Scales, Term};
-use crate::curve::Spread;
-use crate::tails::Tails;
+use crate::curve::{Spread, Tails};
 
 #[test]
 fn an_outlook_is_what_taps_would_bring() {
