@@ -1,10 +1,11 @@
-//! Intervals of simulated objects, whose distances are known.
+//! Intervals of simulated objects, whose distances are known, and what one more tap brings.
 
+use nalgebra::{DMatrix, DVector};
 use vibrissa_learned::base::{Base, Power};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, Spread, Tails};
 use vibrissa_learned::invert::Inverse;
-use vibrissa_learned::joint::{Course, Joint, Object, Stroke, Tap};
+use vibrissa_learned::joint::{Course, Joint, Object, Outlook, Stroke, Tap};
 
 /// What a stroke may deviate by from straight lines between the touch and the calibrated drives, as shares of the signal, and beyond the largest one.
 const TOE: f64 = 0.05;
@@ -154,4 +155,48 @@ fn intervals_of_strokes_hold_what_they_promise() {
         "{inside} {inside95}"
     );
     assert!(share(touched) > 0.92, "{touched}");
+}
+
+#[test]
+fn an_outlook_is_what_taps_would_bring() {
+    let size = 2.5 * 32.0_f64.powf(-1.5);
+    let spread = Spread { floor: (0.01 * size).powi(2), gain: 1e-4, zero: 1e-8, ..Spread::default() };
+    let (curve, _, joint) = made(spread, false);
+    // Signal, variance of its noise, and change by each shared number, last by the error of the zero.
+    let of = |a: f64, tap: &Tap| {
+        let mut shared = Vec::new();
+        let [signal, noise] = curve.moved(&Base::Power(POWER), (a, tap.u), false, &mut shared);
+        shared.push(tap.of_zero.sqrt());
+        (signal, noise, DVector::from_vec(shared))
+    };
+    let (mut object, mut taps) = (Object::new(&joint, false), Vec::new());
+    for _ in 0..3 {
+        let outlook = Outlook::new(&object);
+        for (u, times) in [(1.5, 1), (4.0, 1), (4.0, 64)] {
+            let (mut sum, mut total) = (0.0, 0.0);
+            let of_zero = if taps.is_empty() { 0.0 } else { 1e-9 };
+            for (x, share) in &outlook.likely {
+                // The signal that is most likely if the object is there.
+                let next = Tap { u, y: 0.0, of_zero, zero: 0, shift: 0.0 };
+                let (signal, _, shared) = of(x.exp(), &next);
+                let n = shared.len();
+                let (mut a, mut b) = (DMatrix::identity(n, n), DVector::zeros(n));
+                for tap in &taps {
+                    let (m, d, l) = of(x.exp(), tap);
+                    a += &l * l.transpose() / d;
+                    b += l * ((tap.y - m) / d);
+                }
+                let y = signal + shared.dot(&a.cholesky().unwrap().solve(&b));
+                let mut then = object.clone();
+                (0..times).for_each(|_| then.add(Tap { y, ..next }));
+                sum += share * Outlook::new(&then).spread;
+                total += share;
+            }
+            let (found, expected) = (outlook.after(u, 0.0, f64::from(times)), sum / total);
+            assert!((found / expected - 1.0).abs() < 1e-6, "{} taps, {u}: {found} {expected}", taps.len());
+        }
+        let tap = Tap { u: 3.0, y: 1.01 * POWER.value(31.0, 3.0), of_zero: 1e-9, zero: 0, shift: 0.0 };
+        object.add(tap);
+        taps.push(tap);
+    }
 }

@@ -14,7 +14,6 @@ mod sections;
 mod space;
 mod table;
 mod tuple_file;
-mod typed;
 mod usual;
 
 use vibrissa_core::{design, error, physics, scene};
@@ -222,7 +221,8 @@ pub fn described<T>(
 ) -> Result<T> {
     parsed(label, text, |document, table| {
         let value = DeValue::Table(table.clone());
-        let file = Item::all(document, &value).of(keys::section("files").key(what));
+        let file =
+            Item::new(document, String::new(), Some(0..0), &value).of(keys::section("files").key(what));
         file.only_known()?;
         read(&file)
     })
@@ -237,11 +237,9 @@ pub fn columns<const N: usize>(
     allowed: fn(&str) -> &'static str,
 ) -> Result<(String, Vec<[f64; N]>)> {
     let (label, text) = table::open(item, base, what, Limit::Whole)?;
-    let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
-    table::read(document, table::Columns::all(&names, allowed), &mut |row, _| {
-        rows.push(std::array::from_fn(|k| row[k]));
-    })?;
-    Ok((label, rows))
+    let document = Document { file: &label, text: &text };
+    let (rows, _) = table::read(document, table::Columns::all(&names, allowed))?;
+    Ok((label, rows.into_iter().map(|(row, _)| row).collect()))
 }
 
 /// Text of a file; `what` names its kind.

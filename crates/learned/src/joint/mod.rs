@@ -9,8 +9,6 @@ mod object;
 mod outlook;
 mod posterior;
 mod stroke;
-#[cfg(test)]
-mod tests;
 
 pub use course::{Course, Told as ToldCourse};
 pub use object::{Object, integrate};
