@@ -76,18 +76,6 @@ fn parsed<T>(
     read(&document, user.get_ref())
 }
 
-fn with_sections<T>(
-    label: &str,
-    text: &str,
-    defaults: &str,
-    read: impl FnOnce(&Sections<'_>) -> Result<T>,
-) -> Result<T> {
-    parsed(label, text, |document, user| {
-        let more = sections::more(&[defaults], user);
-        read(&Sections::new(document, user, &more)?)
-    })
-}
-
 fn of_user(
     document: &Document<'_>,
     user: &DeTable<'_>,
@@ -177,9 +165,12 @@ fn of_user(
 
 /// [`parse`] with `[optimise]`, whose variables may be missing from their sections.
 pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
-    with_sections(label, text, optimise::SEARCHED, |sections| {
+    parsed(label, text, |document, user| {
+        let more = sections::more(&[optimise::SEARCHED], user);
+        let sections = &Sections::new(document, user, &more)?;
         let mut search = optimise::read(sections)?;
-        let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
+        let fallback = optimise::fallback(&search);
+        let mut spec = of_table(document.file, document.text, user, base, &fallback)?;
         spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
         optimise::check(sections, &mut spec, &mut search)?;
         if spec.study.setup.signal != Signal::Strain {
@@ -197,11 +188,13 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
 
 /// The spec of a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its objective needs the gauge's noise.
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
-    let spec = parse_with(label, text, base, optimise::TAP)?;
-    spec.one_rig()?;
-    let ends =
-        with_sections(label, text, optimise::TAP, |sections| optimise::check_tap(sections, &spec, noisy))?;
-    Ok((spec, ends))
+    parsed(label, text, |document, user| {
+        let spec = of_table(document.file, document.text, user, base, optimise::TAP)?;
+        spec.one_rig()?;
+        let more = sections::more(&[optimise::TAP], user);
+        let ends = optimise::check_tap(&Sections::new(document, user, &more)?, &spec, noisy)?;
+        Ok((spec, ends))
+    })
 }
 
 fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {

@@ -139,17 +139,15 @@ pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'sta
 }
 
 pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
-    let mut tables: Vec<(&str, Vec<&str>)> = vec![("root", vec!["k_theta", "k_y", "k_x"])];
-    for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {
-        match tables.iter_mut().find(|(known, _)| *known == table) {
-            Some((_, keys)) => keys.push(key),
-            None => tables.push((table, vec![key])),
-        }
-    }
-    let all: Vec<&str> = names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).collect();
-    let judged = item.only(&all).and_then(|()| {
-        tables.iter().try_for_each(|(table, keys)| item.child(table).map_or(Ok(()), |inner| inner.only(keys)))
-    });
+    let nested = names.iter().filter_map(|name| name.split_once('.'));
+    let nested: Vec<_> =
+        ["k_theta", "k_y", "k_x"].map(|key| ("root", key)).into_iter().chain(nested).collect();
+    let all: Vec<&str> = names.iter().copied().chain(nested.iter().map(|(table, _)| *table)).collect();
+    let inner = |(table, _): &(&str, &str)| {
+        let own: Vec<&str> = nested.iter().filter(|(one, _)| one == table).map(|(_, key)| *key).collect();
+        item.child(table).map_or(Ok(()), |inner| inner.only(&own))
+    };
+    let judged = item.only(&all).and_then(|()| nested.iter().try_for_each(inner));
     judged.map_err(|e| e.allowed(names.join(", ")))
 }
 

@@ -60,16 +60,11 @@ impl<'a> Section<'a> {
     }
 
     pub fn get(&self, key: &str) -> Result<Item<'a>> {
-        if let Some(item) = self.written(key) {
-            return Ok(item);
-        }
-        match self.default(key) {
-            Some(value) => {
-                let item = Item::new(self.document, self.dotted(key), None, value.get_ref());
-                Ok(item.of(self.known.key(key)))
-            }
-            None => Err(self.missing(key)),
-        }
+        let usual = || {
+            let item = Item::new(self.document, self.dotted(key), None, self.default(key)?.get_ref());
+            Some(item.of(self.known.key(key)))
+        };
+        self.written(key).or_else(usual).ok_or_else(|| self.missing(key))
     }
 
     pub fn optional<T>(&self, key: &str, read: impl FnOnce(&Item<'a>) -> Result<T>) -> Result<Option<T>> {
