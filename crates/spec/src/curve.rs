@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::properties::{RigAxis, searched as is_searched};
 use super::table::{self, Columns, Rows, Source};
-use super::{AxisItem, Document, Item, Result, Sections, properties};
+use super::{Document, Item, Result, Sections};
 use crate::error::InputError;
 use crate::physics::body::rest;
 use crate::physics::fit::{STRAIN, STRESS, yeoh};
@@ -120,7 +121,7 @@ pub(super) fn to_arcs(
     sections: &Sections<'_>,
     space: &mut Space,
     built: Option<&Built>,
-    axes: &[(Property, AxisItem<'_>)],
+    axes: &[RigAxis<'_>],
 ) -> Result<()> {
     let tap = sections.section("tap");
     if !tap.get("abscissa")?.flag()? {
@@ -128,7 +129,7 @@ pub(super) fn to_arcs(
     }
     let item = tap.get("abscissa")?;
     let bends = [Property::Curvature, Property::CurvatureSlope];
-    let searched = |property: &Property| properties::searched(sections, *property);
+    let searched = |property: &Property| is_searched(sections, *property);
     if axes.iter().any(|(property, _)| bends.contains(property)) || bends.iter().any(searched) {
         let allowed = "abscissa = false, or one number for curvature and curvature_slope";
         return item.refuse("an abscissa belongs to one curvature, and here it varies", allowed);

@@ -27,7 +27,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study};
+use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study, Theory};
 use crate::sink::Frame;
 use crate::text_file::{Limit, TextFile};
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
@@ -112,7 +112,9 @@ fn of_user(
     if !tilts {
         sections::rankable(sections, &estimate, &output)?;
     }
-    sections.warn(sections::idle(&estimate));
+    if estimate.theory == Theory::Exact && estimate.k.is_some() {
+        sections.warn(["[estimate] K is not used with theory = \"exact\"".to_owned()]);
+    }
     let (signal, channels) = built::sensor(&sections.section("sensor"), &mut gauge)?;
     if channels.is_some() && gauge.noise_strain.take().is_some_and(|noise| noise != 0.0) {
         let message =

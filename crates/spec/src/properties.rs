@@ -45,7 +45,7 @@ pub(super) fn is_axis(item: &Item<'_>) -> bool {
     }
 }
 
-pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec<(Property, AxisItem<'a>)>> {
+pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec<RigAxis<'a>>> {
     let mut all = Vec::new();
     for property in Property::ALL {
         let Some(item) = written(sections, property).filter(is_axis) else { continue };
@@ -61,7 +61,7 @@ pub(super) fn first(item: &Item<'_>) -> Result<f64> {
     Ok(AxisItem::read(item.clone(), 0)?.axis.at(0))
 }
 
-pub(super) fn places(axes: &[(Property, AxisItem<'_>)]) -> Vec<InputError> {
+pub(super) fn places(axes: &[RigAxis<'_>]) -> Vec<InputError> {
     axes.iter().filter(|(_, axis)| axis.axis.len() > 1).map(|(_, axis)| axis.item.error("")).collect()
 }
 
@@ -82,7 +82,7 @@ pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<
 pub(super) fn allowed_together(
     sections: &Sections<'_>,
     setup: &Setup,
-    axes: &[(Property, AxisItem<'_>)],
+    axes: &[RigAxis<'_>],
     tilts: bool,
 ) -> Result<()> {
     let check = |setup: &Setup, at: Option<&Item<'_>>| {
@@ -109,7 +109,7 @@ pub(super) fn allowed_together(
     Ok(())
 }
 
-pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(Setup, f64)> {
+pub(super) fn corners(setup: &Setup, axes: &[RigAxis<'_>]) -> Vec<(Setup, f64)> {
     let mut all = vec![(setup.clone(), 1.0)];
     for (property, axis) in axes {
         let ends = [axis.axis.min(), axis.axis.max()];
@@ -263,6 +263,9 @@ impl<'a> AxisItem<'a> {
         }
     }
 }
+
+/// A property of the rig with its axis.
+pub(super) type RigAxis<'a> = (Property, AxisItem<'a>);
 
 fn list(item: &Item<'_>) -> Result<Vec<f64>> {
     let values: Vec<f64> =

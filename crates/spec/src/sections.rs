@@ -15,11 +15,6 @@ use super::{Document, Item, Result, keys, model};
 use crate::error::InputError;
 use crate::scene::{Estimate, Output, RankBy, Theory};
 
-pub(super) fn idle(estimate: &Estimate) -> Option<String> {
-    let idle = estimate.theory == Theory::Exact && estimate.k.is_some();
-    idle.then(|| "[estimate] K is not used with theory = \"exact\"".to_owned())
-}
-
 pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Output) -> Result<()> {
     let robust = sections.section("optimise").written("robust");
     let calibrated = robust.and_then(|robust| robust.child("calibrated"));
