@@ -141,6 +141,7 @@ fn of_user(
         rigs,
     };
     properties::allowed_together(sections, &setup, &properties, tilts)?;
+    let several = properties.iter().filter(|(_, axis)| axis.axis.len() > 1);
     let mut spec = Spec {
         name: Path::new(document.file)
             .file_stem()
@@ -152,7 +153,7 @@ fn of_user(
         in_force: sections.in_force(),
         inputs: inputs(sections, base),
         warnings: sections.warnings.take(),
-        several: properties::places(&properties),
+        several: several.map(|(_, axis)| axis.item.error("")).collect(),
     };
     model::fits(sections, &spec)?;
     fits::fits(sections, &spec, &properties)?;

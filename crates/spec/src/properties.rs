@@ -7,7 +7,6 @@ use toml::de::DeValue;
 use super::keys::Key;
 use super::model::{self, check_second_gauge, consistent};
 use super::{Item, Result, Sections, built, sections};
-use crate::error::InputError;
 use crate::scene::axis::Points;
 use crate::scene::property::Description;
 use crate::scene::{Axis, Material, Property, Quantity, Rigs, Robust, Sampler, Search, Setup, Signal, Spec};
@@ -59,10 +58,6 @@ pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec
 /// The number at `item`, or the first of its axis; the others are set in each rig.
 pub(super) fn first(item: &Item<'_>) -> Result<f64> {
     Ok(AxisItem::read(item.clone(), 0)?.axis.at(0))
-}
-
-pub(super) fn places(axes: &[RigAxis<'_>]) -> Vec<InputError> {
-    axes.iter().filter(|(_, axis)| axis.axis.len() > 1).map(|(_, axis)| axis.item.error("")).collect()
 }
 
 pub(super) fn searched(sections: &Sections<'_>, property: Property) -> bool {
