@@ -6,7 +6,7 @@
 Every rig is drawn anew: its whisker, gain, offset of the angle, noise, and by how much runs differ in gain and zero, which is about as much as
 the noise. It is calibrated on 6 runs of 18 taps, and asked for ten single taps, two objects of five taps, and two strokes with an unknown
 touch, each in a run of its own. With --prior the noise, and what positions, visits and runs have of their own, are drawn from the priors of the
-model (crates/learned/src/hyper.rs), as calibration by simulation wants it: then the intervals should hold what they say, but for the curve. The table says how many distances lie within the 68 and 95 % intervals, the 99 % interval of a binomial with as
+model (crates/learned/src/evidence.rs), as calibration by simulation wants it: then the intervals should hold what they say, but for the curve. The table says how many distances lie within the 68 and 95 % intervals, the 99 % interval of a binomial with as
 many trials, and how often each of ten equal shares of the posterior holds the distance (with chi² of 9 degrees of freedom). Needs numpy, scipy
 and the vibrissa package.
 """

@@ -176,7 +176,7 @@ impl Source {
         if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
             return Ok(Self::Stream(LabStream::of(Patient(file))));
         }
-        let text = TextFile::new(file, &path.display().to_string(), "readings", Limit::AnyLines);
+        let mut text = TextFile::new(file, &path.display().to_string(), "readings", Limit::AnyLines);
         Ok(Self::File(text.bytes()?))
     }
 

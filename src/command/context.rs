@@ -18,7 +18,7 @@ use crate::measure::Data;
 use crate::optimise::Watch;
 use crate::progress::{Progress, go_on};
 use crate::scene::{Column, RunOptions, Spec};
-use crate::sink::{Folder, Frame, LabTable, Question, Sheet, TableFormat, memory};
+use crate::sink::{Folder, Frame, LabTable, Question, Sheet, TableFormat, free_memory};
 use crate::{files, spec};
 
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
@@ -254,7 +254,7 @@ impl<'a> Context<'a> {
     }
 
     pub fn room(&self, bytes_of_row: u64) -> u64 {
-        let memory = self.memory.as_ref().and_then(|_| memory::available());
+        let memory = self.memory.as_ref().and_then(|_| free_memory());
         memory.map_or(u64::MAX, |bytes| bytes / bytes_of_row)
     }
 

@@ -131,7 +131,9 @@ fn errors(plan: &Planned) -> Result<Frame, Error> {
 }
 
 fn result(plan: &Planned, drive: Drive) -> Value {
-    let rig = &plan.rig;
+    let s = &plan.rig;
+    let [noise, relative, position, visit, gain, zero] =
+        [s.floor, s.relative, s.position, s.visit, s.gain, s.zero].map(f64::sqrt);
     let of_apart = |a: &Apart| {
         let tap =
             a.tap.map(|([at, u], error)| json!({ "a_mm": at, drive.column(): u, "standard_error": error }));
@@ -149,7 +151,7 @@ fn result(plan: &Planned, drive: Drive) -> Value {
         "drives": drives,
         "even_taps": plan.even_as_good(),
         "even_sigma_mm": plan.even_of_its_size(),
-        "rig": { "noise": rig.noise, "relative": rig.relative, "position": rig.position, "visit": rig.visit, "gain": rig.gain, "zero": rig.zero },
+        "rig": { "noise": noise, "relative": relative, "position": position, "visit": visit, "gain": gain, "zero": zero },
         "not_told_apart": plan.apart.iter().map(of_apart).collect::<Vec<_>>(),
     })
 }

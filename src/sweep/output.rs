@@ -13,7 +13,7 @@ use crate::plan::Plan;
 use crate::scene::{Space, Spec, Study};
 use crate::sink::folder::{Listed, Output, pack};
 use crate::sink::parquet::More;
-use crate::sink::{Folder, Frame, Question, Shard, Sheet, Table, TableFormat, hash, memory, run_json};
+use crate::sink::{Folder, Frame, Question, Shard, Sheet, Table, TableFormat, free_memory, hash, run_json};
 
 #[derive(Debug)]
 pub(super) struct About {
@@ -138,7 +138,7 @@ impl Writers {
             plan.rows[table as usize].saturating_mul(8 * width)
         });
         let bytes = bytes.fold(0, u64::saturating_add);
-        if let Some(room) = memory::available().filter(|room| bytes > *room) {
+        if let Some(room) = free_memory().filter(|room| bytes > *room) {
             let [bytes, room] = [bytes, room].map(|bytes| bytes as f64 / 1e9);
             let why = format!("the tables take {bytes:.1} GB, and there are {room:.1} GB of memory");
             let help = "leave out output.tuples, say output.top, or write files";

@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use crate::base::{About, Base};
-use crate::hyper::Hyper;
-use crate::labels::TOGETHER;
-use crate::rows::{Cell, Row};
+use crate::evidence::Hyper;
+use crate::rows::{Cell, Row, TOGETHER};
 use vibrissa_core::reduce::{range, sorted};
 
 const DEGREE: usize = 2;

@@ -5,11 +5,9 @@ use nalgebra::DMatrix;
 use crate::base::{Base, Fitted, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms};
 use crate::curve::Curve;
-use crate::evidence::{Problem, ln_det};
-use crate::hyper::{Hyper, Prior};
-use crate::labels;
+use crate::evidence::{Hyper, Prior, Problem, ln_det};
 use crate::peaks::{Mixed, Peak, Widths, held, mean, peaks, points};
-use crate::rows::{Cell, Row, cells};
+use crate::rows::{Cell, Row, cells, position};
 use crate::start::{Start, slopes, start};
 
 /// With more cells than this, a part is fitted first to find a start.
@@ -101,8 +99,8 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let effects = Effects { known, zero: of_zero, drift: task.drift };
     let slopes = slopes(&merged, &start, &scales);
     let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
-    let position = labels::prior(&merged, known, start.labels);
-    let problem = Problem::new(model, &merged, [unit, zero, task.step], (known, position));
+    let of_labels = position(&merged, known, start.labels);
+    let problem = Problem::new(model, &merged, [unit, zero, task.step], (known, of_labels));
     let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
         let kept = |k: &usize| !merged[*k].row.touches() || k.is_multiple_of(every);

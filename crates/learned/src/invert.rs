@@ -7,8 +7,7 @@ use vibrissa_core::reduce::distinct;
 use vibrissa_core::status::Status;
 
 use crate::base::Base;
-use crate::curve::Curve;
-use crate::tails::OF_95;
+use crate::curve::{Curve, OF_95};
 
 /// Grid points in ln a.
 pub const POINTS: usize = 161;

@@ -142,7 +142,7 @@ impl Minimum {
 pub type Residuals<'a> = &'a dyn Fn(&[f64]) -> Option<Vec<f64>>;
 
 /// Central differences of half widths `h`, one-sided at the `bounds`; a row for each residual. `None` where a value is missing.
-fn differences(of: Residuals<'_>, x: &[f64], h: &[f64], bounds: &[[f64; 2]]) -> Option<DMatrix<f64>> {
+pub fn slopes(of: Residuals<'_>, x: &[f64], h: &[f64], bounds: &[[f64; 2]]) -> Option<DMatrix<f64>> {
     let mut columns = Vec::with_capacity(x.len());
     let mut moved = x.to_vec();
     for (i, h) in h.iter().enumerate() {
@@ -156,11 +156,6 @@ fn differences(of: Residuals<'_>, x: &[f64], h: &[f64], bounds: &[[f64; 2]]) -> 
         columns.push((high - low) / (ends[1] - ends[0]));
     }
     Some(DMatrix::from_columns(&columns))
-}
-
-/// Central differences of half widths `h`, a row for each residual. `None` where a value is missing.
-pub fn slopes(of: Residuals<'_>, x: &[f64], h: &[f64]) -> Option<DMatrix<f64>> {
-    differences(of, x, h, &vec![FREE; x.len()])
 }
 
 /// Bounds of an unknown without bounds.
@@ -183,12 +178,12 @@ pub fn by_values(
         model: &|x, _| Ok(x.iter().zip(&scale).zip(bounds).map(place).collect()),
         residuals: &|x| residuals(x).filter(|r| r.iter().all(|r| r.is_finite())).map(DVector::from_vec),
         slopes: &|x| {
-            let slopes = differences(residuals, x, h, bounds);
+            let slopes = slopes(residuals, x, h, bounds);
             Ok(slopes.map(|j| DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] * scale[k])))
         },
     };
     let Ok(at) = minimise(&problem, scaled, start.to_vec(), &scaled_bounds, settled);
-    let j = differences(residuals, &at, h, bounds)?;
+    let j = slopes(residuals, &at, h, bounds)?;
     let (_, covariance) = solve(&j.tr_mul(&j), &DVector::zeros(at.len()))?;
     Some(Minimum { residuals: residuals(&at)?, covariance, at })
 }

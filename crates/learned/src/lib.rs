@@ -6,7 +6,7 @@
 //!
 //! m is the curve of the whisker if known, else a power law, and 0 without contact; h is a smooth deviation, c the error of a position, c_r that of
 //! one visit; z_r and g_r are zero and gain of a run, w is a drift of the zero, e noise, in part proportional to m. Except for the learned numbers
-//! (`hyper`) the model is linear and normal: [`columns`]. Those have a restricted likelihood with priors (`evidence`, Patterson and Thompson
+//! (`evidence::Hyper`) the model is linear and normal: [`columns`]. Those have a restricted likelihood with priors (`evidence`, Patterson and Thompson
 //! 1971), whose peaks `peaks` finds and averages over.
 
 pub mod base;
@@ -14,17 +14,11 @@ pub mod columns;
 pub mod curve;
 mod evidence;
 pub mod fit;
-mod hyper;
 pub mod invert;
 pub mod joint;
-pub mod labels;
 pub mod least;
 mod peaks;
 pub mod plan;
 pub mod rows;
 pub mod start;
 pub mod suspects;
-pub mod tails;
-
-#[cfg(test)]
-mod tests;

@@ -6,11 +6,9 @@ use nalgebra::{DMatrix, DVector};
 use vibrissa_core::normal::quantile;
 use vibrissa_core::scene::sampler::{MAX_DIMENSIONS, Sampler};
 
-use crate::curve::Spread;
-use crate::evidence::{Problem, Solved};
+use crate::curve::{PARTS, Spread, Tails};
+use crate::evidence::{Hyper, Prior, Problem, Solved};
 use crate::fit::{Fit, MANY};
-use crate::hyper::{Hyper, Prior};
-use crate::tails::{PARTS, Tails};
 
 /// Peaks whose ln likelihood is this far below the best are ignored.
 const HEARD: f64 = 6.0;

@@ -8,8 +8,8 @@ use vibrissa_core::reduce::sorted;
 
 use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
-use crate::evidence::Problem;
-use crate::hyper::{Hyper, Prior};
+use crate::curve::Spread;
+use crate::evidence::{Hyper, Prior, Problem};
 use crate::rows::{Cell, Row};
 use crate::start::{Start, slopes};
 
@@ -21,23 +21,6 @@ const ZEROS: f64 = 6.0;
 const ROUNDS: usize = 12;
 /// An exchange must lower the variance by more than this share.
 const WORTH: f64 = 1e-4;
-
-/// Standard deviations of the effects of a rig.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rig {
-    /// Noise of a reading, in the unit of the signal.
-    pub noise: f64,
-    /// Noise in proportion to the signal.
-    pub relative: f64,
-    /// Error of a position, as a share of the distance.
-    pub position: f64,
-    /// Error of a position in one visit only, as a share of the distance.
-    pub visit: f64,
-    /// Gain of a run, relative.
-    pub gain: f64,
-    /// Zero of a run, in the unit of the signal.
-    pub zero: f64,
-}
 
 /// Candidates of taps and the whisker's signal.
 #[derive(Clone, Copy)]
@@ -54,8 +37,8 @@ pub struct Ask<'a> {
     pub runs: usize,
     /// Maximum of distances in use.
     pub positions: usize,
-    /// Effects of the rig.
-    pub rig: Rig,
+    /// Effects of the rig; noise and zero in the unit of the signal. It does not drift.
+    pub rig: Spread,
 }
 
 /// Indices of a tap: distance, drive, run.
@@ -104,7 +87,9 @@ impl Planner {
         let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);
         let problem =
             Problem::new(model, &cells, [unit, 0.0, 0.0], (true, Prior::new(Hyper::Position.prior(true))));
-        let Rig { noise, relative, position, visit, gain, zero } = ask.rig;
+        let Spread { floor, relative, position, visit, gain, zero, .. } = ask.rig;
+        let [noise, relative, position, visit, gain, zero] =
+            [floor, relative, position, visit, gain, zero].map(f64::sqrt);
         let at = |h: &Hyper| match h {
             Hyper::Floor => (noise / unit).ln(),
             Hyper::Relative => relative.ln(),

@@ -6,8 +6,7 @@ use vibrissa_core::reduce::{median, range, sorted};
 use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Fit, From, Task};
-use crate::labels::contradicted;
-use crate::rows::Cell;
+use crate::rows::{Cell, contradicted};
 
 /// Least exponent of 1/a of a whisker's signal.
 const FLAT: f64 = 0.3;
@@ -38,7 +37,11 @@ pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault
             return Ok(found.0);
         }
         let plain = of_known(curve, &taps, read, 0.0);
-        let free = of_known(curve, &taps, read, offset(curve, &taps, read));
+        let [least, most] = range(taps.iter().map(|t| t[1]));
+        let squares = |offset: f64| of_known(curve, &taps, read, offset).map_or(f64::INFINITY, |f| f.1);
+        let ends = [-0.9 * least.min(0.5 * most), 0.9 * least.max(0.1 * most)];
+        let offset = if least == most { 0.0 } else { lowest(squares, ends, 16) };
+        let free = of_known(curve, &taps, read, offset);
         // An offset is used if it is worth it, or if the curve has no values without it.
         let worth = |(p, f): (&(Start, f64), &(Start, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
         let moved = plain.as_ref().zip(free.as_ref()).is_some_and(worth);
@@ -107,15 +110,6 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
         gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
     let base = Base::Known(curve.clone(), offset);
     sound.then(|| (Start { base, power: None, numbers, labels: None }, squares(gain, zero)))
-}
-
-fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
-    let [least, largest] = range(taps.iter().map(|t| t[1]));
-    if least == largest {
-        return 0.0;
-    }
-    let of = |offset: f64| of_known(curve, taps, read, offset).map_or(f64::INFINITY, |f| f.1);
-    lowest(of, [-0.9 * least.min(0.5 * largest), 0.9 * least.max(0.1 * largest)], 16)
 }
 
 /// Argument of the minimum between two ends: beside the lowest of so many `looks` by golden section, to 1e-5 of a look.

@@ -61,11 +61,8 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     }
     let (label, text) = table::open(item, base, "profile", Limit::Whole)?;
     let document = Document { file: &label, text: &text };
-    let mut rows: Vec<([f64; 4], usize)> = Vec::new();
     let columns = Columns { names: &NAMES, spare: &NAMES[2..], allowed };
-    let header = table::read(document, columns, &mut |row, at| {
-        rows.push((std::array::from_fn(|k| row[k]), at));
-    })?;
+    let (rows, header) = table::read::<4>(document, columns)?;
     let source = Source::Text(document);
     let warning = header.warning(&label);
     let mut before = -1.0;

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::table::{self, Columns, Source};
-use super::{AxisItem, Document, Item, Result, Sections, properties};
+use super::properties::{RigAxis, searched as is_searched};
+use super::table::{self, Columns, Rows, Source};
+use super::{Document, Item, Result, Sections};
 use crate::error::InputError;
 use crate::physics::body::rest;
 use crate::physics::fit::{STRAIN, STRESS, yeoh};
@@ -15,12 +16,7 @@ use crate::text_file::{Limit, TextFile};
 
 const LEAST: usize = 5;
 
-/// `place`: the byte where its line starts, or its row.
-struct Point {
-    strain: f64,
-    stress: f64,
-    place: usize,
-}
+const COLUMNS: Columns<'static> = Columns::all(&[STRAIN, STRESS], allowed);
 
 pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<String>)> {
     let (label, text) = table::open(item, base, "curve", Limit::Whole)?;
@@ -38,10 +34,7 @@ pub fn of_file(path: &Path) -> Result<MaterialFit> {
 
 fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
     let document = Document { file: &label, text };
-    let mut points = Vec::new();
-    let header = table::read(document, columns(), &mut |row, place| {
-        points.push(Point { strain: row[0], stress: row[1], place });
-    })?;
+    let (points, header) = table::read(document, COLUMNS)?;
     Ok((fitted(points, &label, Source::Text(document))?, header.warning(&label)))
 }
 
@@ -51,17 +44,11 @@ fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
 /// A column is missing, the points are not a stress–strain curve, or the law does not fit them.
 pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
     let mut points = Vec::new();
-    table::of_frame(frame, columns(), &mut |row, place| {
-        points.push(Point { strain: row[0], stress: row[1], place });
-    })?;
+    table::of_frame(frame, COLUMNS, &mut |row, place| points.push(([row[0], row[1]], place)))?;
     fitted(points, "data", Source::Memory)
 }
 
-fn columns() -> Columns<'static> {
-    Columns::all(&[STRAIN, STRESS], allowed)
-}
-
-fn fitted(points: Vec<Point>, label: &str, source: Source<'_>) -> Result<MaterialFit> {
+fn fitted(points: Rows<2>, label: &str, source: Source<'_>) -> Result<MaterialFit> {
     let points = checked(points, source)?;
     let (first, last) = (points[0][0], points[points.len() - 1][0]);
     let (coefficients, rms) = yeoh(&points).map_err(|why| source.whole(why))?;
@@ -75,40 +62,41 @@ fn allowed(column: &str) -> &'static str {
     }
 }
 
-fn checked(mut points: Vec<Point>, source: Source<'_>) -> Result<Vec<[f64; 2]>> {
-    let at = |point: &Point, column: &str, message: String| {
-        let value = if column == STRAIN { point.strain } else { point.stress };
-        source.placed(InputError::new(message).key(column).value(value), point.place)
+fn checked(mut points: Rows<2>, source: Source<'_>) -> Result<Vec<[f64; 2]>> {
+    let at = |([strain, stress], place): ([f64; 2], usize), column: &str, message: String| {
+        let value = if column == STRAIN { strain } else { stress };
+        source.placed(InputError::new(message).key(column).value(value), place)
     };
-    for p in &points {
-        if p.strain <= -1.0 {
-            let wrong = at(p, STRAIN, "no solid can be compressed to nothing".to_owned());
+    for &point in &points {
+        let [strain, stress] = point.0;
+        if strain <= -1.0 {
+            let wrong = at(point, STRAIN, "no solid can be compressed to nothing".to_owned());
             return Err(wrong.allowed(allowed(STRAIN)));
         }
-        if p.strain * p.stress < 0.0 {
-            let message = format!("this stress has the sign opposite to its strain, {}", p.strain);
-            return Err(at(p, STRESS, message).allowed("stress > 0 in tension, < 0 in compression, MPa"));
+        if strain * stress < 0.0 {
+            let message = format!("this stress has the sign opposite to its strain, {strain}");
+            return Err(at(point, STRESS, message).allowed("stress > 0 in tension, < 0 in compression, MPa"));
         }
     }
-    points.sort_by(|p, q| p.strain.total_cmp(&q.strain));
+    points.sort_by(|p, q| p.0[0].total_cmp(&q.0[0]));
     for pair in points.windows(2) {
-        let [p, q] = pair else { continue };
-        let (earlier, later) = if p.place < q.place { (p, q) } else { (q, p) };
-        let line = source.words(earlier.place);
-        let other = format!("{} MPa at strain {} in {line}", earlier.stress, earlier.strain);
-        if p.strain == q.strain && p.stress != q.stress {
-            let message = format!("strain {} has two stresses: this one, and {other}", p.strain);
+        let ([p, q], [less, more]) = ([pair[0], pair[1]], [pair[0].0, pair[1].0]);
+        let (earlier, later) = if p.1 < q.1 { (p, q) } else { (q, p) };
+        let ([strain, stress], line) = (earlier.0, source.words(earlier.1));
+        let other = format!("{stress} MPa at strain {strain} in {line}");
+        if less[0] == more[0] && less[1] != more[1] {
+            let message = format!("strain {strain} has two stresses: this one, and {other}");
             return Err(at(later, STRESS, message).allowed("one stress for each strain"));
         }
-        if p.strain < q.strain && p.stress >= q.stress {
+        if less[0] < more[0] && less[1] >= more[1] {
             let message = format!(
                 "the stress does not rise with the strain: this is at strain {}, but {other}",
-                later.strain
+                later.0[0]
             );
             return Err(at(later, STRESS, message).allowed("stress strictly increasing with strain"));
         }
     }
-    let mut points: Vec<[f64; 2]> = points.iter().map(|p| [p.strain, p.stress]).collect();
+    let mut points: Vec<[f64; 2]> = points.into_iter().map(|p| p.0).collect();
     points.dedup_by_key(|p| p[0]);
     let whole = |message: String| source.whole(InputError::new(message).key(STRAIN));
     if points.len() < LEAST {
@@ -133,7 +121,7 @@ pub(super) fn to_arcs(
     sections: &Sections<'_>,
     space: &mut Space,
     built: Option<&Built>,
-    axes: &[(Property, AxisItem<'_>)],
+    axes: &[RigAxis<'_>],
 ) -> Result<()> {
     let tap = sections.section("tap");
     if !tap.get("abscissa")?.flag()? {
@@ -141,7 +129,7 @@ pub(super) fn to_arcs(
     }
     let item = tap.get("abscissa")?;
     let bends = [Property::Curvature, Property::CurvatureSlope];
-    let searched = |property: &Property| properties::searched(sections, *property);
+    let searched = |property: &Property| is_searched(sections, *property);
     if axes.iter().any(|(property, _)| bends.contains(property)) || bends.iter().any(searched) {
         let allowed = "abscissa = false, or one number for curvature and curvature_slope";
         return item.refuse("an abscissa belongs to one curvature, and here it varies", allowed);

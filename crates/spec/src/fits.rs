@@ -1,7 +1,7 @@
 //! Checks that the built whiskers of a spec can exist, and warns where their equations are incomplete.
 
-use super::properties::corners;
-use super::{AxisItem, Result, Sections};
+use super::properties::{RigAxis, corners};
+use super::{Result, Sections};
 use crate::physics::body::Body;
 use crate::scene::{Column, Drive, Property, Setup, Spec};
 
@@ -31,22 +31,18 @@ fn misfit(
     Some((format!("{why} at a = {nearest} mm"), allowed, &["curvature", "curvature_slope"]))
 }
 
-pub(super) fn fits(
-    sections: &Sections<'_>,
-    spec: &Spec,
-    properties: &[(Property, AxisItem<'_>)],
-) -> Result<()> {
+pub(super) fn fits(sections: &Sections<'_>, spec: &Spec, properties: &[RigAxis<'_>]) -> Result<()> {
     if sections.section("optimise").written("variables").is_some() {
         return Ok(()); // A search skips designs that are no whiskers.
     }
     let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
     let tapped = sections.section("tap").written("a").is_some();
-    let shapes = |(property, _): &&(Property, AxisItem<'_>)| {
+    let shapes = |(property, _): &&RigAxis<'_>| {
         use Property::{Bore, Core, Curvature, CurvatureSlope, Exponent, Hub, PoleRadius, Scale};
         [Exponent, Scale, Bore, Core, Curvature, CurvatureSlope, Hub, PoleRadius].contains(property)
     };
     let shaping: Vec<_> = properties.iter().filter(shapes).cloned().collect();
-    let wrong = |others: &[(Property, AxisItem<'_>)], setup: &Setup, scale: f64| {
+    let wrong = |others: &[RigAxis<'_>], setup: &Setup, scale: f64| {
         let corners = corners(setup, others).into_iter();
         let mut all = corners.map(|(setup, own)| misfit(spec, &(setup, scale * own), tapped));
         let first = all.next()??;

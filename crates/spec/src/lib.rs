@@ -14,7 +14,6 @@ mod sections;
 mod space;
 mod table;
 mod tuple_file;
-mod typed;
 mod usual;
 
 use vibrissa_core::{design, error, physics, scene};
@@ -28,7 +27,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study};
+use crate::scene::{Drive, Estimate, Gauge, Output, RunOptions, Search, Setup, Signal, Spec, Study, Theory};
 use crate::sink::Frame;
 use crate::text_file::{Limit, TextFile};
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
@@ -77,18 +76,6 @@ fn parsed<T>(
     read(&document, user.get_ref())
 }
 
-fn with_sections<T>(
-    label: &str,
-    text: &str,
-    defaults: &str,
-    read: impl FnOnce(&Sections<'_>) -> Result<T>,
-) -> Result<T> {
-    parsed(label, text, |document, user| {
-        let more = sections::more(&[defaults], user);
-        read(&Sections::new(document, user, &more)?)
-    })
-}
-
 fn of_user(
     document: &Document<'_>,
     user: &DeTable<'_>,
@@ -125,7 +112,9 @@ fn of_user(
     if !tilts {
         sections::rankable(sections, &estimate, &output)?;
     }
-    sections.warn(sections::idle(&estimate));
+    if estimate.theory == Theory::Exact && estimate.k.is_some() {
+        sections.warn(["[estimate] K is not used with theory = \"exact\"".to_owned()]);
+    }
     let (signal, channels) = built::sensor(&sections.section("sensor"), &mut gauge)?;
     if channels.is_some() && gauge.noise_strain.take().is_some_and(|noise| noise != 0.0) {
         let message =
@@ -152,6 +141,7 @@ fn of_user(
         rigs,
     };
     properties::allowed_together(sections, &setup, &properties, tilts)?;
+    let several = properties.iter().filter(|(_, axis)| axis.axis.len() > 1);
     let mut spec = Spec {
         name: Path::new(document.file)
             .file_stem()
@@ -163,7 +153,7 @@ fn of_user(
         in_force: sections.in_force(),
         inputs: inputs(sections, base),
         warnings: sections.warnings.take(),
-        several: properties::places(&properties),
+        several: several.map(|(_, axis)| axis.item.error("")).collect(),
     };
     model::fits(sections, &spec)?;
     fits::fits(sections, &spec, &properties)?;
@@ -178,9 +168,12 @@ fn of_user(
 
 /// [`parse`] with `[optimise]`, whose variables may be missing from their sections.
 pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
-    with_sections(label, text, optimise::SEARCHED, |sections| {
+    parsed(label, text, |document, user| {
+        let more = sections::more(&[optimise::SEARCHED], user);
+        let sections = &Sections::new(document, user, &more)?;
         let mut search = optimise::read(sections)?;
-        let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
+        let fallback = optimise::fallback(&search);
+        let mut spec = of_table(document.file, document.text, user, base, &fallback)?;
         spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
         optimise::check(sections, &mut spec, &mut search)?;
         if spec.study.setup.signal != Signal::Strain {
@@ -198,11 +191,13 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
 
 /// The spec of a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its objective needs the gauge's noise.
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
-    let spec = parse_with(label, text, base, optimise::TAP)?;
-    spec.one_rig()?;
-    let ends =
-        with_sections(label, text, optimise::TAP, |sections| optimise::check_tap(sections, &spec, noisy))?;
-    Ok((spec, ends))
+    parsed(label, text, |document, user| {
+        let spec = of_table(document.file, document.text, user, base, optimise::TAP)?;
+        spec.one_rig()?;
+        let more = sections::more(&[optimise::TAP], user);
+        let ends = optimise::check_tap(&Sections::new(document, user, &more)?, &spec, noisy)?;
+        Ok((spec, ends))
+    })
 }
 
 fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
@@ -222,7 +217,8 @@ pub fn described<T>(
 ) -> Result<T> {
     parsed(label, text, |document, table| {
         let value = DeValue::Table(table.clone());
-        let file = Item::all(document, &value).of(keys::section("files").key(what));
+        let file =
+            Item::new(document, String::new(), Some(0..0), &value).of(keys::section("files").key(what));
         file.only_known()?;
         read(&file)
     })
@@ -237,11 +233,9 @@ pub fn columns<const N: usize>(
     allowed: fn(&str) -> &'static str,
 ) -> Result<(String, Vec<[f64; N]>)> {
     let (label, text) = table::open(item, base, what, Limit::Whole)?;
-    let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
-    table::read(document, table::Columns::all(&names, allowed), &mut |row, _| {
-        rows.push(std::array::from_fn(|k| row[k]));
-    })?;
-    Ok((label, rows))
+    let document = Document { file: &label, text: &text };
+    let (rows, _) = table::read(document, table::Columns::all(&names, allowed))?;
+    Ok((label, rows.into_iter().map(|(row, _)| row).collect()))
 }
 
 /// Text of a file; `what` names its kind.

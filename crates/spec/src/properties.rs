@@ -7,7 +7,6 @@ use toml::de::DeValue;
 use super::keys::Key;
 use super::model::{self, check_second_gauge, consistent};
 use super::{Item, Result, Sections, built, sections};
-use crate::error::InputError;
 use crate::scene::axis::Points;
 use crate::scene::property::Description;
 use crate::scene::{Axis, Material, Property, Quantity, Rigs, Robust, Sampler, Search, Setup, Signal, Spec};
@@ -45,7 +44,7 @@ pub(super) fn is_axis(item: &Item<'_>) -> bool {
     }
 }
 
-pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec<(Property, AxisItem<'a>)>> {
+pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec<RigAxis<'a>>> {
     let mut all = Vec::new();
     for property in Property::ALL {
         let Some(item) = written(sections, property).filter(is_axis) else { continue };
@@ -59,10 +58,6 @@ pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec
 /// The number at `item`, or the first of its axis; the others are set in each rig.
 pub(super) fn first(item: &Item<'_>) -> Result<f64> {
     Ok(AxisItem::read(item.clone(), 0)?.axis.at(0))
-}
-
-pub(super) fn places(axes: &[(Property, AxisItem<'_>)]) -> Vec<InputError> {
-    axes.iter().filter(|(_, axis)| axis.axis.len() > 1).map(|(_, axis)| axis.item.error("")).collect()
 }
 
 pub(super) fn searched(sections: &Sections<'_>, property: Property) -> bool {
@@ -82,7 +77,7 @@ pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<
 pub(super) fn allowed_together(
     sections: &Sections<'_>,
     setup: &Setup,
-    axes: &[(Property, AxisItem<'_>)],
+    axes: &[RigAxis<'_>],
     tilts: bool,
 ) -> Result<()> {
     let check = |setup: &Setup, at: Option<&Item<'_>>| {
@@ -109,7 +104,7 @@ pub(super) fn allowed_together(
     Ok(())
 }
 
-pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(Setup, f64)> {
+pub(super) fn corners(setup: &Setup, axes: &[RigAxis<'_>]) -> Vec<(Setup, f64)> {
     let mut all = vec![(setup.clone(), 1.0)];
     for (property, axis) in axes {
         let ends = [axis.axis.min(), axis.axis.max()];
@@ -139,17 +134,15 @@ pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'sta
 }
 
 pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
-    let mut tables: Vec<(&str, Vec<&str>)> = vec![("root", vec!["k_theta", "k_y", "k_x"])];
-    for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {
-        match tables.iter_mut().find(|(known, _)| *known == table) {
-            Some((_, keys)) => keys.push(key),
-            None => tables.push((table, vec![key])),
-        }
-    }
-    let all: Vec<&str> = names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).collect();
-    let judged = item.only(&all).and_then(|()| {
-        tables.iter().try_for_each(|(table, keys)| item.child(table).map_or(Ok(()), |inner| inner.only(keys)))
-    });
+    let nested = names.iter().filter_map(|name| name.split_once('.'));
+    let nested: Vec<_> =
+        ["k_theta", "k_y", "k_x"].map(|key| ("root", key)).into_iter().chain(nested).collect();
+    let all: Vec<&str> = names.iter().copied().chain(nested.iter().map(|(table, _)| *table)).collect();
+    let inner = |(table, _): &(&str, &str)| {
+        let own: Vec<&str> = nested.iter().filter(|(one, _)| one == table).map(|(_, key)| *key).collect();
+        item.child(table).map_or(Ok(()), |inner| inner.only(&own))
+    };
+    let judged = item.only(&all).and_then(|()| nested.iter().try_for_each(inner));
     judged.map_err(|e| e.allowed(names.join(", ")))
 }
 
@@ -265,6 +258,9 @@ impl<'a> AxisItem<'a> {
         }
     }
 }
+
+/// A property of the rig with its axis.
+pub(super) type RigAxis<'a> = (Property, AxisItem<'a>);
 
 fn list(item: &Item<'_>) -> Result<Vec<f64>> {
     let values: Vec<f64> =

@@ -80,17 +80,17 @@ pub struct Item<'a> {
 impl<'a> Item<'a> {
     /// A value that was written.
     pub fn written(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { document, key, span: Some(value.span()), value: value.get_ref(), known: None }
+        Self::new(document, key, Some(value.span()), value.get_ref())
     }
 
-    /// The whole document, a table.
-    pub fn all(document: &'a Document<'a>, value: &'a DeValue<'a>) -> Self {
-        Self { document, key: String::new(), span: Some(0..0), value, known: None }
-    }
-
-    /// A `value` of `key` that was not written.
-    pub fn unwritten(document: &'a Document<'a>, key: String, value: &'a DeValue<'a>) -> Self {
-        Self { document, key, span: None, value, known: None }
+    /// A `value` of `key`; `span` is its place if it was written.
+    pub fn new(
+        document: &'a Document<'a>,
+        key: String,
+        span: Option<Range<usize>>,
+        value: &'a DeValue<'a>,
+    ) -> Self {
+        Self { document, key, span, value, known: None }
     }
 
     /// The item as the value of the key `known`.

@@ -1,19 +1,19 @@
 //! Sections of a spec, with the values in force for keys that are left out.
+//!
+//! Structs of [`scene`](crate::scene) are read from sections and inline tables by serde: a field is the key of its name, if that holds a flag, a number,
+//! a word, a text or a range. An `Option` is `None` where the key has no value in force.
 
 use std::cell::RefCell;
 use std::ops::Range;
 
-use toml::Spanned;
+use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
+use toml::{Spanned, Value};
 
+use super::keys::Form;
 use super::{Document, Item, Result, keys, model};
 use crate::error::InputError;
 use crate::scene::{Estimate, Output, RankBy, Theory};
-
-pub(super) fn idle(estimate: &Estimate) -> Option<String> {
-    let idle = estimate.theory == Theory::Exact && estimate.k.is_some();
-    idle.then(|| "[estimate] K is not used with theory = \"exact\"".to_owned())
-}
 
 pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Output) -> Result<()> {
     let robust = sections.section("optimise").written("robust");
@@ -55,20 +55,20 @@ impl<'a> Section<'a> {
     }
 
     pub fn get(&self, key: &str) -> Result<Item<'a>> {
-        if let Some(item) = self.written(key) {
-            return Ok(item);
-        }
-        match self.default(key) {
-            Some(value) => {
-                let item = Item::unwritten(self.document, self.dotted(key), value.get_ref());
-                Ok(item.of(self.known.key(key)))
-            }
-            None => Err(self.missing(key)),
-        }
+        let usual = || {
+            let item = Item::new(self.document, self.dotted(key), None, self.default(key)?.get_ref());
+            Some(item.of(self.known.key(key)))
+        };
+        self.written(key).or_else(usual).ok_or_else(|| self.missing(key))
     }
 
     pub fn optional<T>(&self, key: &str, read: impl FnOnce(&Item<'a>) -> Result<T>) -> Result<Option<T>> {
         self.written(key).as_ref().map(read).transpose()
+    }
+
+    /// The struct of this section's keys.
+    pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
+        read(self.known, |key| self.get(key).ok())
     }
 
     fn missing(&self, key: &str) -> InputError {
@@ -81,6 +81,45 @@ impl<'a> Section<'a> {
         };
         self.document.error(self.span.clone(), message).key(self.dotted(key))
     }
+}
+
+impl<'a> Item<'a> {
+    /// The struct of this inline table's keys.
+    pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
+        self.only_known()?;
+        self.table()
+            .map_or_else(|| self.wrong("no table is asked for"), |known| read(known, |key| self.child(key)))
+    }
+
+    /// The value by the form of its key; `None` for other forms.
+    fn plain(&self) -> Result<Option<Value>> {
+        let Some(known) = self.known else { return Ok(None) };
+        Ok(Some(match known.form {
+            Form::Flag => self.flag()?.into(),
+            Form::Text => self.text()?.into(),
+            Form::Whole(..) => self.whole()?.cast_signed().into(),
+            Form::Number(_) => self.ranged()?.into(),
+            Form::Words(_) => self.own_word()?.into(),
+            Form::Ends(interval) => {
+                let ends: [f64; 2] = self.numbers()?;
+                if !ends.iter().all(|end| interval.holds(*end)) || ends[0] >= ends[1] {
+                    return self.wrong("this is not a range");
+                }
+                ends.to_vec().into()
+            }
+            _ => return Ok(None),
+        }))
+    }
+}
+
+fn read<'a, T: DeserializeOwned>(known: &keys::Section, get: impl Fn(&str) -> Option<Item<'a>>) -> Result<T> {
+    let mut table = toml::Table::new();
+    for item in known.keys.iter().filter_map(|key| get(key.name)) {
+        if let (Some(key), Some(value)) = (item.known, item.plain()?) {
+            table.insert(key.name.to_owned(), value);
+        }
+    }
+    table.try_into().map_err(|e| InputError::new(e.to_string()))
 }
 
 /// Values in force for keys that are left out, before the defaults of `keys.toml`: TOML of `texts`, of which later ones win.
@@ -151,7 +190,7 @@ impl<'a> Sections<'a> {
     /// Stand-in for tuples in memory.
     pub fn of_tuples(&self) -> Item<'a> {
         static NOTHING: DeValue<'static> = DeValue::Boolean(true);
-        Item::unwritten(self.document, "tuples".to_owned(), &NOTHING)
+        Item::new(self.document, "tuples".to_owned(), None, &NOTHING)
     }
 
     pub fn format(&self) -> Option<Item<'a>> {
@@ -191,7 +230,7 @@ fn unknown<'a>(
     key: &Spanned<std::borrow::Cow<'a, str>>,
     value: &Spanned<DeValue<'a>>,
     known: &[&str],
-) -> crate::error::InputError {
+) -> InputError {
     let name: &str = key.get_ref();
     let home = keys::sections().find(|s| s.key(name).is_some()).map(|s| s.name);
     let hint = match home {
@@ -215,7 +254,7 @@ pub(super) fn hint(word: &str, known: &[&str]) -> String {
 pub(super) fn toml_text(value: &DeValue<'_>) -> String {
     let join = |parts: Vec<String>| parts.join(", ");
     match value {
-        DeValue::String(text) => toml::Value::String(text.clone().into_owned()).to_string(),
+        DeValue::String(text) => Value::String(text.clone().into_owned()).to_string(),
         DeValue::Integer(number) => number.to_string(),
         DeValue::Float(number) => number.to_string(),
         DeValue::Boolean(flag) => flag.to_string(),

@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::properties::RigAxis;
 use super::{AxisItem, Item, Result, Sections, properties, tuple_file};
 use crate::scene::space::MOST_TAPS;
-use crate::scene::{COLUMNS, Column, Drive, Listed, Property, Rigs, Space};
+use crate::scene::{COLUMNS, Column, Drive, Listed, Rigs, Space};
 use crate::sink::Frame;
 
 pub(super) type ColumnKey = (&'static str, &'static str, Column);
@@ -25,7 +26,7 @@ pub(super) struct Read<'a> {
     pub space: Space,
     pub directions: [bool; 2],
     pub leaning: [Option<Item<'a>>; 2],
-    pub properties: Vec<(Property, AxisItem<'a>)>,
+    pub properties: Vec<RigAxis<'a>>,
     pub rigs: Option<Arc<Rigs>>,
 }
 
@@ -109,7 +110,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
     Ok(Read { space, directions, leaning, properties, rigs })
 }
 
-fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) -> Result<()> {
+fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[RigAxis<'_>]) -> Result<()> {
     let (design, taps) = axes.split_at(Column::Distance as usize);
     let all = design.iter().chain(properties.iter().map(|(_, axis)| axis)).chain(taps);
     let mut sampled = all.filter_map(|a| Some((a, a.axis.points()?)));
@@ -166,7 +167,7 @@ fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
     }
 }
 
-fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) -> Result<Space> {
+fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[RigAxis<'_>]) -> Result<Space> {
     let all = axes.iter().chain(properties.iter().map(|(_, axis)| axis));
     let largest = all.max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
     let several = properties.iter().filter(|(_, axis)| axis.axis.len() > 1);

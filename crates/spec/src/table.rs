@@ -13,7 +13,8 @@ use crate::text_file::{LINE, Limit, TextFile, refused};
 
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str, limit: Limit) -> Result<(String, String)> {
     let path = base.join(item.text()?);
-    let text = TextFile::open(&path, what, limit).and_then(TextFile::text).map_err(|e| named(item, e))?;
+    let text =
+        TextFile::open(&path, what, limit).and_then(|mut file| file.text()).map_err(|e| named(item, e))?;
     Ok((path.display().to_string(), text))
 }
 
@@ -34,7 +35,7 @@ pub(super) struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    pub fn all(names: &'a [&'a str], allowed: fn(&str) -> &'static str) -> Self {
+    pub const fn all(names: &'a [&'a str], allowed: fn(&str) -> &'static str) -> Self {
         Self { names, spare: &[], allowed }
     }
 
@@ -92,18 +93,22 @@ impl Source<'_> {
     }
 }
 
-/// Reads `columns` of a text and gives each row with its place to `row`; skips lines that start with `#`.
-pub(super) fn read<'a>(
+/// Rows of numbers, each with its place.
+pub(super) type Rows<const N: usize> = Vec<([f64; N], usize)>;
+
+/// The N `columns` of a text, in rows with their places; skips lines that start with `#`.
+pub(super) fn read<'a, const N: usize>(
     document: Document<'_>,
     columns: Columns<'a>,
-    row: &mut dyn FnMut(&[f64], usize),
-) -> Result<Header<'a>> {
-    let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
-    let reader = (document.text.as_bytes(), separator(header.unwrap_or_default()));
-    scan(Source::Text(document), reader, columns, row)
+) -> Result<(Rows<N>, Header<'a>)> {
+    let (mut rows, text) = (Vec::new(), document.text);
+    let header = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or_default();
+    let mut row = |row: &[f64], at| rows.push((std::array::from_fn(|k| row[k]), at));
+    let header = scan(Source::Text(document), (text.as_bytes(), separator(header)), columns, &mut row)?;
+    Ok((rows, header))
 }
 
-/// [`read`], from any reader of a text with fields between `separator`; `source` places errors.
+/// Gives each row of any reader of a text with fields between `separator`, with its place, to `row`; `source` places errors.
 pub(super) fn scan<'a>(
     source: Source<'_>,
     (text, separator): (impl Read, char),

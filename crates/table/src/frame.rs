@@ -25,12 +25,9 @@ pub struct Frame {
 impl Frame {
     /// An empty table; each column has the type that its name has in most tables.
     pub fn of(file: &str, names: impl IntoIterator<Item = impl Into<Cow<'static, str>>>) -> Self {
-        let mut frame = Self { file: file.to_owned(), ..Self::default() };
-        for name in names.into_iter().map(Into::into) {
-            let values = Values::new(kind(&name));
-            frame.add(name, values);
-        }
-        frame
+        let names: Vec<Cow<'static, str>> = names.into_iter().map(Into::into).collect();
+        let columns = names.iter().map(|name| Values::new(kind(name))).collect();
+        Self { file: file.to_owned(), names, columns, bad: Vec::new() }
     }
 
     /// Adds a column.

@@ -241,12 +241,6 @@ pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
     all
 });
 
-static BY_NAME: LazyLock<HashMap<&str, Vec<&Fact>>> = LazyLock::new(|| {
-    let mut all: HashMap<&str, Vec<&Fact>> = HashMap::new();
-    FACTS.iter().for_each(|fact| all.entry(first(&fact.name)).or_default().push(fact));
-    all
-});
-
 fn first(name: &str) -> &str {
     name.split('|').next().unwrap_or(name)
 }
@@ -260,12 +254,12 @@ impl Fact {
 
 /// Facts of the column `name` in most tables.
 pub fn fact(name: &str) -> Option<&'static Fact> {
-    BY_NAME.get(first(name))?.first().copied()
+    FACTS.iter().find(|fact| first(&fact.name) == first(name))
 }
 
 /// Facts of the column `name` in `table`.
 pub fn fact_in(table: &str, name: &str) -> Option<&'static Fact> {
-    BY_NAME.get(first(name))?.iter().copied().find(|fact| fact.is_of(table))
+    FACTS.iter().find(|fact| first(&fact.name) == first(name) && fact.is_of(table))
 }
 
 /// The type of the column `name`; an unknown column has numbers.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::io::Read;
+use std::io::{BufReader, Read};
 
 use super::fields::{fields, number, plain, separator};
 use super::heading::Kind;
@@ -20,12 +20,12 @@ pub enum LabTable<'a, R = &'a [u8]> {
 }
 
 /// A source whose text is read step by step.
-pub type LabStream<'a> = LabTable<'a, Box<dyn Read + 'a>>;
+pub type LabStream<'a> = LabTable<'a, BufReader<Box<dyn Read + 'a>>>;
 
 impl<'a> LabStream<'a> {
     /// Text read from `input`.
     pub fn of(input: impl Read + 'a) -> Self {
-        Self::Text(Box::new(input))
+        Self::Text(BufReader::with_capacity(1 << 16, Box::new(input)))
     }
 }
 
@@ -76,10 +76,7 @@ impl<'a> LabRow<'a> {
         let mut hasher = DefaultHasher::new();
         match self {
             Self::Line(line) => line.hash(&mut hasher),
-            Self::Of(..) => self.cells(',').iter().for_each(|cell| match cell {
-                LabCell::Text(text) => text.hash(&mut hasher),
-                LabCell::Number(x) => x.to_bits().hash(&mut hasher),
-            }),
+            Self::Of(..) => self.to_string().hash(&mut hasher),
         }
         hasher.finish()
     }
@@ -142,10 +139,7 @@ impl<'a> LabCell<'a> {
 
     /// True for empty text or NaN.
     pub fn is_empty(&self) -> bool {
-        match self {
-            Self::Text(text) => text.is_empty(),
-            Self::Number(x) => x.is_nan(),
-        }
+        self.text().is_empty()
     }
 
     /// The same field, owning its text.

@@ -5,7 +5,6 @@ pub mod folder;
 pub mod frame;
 pub mod heading;
 pub mod lab;
-pub mod memory;
 pub mod parquet;
 pub mod read;
 pub mod run_json;
@@ -20,7 +19,7 @@ pub use frame::Frame;
 pub use heading::heading;
 pub use lab::{LabCell, LabRow, LabTable};
 pub use shard::Shard;
-pub use sheet::{Sheet, TableFormat};
+pub use sheet::{Sheet, TableFormat, free_memory};
 pub use table::{AtDistance, AtDrive, Table, TapRow, WHISKER, drive_unit};
 pub use values::{Field, Values};
 

@@ -50,10 +50,9 @@ impl TextFile<File> {
             ErrorKind::NotFound => refuse(format!("there is no such {what} file")),
             _ => unread(what, &label, &e),
         })?;
-        match file.metadata() {
-            Ok(m) if limit == Limit::Whole && m.is_file() && m.len() > WHOLE => Err(too_long(what, &label)),
-            _ => Ok(Self::new(file, &label, what, limit)),
-        }
+        let length = file.metadata().ok().filter(|m| m.is_file()).map_or(0, |m| m.len());
+        let text = Self::new(file, &label, what, limit);
+        if limit == Limit::Whole && length > WHOLE { Err(text.too_long()) } else { Ok(text) }
     }
 }
 
@@ -65,20 +64,17 @@ impl<R: Read> TextFile<R> {
     }
 
     /// Reads everything.
-    pub fn bytes(mut self) -> std::result::Result<Vec<u8>, InputError> {
+    pub fn bytes(&mut self) -> std::result::Result<Vec<u8>, InputError> {
         let mut bytes = Vec::new();
-        match self.read_to_end(&mut bytes) {
-            Ok(_) => Ok(bytes),
-            Err(e) => Err(refused(e).unwrap_or_else(|e| unread(&self.what, &self.label, &e))),
-        }
+        let read = self.read_to_end(&mut bytes).map(|_| bytes);
+        read.map_err(|e| refused(e).unwrap_or_else(|e| unread(&self.what, &self.label, &e)))
     }
 
     /// Reads everything as text, without byte order mark.
-    pub fn text(self) -> std::result::Result<String, InputError> {
-        let (what, label) = (self.what.clone(), self.label.clone());
+    pub fn text(&mut self) -> std::result::Result<String, InputError> {
         let mut text = String::from_utf8(self.bytes()?).map_err(|e| {
             let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
-            no_text(&what, &label, 1 + ends(valid))
+            self.no_text(1 + ends(valid))
         })?;
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
@@ -88,18 +84,28 @@ impl<R: Read> TextFile<R> {
 
     /// Like [`Self::text`], for TOML. A file of more than a block must start with `key = value` or `[section]`: parsing other text takes many times
     /// its memory.
-    pub fn toml(self) -> std::result::Result<String, InputError> {
-        let (what, label) = (self.what.clone(), self.label.clone());
+    pub fn toml(&mut self) -> std::result::Result<String, InputError> {
         let text = self.text()?;
         let says = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
         match (1..).zip(text.lines()).find(|(_, line)| says(line)) {
             Some((at, line)) if text.len() > BLOCK && !line.contains(['=', '[']) => {
-                let error =
-                    InputError::new(format!("this is no {what} file")).at(label, Some(at)).value(line);
+                let error = InputError::new(format!("this is no {} file", self.what));
+                let error = error.at(&self.label, Some(at)).value(line);
                 Err(error.allowed("TOML: lines `key = value` and `[section]`"))
             }
             _ => Ok(text),
         }
+    }
+
+    fn too_long(&self) -> InputError {
+        let error =
+            InputError::new(format!("this file is longer than 16 MiB, so it is no {} file", self.what));
+        error.at(&self.label, None).allowed("up to 16 MiB")
+    }
+
+    fn no_text(&self, line: usize) -> InputError {
+        let why = format!("this {} file is not UTF-8 text; save it as UTF-8", self.what);
+        InputError::new(why).at(&self.label, Some(line))
     }
 
     fn check(&mut self, block: &[u8]) -> std::result::Result<(), InputError> {
@@ -115,13 +121,13 @@ impl<R: Read> TextFile<R> {
             if let Err(e) = std::str::from_utf8(&bytes) {
                 let (text, rest) = bytes.split_at(e.valid_up_to());
                 if e.error_len().is_some() {
-                    return Err(no_text(&self.what, &self.label, self.lines + 1 + ends(text)));
+                    return Err(self.no_text(self.lines + 1 + ends(text)));
                 }
                 self.begun.extend(rest);
             }
         }
         if self.limit == Limit::Whole && self.total > WHOLE {
-            return Err(too_long(&self.what, &self.label));
+            return Err(self.too_long());
         }
         let is_end = |b: &u8| matches!(b, b'\n' | b'\r');
         let first = block.iter().position(is_end);
@@ -156,16 +162,6 @@ pub fn refused(error: Error) -> std::result::Result<InputError, Error> {
 /// The error of a `what` file that the system cannot read.
 pub fn unread(what: &str, label: &str, e: &Error) -> InputError {
     InputError::new(format!("this {what} file cannot be read: {e}")).at(label, None)
-}
-
-fn too_long(what: &str, label: &str) -> InputError {
-    let error = InputError::new(format!("this file is longer than 16 MiB, so it is no {what} file"));
-    error.at(label, None).allowed("up to 16 MiB")
-}
-
-fn no_text(what: &str, label: &str, line: usize) -> InputError {
-    let why = format!("this {what} file is not UTF-8 text; save it as UTF-8");
-    InputError::new(why).at(label, Some(line))
 }
 
 fn ends(text: &[u8]) -> usize {

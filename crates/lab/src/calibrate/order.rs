@@ -1,7 +1,7 @@
 //! Positions in the wrong order (beyond the peak of a drive, signals fall with the distance), and the choice of the estimator.
 
 use serde::Serialize;
-use vibrissa_learned::labels::rises;
+use vibrissa_learned::rows::rises;
 
 use super::side::SideResult;
 use crate::estimator::Estimator;

@@ -199,7 +199,7 @@ pub fn swept(
             let [x, y] = stroke.place(p, pose, angle);
             Some(vec![x, y, stroke.distance(p, angle).0])
         };
-        let j = slopes(&told, &found.at, &STEPS[..found.at.len()])?;
+        let j = slopes(&told, &found.at, &STEPS[..found.at.len()], &vec![FREE; found.at.len()])?;
         let of_fit: DMatrix<f64> = &j * &covariance * j.transpose();
         let at = stroke.place(&found.at, pose, angle);
         // Errors of the calibration move the whole stroke along the whisker.

@@ -5,11 +5,10 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
-use vibrissa_learned::curve::{Curve, Spread};
+use vibrissa_learned::curve::{Curve, PARTS, Spread, Tails};
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Joint, Object, Told};
-use vibrissa_learned::tails::{PARTS, Tails};
 
 use super::held_out::Side;
 use super::{Known, SideRecord};

@@ -1,6 +1,6 @@
 //! Rows of a file, of a stream or of a table in memory, with their numbers.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, Read};
 
 use super::rows::RowReader;
 use super::stream::Ask;
@@ -30,7 +30,7 @@ pub struct Line<'a> {
 
 /// Rows one by one, of text in constant memory.
 pub struct Source<'a> {
-    input: LabTable<'a, BufReader<Box<dyn Read + 'a>>>,
+    input: LabStream<'a>,
     line: Vec<u8>,
     pub ask: &'a Ask<'a>,
     /// Lines so far; of a table in memory, those with its names and its rows.
@@ -44,10 +44,6 @@ pub struct Source<'a> {
 
 impl<'a> Source<'a> {
     pub fn new(input: LabStream<'a>, ask: &'a Ask<'a>) -> Self {
-        let input = match input {
-            LabTable::Text(text) => LabTable::Text(BufReader::with_capacity(1 << 16, text)),
-            LabTable::Frame(frame) => LabTable::Frame(frame),
-        };
         let (line, comments) = (Vec::with_capacity(256), Comments::default());
         Self { input, line, ask, number: 0, place: 0, held: false, begun: false, comments }
     }

@@ -16,7 +16,7 @@ use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
 use crate::status::Status;
-use vibrissa_learned::tails::OF_95;
+use vibrissa_learned::curve::OF_95;
 
 /// Step of difference quotients of a distance, relative.
 const QUOTIENT: f64 = 1e-4;

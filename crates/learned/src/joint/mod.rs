@@ -5,13 +5,10 @@
 //! −2 ln p(y | a) = c − bᵀ A⁻¹ b + ln det A. Each tap costs the same. A product of single posteriors would count shared errors once per tap.
 
 mod course;
-mod expected;
 mod object;
 mod outlook;
 mod posterior;
 mod stroke;
-#[cfg(test)]
-mod tests;
 
 pub use course::{Course, Told as ToldCourse};
 pub use object::{Object, integrate};

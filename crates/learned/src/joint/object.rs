@@ -194,7 +194,9 @@ pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
     let wide = top_of(joint, heights, highest).1 >= NARROW * joint.inverse.grid[1];
     let modes = if wide { Vec::new() } else { modes(joint, heights) };
     if !wide && modes.iter().all(|mode| mode.sd < NARROW * joint.inverse.grid[1]) {
-        return spread(&modes);
+        let mean = modes.iter().map(|m| m.share * m.at.exp()).sum::<f64>();
+        let square = |m: &Mode| m.share * ((m.sd * m.at.exp()).powi(2) + (m.at.exp() - mean).powi(2));
+        return modes.iter().map(square).sum::<f64>().sqrt();
     }
     let top = heights[highest];
     let heard = heights.iter().map(|h| density(*h, top)).enumerate().filter(|(_, p)| *p > 0.0);
@@ -296,10 +298,4 @@ fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
 
 fn density(height: f64, top: f64) -> f64 {
     if height > top - NOTHING { (height - top).exp() } else { 0.0 }
-}
-
-fn spread(modes: &[Mode]) -> f64 {
-    let mean = modes.iter().map(|m| m.share * m.at.exp()).sum::<f64>();
-    let square = |m: &Mode| m.share * ((m.sd * m.at.exp()).powi(2) + (m.at.exp() - mean).powi(2));
-    modes.iter().map(square).sum::<f64>().sqrt()
 }

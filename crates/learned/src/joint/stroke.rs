@@ -109,7 +109,7 @@ impl Stroke {
         // A staircase in phase with the drive hides its steps from neighbours.
         let one = one + self.step().powi(2) / 12.0;
         let triples = self.bins.windows(3).filter(|w| w.iter().all(|bin| bin.n > 1.0));
-        let means: Vec<f64> = triples.map(|w| off(w[0], w[1], w[2]) / spread(w[0], w[1], w[2])).collect();
+        let means: Vec<f64> = triples.map(|w| off(w[0], w[1], w[2])).collect();
         let more = if means.len() < MEANS { 0.0 } else { one * (square(&means) - 1.0).max(0.0) };
         let n = self.bins.iter().map(|bin| bin.n).sum::<f64>() / self.bins.len().max(1) as f64;
         [one, more / n]
@@ -125,19 +125,9 @@ fn joined(p: Bin, q: Bin) -> Bin {
     Bin { n, u: (p.n * p.u + q.n * q.u) / n, y: (p.n * p.y + q.n * q.y) / n }
 }
 
-fn share(p: Bin, q: Bin, r: Bin) -> f64 {
-    if r.u > p.u { (q.u - p.u) / (r.u - p.u) } else { 0.5 }
-}
-
-/// |Deviation| of q from the line through p and r, over its standard deviation for readings of variance 1.
+/// |Deviation| of q from the line through p and r, over its standard deviation for means of readings of variance 1.
 fn off(p: Bin, q: Bin, r: Bin) -> f64 {
-    let t = share(p, q, r);
-    (q.y - (1.0 - t) * p.y - t * r.y).abs() / (1.0 + t * t + (1.0 - t) * (1.0 - t)).sqrt()
-}
-
-/// Standard deviation of [`off`] for means of readings of variance 1.
-fn spread(p: Bin, q: Bin, r: Bin) -> f64 {
-    let t = share(p, q, r);
-    let all = 1.0 + t * t + (1.0 - t) * (1.0 - t);
-    ((1.0 / q.n + t * t / r.n + (1.0 - t) * (1.0 - t) / p.n) / all).sqrt()
+    let t = if r.u > p.u { (q.u - p.u) / (r.u - p.u) } else { 0.5 };
+    let variance = 1.0 / q.n + t * t / r.n + (1.0 - t) * (1.0 - t) / p.n;
+    (q.y - (1.0 - t) * p.y - t * r.y).abs() / variance.sqrt()
 }

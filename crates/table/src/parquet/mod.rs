@@ -25,8 +25,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::folder::Output;
-use super::heading::Kind;
-use super::heading::unit;
+use super::heading::{Kind, unit};
 use crate::error::Error;
 use crate::{Frame, Values};
 
@@ -55,7 +54,7 @@ pub struct Writer {
     waiting: Frame,
 }
 
-pub(super) fn failed(e: ParquetError) -> Error {
+fn failed(e: ParquetError) -> Error {
     Error::Run(format!("writing Parquet: {e}"))
 }
 
@@ -135,9 +134,10 @@ impl Writer {
 
     fn group(&mut self) -> Result<(), Error> {
         let n = self.waiting.len();
-        let parts = group(&self.schema, &self.properties, &self.waiting).map_err(failed)?;
+        let one = |(at, values)| column(self.schema.column(at), &self.properties, values);
+        let parts: Result<Vec<_>> = self.waiting.columns.par_iter().enumerate().map(one).collect();
         let (start, mut chunks, mut size) = (self.output.bytes(), Vec::new(), 0);
-        for (bytes, chunk) in parts {
+        for (bytes, chunk) in parts.map_err(failed)? {
             let chunk = moved(chunk, self.output.bytes()).map_err(failed)?;
             size += chunk.uncompressed_size();
             chunks.push(chunk);
@@ -180,7 +180,7 @@ impl Writer {
 /// Inputs of taps: few distinct values, so they get a dictionary. Other columns of numbers use byte-stream split.
 const ASKED: [&str; 8] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg", "delta_mm"];
 
-pub(super) fn properties(table: &Frame) -> WriterPropertiesPtr {
+fn properties(table: &Frame) -> WriterPropertiesPtr {
     let mut builder = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_statistics_enabled(EnabledStatistics::Chunk)
@@ -193,15 +193,6 @@ pub(super) fn properties(table: &Frame) -> WriterPropertiesPtr {
         }
     }
     Arc::new(builder.build())
-}
-
-pub(super) fn group(
-    schema: &SchemaDescPtr,
-    properties: &WriterPropertiesPtr,
-    rows: &Frame,
-) -> Result<Vec<(Vec<u8>, ColumnChunkMetaData)>> {
-    let one = |(at, values): (usize, &Values)| column(schema.column(at), properties, values);
-    rows.columns.par_iter().enumerate().map(one).collect()
 }
 
 fn column(
@@ -245,7 +236,7 @@ fn write(writer: &mut ColumnWriter<'_>, values: &Values) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn moved(chunk: ColumnChunkMetaData, start: u64) -> Result<ColumnChunkMetaData> {
+fn moved(chunk: ColumnChunkMetaData, start: u64) -> Result<ColumnChunkMetaData> {
     let by = |place: i64| place + start as i64;
     let (data, dictionary) = (chunk.data_page_offset(), chunk.dictionary_page_offset());
     let builder = chunk.into_builder().set_data_page_offset(by(data));
@@ -253,7 +244,7 @@ pub(super) fn moved(chunk: ColumnChunkMetaData, start: u64) -> Result<ColumnChun
 }
 
 /// A row group from a footer, as before writing: the library writes min and max of integers twice, for old readers, and forgets it on reading.
-pub(super) fn as_written(group: RowGroupMetaData) -> Result<RowGroupMetaData> {
+fn as_written(group: RowGroupMetaData) -> Result<RowGroupMetaData> {
     let column = |chunk: &ColumnChunkMetaData| match chunk.statistics() {
         Some(Statistics::Int64(known)) => {
             let known = known.clone().with_backwards_compatible_min_max(true);

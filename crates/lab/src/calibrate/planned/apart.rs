@@ -1,7 +1,8 @@
 //! Numbers that the taps of a plan cannot separate, and the tap that would.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::plan::{Rig as Spread, Tap};
+use vibrissa_learned::curve::Spread;
+use vibrissa_learned::plan::Tap;
 
 use crate::estimator::model::exact::{Exact, Parameter};
 use crate::estimator::model::parameter::width;
@@ -46,18 +47,19 @@ pub fn apart(
     exact: &Exact,
     taps: &[Tap],
     [distances, drives]: [&[f64]; 2],
-    noise: &Spread,
+    spread: &Spread,
     allowed: &dyn Fn(f64, f64) -> bool,
 ) -> Vec<Apart> {
+    let [noise, relative, position] = [spread.floor, spread.relative, spread.position].map(f64::sqrt);
     let values = exact.values;
     let ends = [drives[0], drives[drives.len() - 1]];
     let middle = exact.expected((distances[0] * distances[distances.len() - 1]).sqrt(), ends[1]);
     let widths: Vec<f64> = exact.fitted.iter().map(|p| width(*p, &values, ends, [middle, 0.0])).collect();
     let row = |a: f64, u: f64| {
         let slopes = exact.gradient(a, u);
-        let slope = slopes[DISTANCE] * a * noise.position;
+        let slope = slopes[DISTANCE] * a * position;
         let signal = exact.expected(a, u);
-        let variance = noise.noise.powi(2) + (noise.relative * signal).powi(2) + slope * slope;
+        let variance = noise.powi(2) + (relative * signal).powi(2) + slope * slope;
         let scaled = slopes.into_iter().zip(&widths).map(|(g, w)| g * w / variance.sqrt());
         DVector::from_vec(scaled.collect())
     };
@@ -65,7 +67,7 @@ pub fn apart(
     // A read zero is known; each number has a prior of its plausible width.
     let mut information = DMatrix::identity(n, n);
     let zeros = taps.len().div_ceil(6).max(2) as f64;
-    information[(n - 1, n - 1)] += zeros * (widths[n - 1] / noise.noise).powi(2);
+    information[(n - 1, n - 1)] += zeros * (widths[n - 1] / noise).powi(2);
     for [i, j, _] in taps {
         let g = row(distances[*i], drives[*j]);
         information += &g * g.transpose();

@@ -10,7 +10,8 @@ pub use order::Row;
 pub use order::like;
 
 use crate::reduce::{distinct, range};
-use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
+use vibrissa_learned::curve::Spread;
+use vibrissa_learned::plan::{Ask, Planner, Tap};
 
 use crate::error::{Error, InputError};
 use crate::estimator::learned::whisker;
@@ -73,7 +74,7 @@ pub struct Planned {
     pub forbidden: [usize; 2],
     /// Ranges of distances and drives in the spec.
     pub ends: [[f64; 2]; 2],
-    /// Errors of the rig.
+    /// Errors of the rig; noise and zero in the unit of the signal.
     pub rig: Spread,
 }
 
@@ -131,14 +132,11 @@ pub fn plan(
     let middle = (distances[0] * distances[distances.len() - 1]).sqrt();
     let spread = match (like, noise) {
         (Some(spread), _) => spread,
-        (None, Some(noise)) => Spread {
-            noise,
-            relative: asked.relative,
-            position: asked.place / middle,
-            visit: 0.0,
-            gain: asked.gain,
-            zero: noise,
-        },
+        (None, Some(noise)) => {
+            let [floor, relative, position, gain] =
+                [noise, asked.relative, asked.place / middle, asked.gain].map(|sd| sd * sd);
+            Spread { floor, relative, position, gain, zero: floor, ..Spread::default() }
+        }
         (None, None) => {
             let error = InputError::new("how good a calibration is depends on the noise of a reading");
             let allowed = "noise_strain in [gauge], noise in [sensor] for another signal; or --like CAL.toml";

@@ -6,7 +6,8 @@ use crate::estimator::learned::LearnedRecord;
 use crate::locate::Calibration;
 use crate::measure::{Rig, Unit};
 use crate::scene::sampler::Sampler;
-use vibrissa_learned::plan::{Planner, Rig as Spread, Tap};
+use vibrissa_learned::curve::Spread;
+use vibrissa_learned::plan::{Planner, Tap};
 
 const ZEROS: usize = 2;
 const BETWEEN: usize = 12;
@@ -110,8 +111,8 @@ pub fn like(calibration: &Calibration, rig: &Rig, gain: f64, label: &str) -> Res
     else {
         return fault("this calibration was not learned", "a calibration.toml that holds learned".to_owned());
     };
-    let [floor, relative, position, visit, of_runs, zero, _] = spread.map(f64::sqrt);
-    let noise = floor * units[0];
-    let [gain, zero] = if *runs > 1 { [of_runs, zero * units[0]] } else { [gain, noise] };
-    Ok(Spread { noise, relative, position, visit, gain, zero })
+    let [floor, relative, position, visit, of_runs, zero, _] = *spread;
+    let [floor, zero] = [floor, zero].map(|x| (x.sqrt() * units[0]).powi(2));
+    let [gain, zero] = if *runs > 1 { [of_runs, zero] } else { [gain * gain, floor] };
+    Ok(Spread { floor, relative, position, visit, gain, zero, drift: 0.0 })
 }

@@ -98,7 +98,7 @@ impl Arc {
     /// Standard deviations of numbers that follow from it.
     fn deviations_of<const N: usize>(&self, of: impl Fn(&Self) -> Option<[f64; N]>) -> Option<[f64; N]> {
         let moved = |v: &[f64]| Some(of(&Self { values: v.to_vec(), ..self.clone() })?.to_vec());
-        let j = slopes(&moved, &self.values, &STEPS[..self.values.len()])?;
+        let j = slopes(&moved, &self.values, &STEPS[..self.values.len()], &vec![FREE; self.values.len()])?;
         let covariance = &j * &self.covariance * j.transpose();
         Some(std::array::from_fn(|i| covariance[(i, i)].max(0.0).sqrt()))
     }

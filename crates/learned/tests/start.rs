@@ -2,11 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::power;
-use crate::labels::{contradicted, prior};
-use crate::least::{FREE, by_values, solve, values};
-use crate::rows::{Row, cells, quantum};
-use crate::tails::Tails;
+use vibrissa_learned::base::power;
+use vibrissa_learned::curve::Tails;
+use vibrissa_learned::least::{FREE, by_values, solve, values};
+use vibrissa_learned::rows::{Row, cells, contradicted, position, quantum};
 
 #[test]
 fn a_power_law_is_found_with_its_constant_and_the_end_of_a_cone() {
@@ -59,7 +58,7 @@ fn labels_contradict_each_other_beyond_noise_and_are_set_better_than_positions_a
     assert!((contradicted(&of(&swapped, 1, 0.01)).unwrap() - 1.25f64.ln()).abs() < 1e-12);
     // Two standard deviations are a fifth of the 7 % between these, 1 % of close ones.
     for (labels, two) in [([117.0, 126.0, 135.0, 144.0], 0.2 * 0.0692), ([30.0, 30.1, 30.3, 30.4], 0.01)] {
-        let found = prior(&of(&labels, 2, 0.0), false, None);
+        let found = position(&of(&labels, 2, 0.0), false, None);
         assert!(((found.median + 2.0 * found.above).exp() / two - 1.0).abs() < 1e-2, "{found:?}");
     }
 }

@@ -1,9 +1,18 @@
-use super::expected::{BEND, BEYOND, TOE};
-use super::*;
-use crate::base::Power;
-use crate::columns::{Scales, Term};
-use crate::curve::Spread;
-use crate::tails::Tails;
+//! Intervals of simulated objects, whose distances are known, and what one more tap brings.
+
+use nalgebra::{DMatrix, DVector};
+use vibrissa_learned::base::{Base, Power};
+use vibrissa_learned::columns::{Scales, Term};
+use vibrissa_learned::curve::{Curve, Spread, Tails};
+use vibrissa_learned::invert::Inverse;
+use vibrissa_learned::joint::{Course, Joint, Object, Outlook, Stroke, Tap};
+
+/// What a stroke may deviate by from straight lines between the touch and the calibrated drives, as shares of the signal, and beyond the largest one.
+const TOE: f64 = 0.05;
+const BEND: f64 = 0.01;
+const BEYOND: f64 = 0.5;
+/// Standard deviation of the drive at which contact begins.
+const OFFSET: f64 = 0.05;
 
 /// A sequence of numbers between 0 and 1, and normal ones.
 struct Dice(u64);
@@ -24,7 +33,8 @@ fn curve(spread: Spread) -> Curve {
     let scales = Scales {
         a: [31.7_f64.ln(), (45.0_f64 / 22.4).ln() / 2.0],
         u: [2.5_f64.ln(), 0.7],
-        sizes: [32.0, 5.0],
+        // Of the largest drive, 3 % are the offset where it is not learned.
+        sizes: [32.0, OFFSET / 0.03],
         offset: 0.0,
     };
     Curve {
@@ -105,9 +115,7 @@ fn intervals_of_strokes_hold_what_they_promise() {
         zero: (0.01 * size).powi(2),
         ..Spread::default()
     };
-    let (curve, inverse, mut joint) = made(spread, true);
-    // As a calibration of several drives tells it.
-    joint.offset.own = 0.05;
+    let (curve, inverse, joint) = made(spread, true);
     let [middle, half] = curve.scales.a;
     let [near, far] = [(middle - half).exp(), (middle + half).exp()];
     let ends = [f64::min, f64::max].map(|of| inverse.nodes.iter().copied().reduce(of).unwrap().exp());
@@ -118,7 +126,7 @@ fn intervals_of_strokes_hold_what_they_promise() {
         let touch = 0.3 + 1.2 * dice.uniform();
         let [c0, c1, gain, zero, by_tap, off, toe, bend, end] = std::array::from_fn(|_| dice.normal());
         // Contact begins at minus the offset, and goes straight to the smallest calibrated drive, and from the largest one on, both about.
-        let offset = joint.offset.own * off;
+        let offset = OFFSET * off;
         let [from, to] = ends.map(|v| v + offset);
         let factor =
             1.0 + 0.01 * c0 + 0.005 * c1 * curve.scales.place(a, 2.5)[0] + 0.02 * gain + 0.01 * by_tap;
@@ -153,30 +161,42 @@ fn intervals_of_strokes_hold_what_they_promise() {
 fn an_outlook_is_what_taps_would_bring() {
     let size = 2.5 * 32.0_f64.powf(-1.5);
     let spread = Spread { floor: (0.01 * size).powi(2), gain: 1e-4, zero: 1e-8, ..Spread::default() };
-    let (_, _, joint) = made(spread, false);
-    let mut object = Object::new(&joint, false);
-    for taps in 0..3 {
+    let (curve, _, joint) = made(spread, false);
+    // Signal, variance of its noise, and change by each shared number, last by the error of the zero.
+    let of = |a: f64, tap: &Tap| {
+        let mut shared = Vec::new();
+        let [signal, noise] = curve.moved(&Base::Power(POWER), (a, tap.u), false, &mut shared);
+        shared.push(tap.of_zero.sqrt());
+        (signal, noise, DVector::from_vec(shared))
+    };
+    let (mut object, mut taps) = (Object::new(&joint, false), Vec::new());
+    for _ in 0..3 {
         let outlook = Outlook::new(&object);
-        for (u, times) in [(1.5, 1.0), (4.0, 1.0), (4.0, 64.0)] {
+        for (u, times) in [(1.5, 1), (4.0, 1), (4.0, 64)] {
             let (mut sum, mut total) = (0.0, 0.0);
+            let of_zero = if taps.is_empty() { 0.0 } else { 1e-9 };
             for (x, share) in &outlook.likely {
-                let then = |y: f64| {
-                    let mut then = object.clone();
-                    let of_zero = if taps > 0 { 1e-9 } else { 0.0 };
-                    then.weigh(Tap { u, y, of_zero, zero: 0, shift: 0.0 }, times);
-                    then
-                };
-                // The signal that is most likely if the object is there: the top of a parabola.
-                let (m, h) = (joint.signal(u, *x), 0.01 * size);
-                let [p, q, r] = [m - h, m, m + h].map(|y| object::at(&joint, &then(y).heights(), *x));
-                let most = m + 0.5 * h * (r - p) / (2.0 * q - p - r);
-                sum += share * Outlook::new(&then(most)).spread;
+                // The signal that is most likely if the object is there.
+                let next = Tap { u, y: 0.0, of_zero, zero: 0, shift: 0.0 };
+                let (signal, _, shared) = of(x.exp(), &next);
+                let n = shared.len();
+                let (mut a, mut b) = (DMatrix::identity(n, n), DVector::zeros(n));
+                for tap in &taps {
+                    let (m, d, l) = of(x.exp(), tap);
+                    a += &l * l.transpose() / d;
+                    b += l * ((tap.y - m) / d);
+                }
+                let y = signal + shared.dot(&a.cholesky().unwrap().solve(&b));
+                let mut then = object.clone();
+                (0..times).for_each(|_| then.add(Tap { y, ..next }));
+                sum += share * Outlook::new(&then).spread;
                 total += share;
             }
-            let (found, expected) = (outlook.after(u, 0.0, times), sum / total);
-            assert!((found / expected - 1.0).abs() < 1e-6, "{taps} taps, {u}: {found} {expected}");
+            let (found, expected) = (outlook.after(u, 0.0, f64::from(times)), sum / total);
+            assert!((found / expected - 1.0).abs() < 1e-6, "{} taps, {u}: {found} {expected}", taps.len());
         }
-        let y = 1.01 * POWER.value(31.0, 3.0);
-        object.add(Tap { u: 3.0, y, of_zero: 1e-9, zero: 0, shift: 0.0 });
+        let tap = Tap { u: 3.0, y: 1.01 * POWER.value(31.0, 3.0), of_zero: 1e-9, zero: 0, shift: 0.0 };
+        object.add(tap);
+        taps.push(tap);
     }
 }
