@@ -5,19 +5,19 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::DMatrix;
 
 use super::axis::{AXES, Axis, FIRST_PLACE, Quantity};
-use super::beside;
-use super::build::{Built, check_points};
+use super::build::{Bound, Built, check_points};
 pub use super::function::{FUNCTIONS, Function, power, room, solved};
 use super::function::{SHARE, bounds, functions, variables};
 use super::gauge::Rule;
 use super::ranges::holds;
-use super::taps::Taps;
+use super::taps::{Taps, amount};
 use super::weight::Weight;
 use crate::error::SolveError;
-use crate::evaluate::Outcome;
+use crate::evaluate::{Outcome, beside_linear, path};
 use crate::physics::{inverse::bracketed, onset::Grip};
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Setup, Signal};
+use crate::status::Status;
 
 /// Share of the tolerance for the error of the mean over the points of a gauge.
 const FOLDED: f64 = 0.02;
@@ -105,7 +105,7 @@ impl DistanceChart {
         if setup.gauge.second {
             let error = SHARE * tolerance / axes[Quantity::Drive as usize].range[1].powi(power);
             let (place, job) = ((a, direction), (power, error, solved(power, false), stop));
-            chart.beside = beside::branch(setup, place, *chart.axes(), job, &mut chart.sweeps)?;
+            chart.beside = branch_beside(setup, place, *chart.axes(), job, &mut chart.sweeps)?;
         }
         let whole = chart.beside.is_some() == setup.gauge.second;
         Ok(if whole { served(chart) } else { None })
@@ -209,6 +209,12 @@ impl DistanceChart {
         };
         std::array::from_fn(|f| polynomial(&over(f), share))
     }
+
+    /// The second gauge's functions as a separate chart; None without a second gauge.
+    pub fn beside(&self) -> Option<Self> {
+        let built = self.beside.clone()?;
+        Some(Self { branches: vec![built], ratios: Vec::new(), beside: None, ..self.clone() })
+    }
 }
 
 fn polynomial(c: &[f64], x: f64) -> f64 {
@@ -246,4 +252,24 @@ fn branch(
         Some(functions(setup, (a, direction), q, o)?.map(|v| v / scale))
     };
     taps.towards(direction).stopping(stop).built(axes, &bounds, value, sweeps)
+}
+
+/// Charts the functions of a tilted pole or a second gauge (model §6) over `axes`: the second gauge's strain, φ and λ, each less its value in linear theory, divided by driveᵉ, e = `power`, each to `error`.
+fn branch_beside(
+    setup: &Setup,
+    (a, direction): (f64, Direction),
+    axes: [Axis; AXES],
+    (power, error, solved, stop): (i32, f64, f64, &AtomicBool),
+    sweeps: &mut Sweeps,
+) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
+    let known = beside_linear(direction);
+    let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
+        let found =
+            [o.strain_2 / o.strain_linear, o.azimuth, o.slide / (path(setup, a) * amount(setup, a, q))];
+        let (rooms, scale) = ([room(q), 1.0, 1.0], q[Quantity::Drive as usize].powi(power));
+        let values = std::array::from_fn(|f| rooms[f] * (found[f] - known[f]) / scale);
+        (!o.status.has(Status::NO_READING)).then_some(values)
+    };
+    let taps = Taps::new(setup, a, None, solved).towards(direction).stopping(stop);
+    taps.built(axes, &[Bound::of(error); FUNCTIONS], value, sweeps)
 }

@@ -16,7 +16,6 @@ use vibrissa_kernel as kernel;
 
 pub mod adaptive;
 pub mod axis;
-pub mod beside;
 pub mod between;
 pub mod build;
 pub mod distance;
