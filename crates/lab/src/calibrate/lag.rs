@@ -11,7 +11,7 @@ use crate::digits::short;
 use crate::estimator::Estimator;
 use crate::estimator::learned::Learnt;
 use crate::measure::Data;
-use crate::measure::lag::{Lag, MOST};
+use crate::measure::time::{Lag, MOST};
 
 /// Least gain in ln likelihood for a lag: about 3 for its two numbers, more because the time constant is searched.
 const WORTH: f64 = 6.0;

@@ -42,7 +42,7 @@ use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
 use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
-use crate::measure::lag::Lag;
+use crate::measure::time::Lag;
 use crate::measure::{Data, Rig, counts, unit, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;

@@ -2,8 +2,7 @@
 
 use crate::fields::plain;
 use crate::measure::group::Groups;
-use crate::measure::rest::Rest;
-use crate::measure::zero::{Tared, TaredBy, Zero};
+use crate::measure::zero::{Rest, Tared, TaredBy, Zero};
 use crate::measure::{Data, Rig, Row, counts};
 use crate::reduce::median;
 use crate::scene::Drive;

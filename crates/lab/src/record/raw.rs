@@ -7,8 +7,7 @@ use crate::measure::Unit;
 use crate::measure::columns::Columns;
 use crate::measure::header::Sheet;
 use crate::measure::names::{DISTANCE, Names, TILT};
-use crate::measure::runs::seconds;
-use crate::measure::thousands::Thousands;
+use crate::measure::time::seconds;
 use crate::scene::Drive;
 use crate::sink::lab::LabTable;
 
@@ -37,7 +36,7 @@ impl Record {
         let table = if let LabTable::Frame(f) = table { LabTable::Frame(f) } else { LabTable::Text(&*text) };
         let here = |e: InputError| InputError { file: Some(file.to_owned()), ..e };
         let mut sheet = Sheet::new(table, said, "t_s and the signal of each sample").map_err(here)?;
-        let (names, first, mark) = (sheet.names.clone(), sheet.line, sheet.mark);
+        let (names, first) = (sheet.names.clone(), sheet.line);
         let at = |error: InputError, line: usize| error.at(file, Some(line));
         let columns = Columns::find(&names, said, None).map_err(|e| sheet.elsewhere(e, file))?;
         let Some(time) = columns.time else {
@@ -62,10 +61,8 @@ impl Record {
         let there = |(place, name): (Option<usize>, &str)| Some((place?, (name.to_owned(), Vec::new())));
         let (labelled, labels): (Vec<usize>, _) = labels.into_iter().filter_map(there).unzip();
         record.labels = labels;
-        let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
-        while let Some((line, row)) = sheet.next(said).map_err(here)? {
-            let all = row.cells(mark);
-            thousands.see(line, &all, mark);
+        let mut decimals = Decimals::default();
+        while let Some((line, _, all)) = sheet.next(said).map_err(here)? {
             if all.len() != names.len() {
                 let error = InputError::new("this line has another number of fields than the header");
                 return Err(at(error.value(all.len()).allowed(names.len().to_string()), line));
@@ -98,7 +95,7 @@ impl Record {
                 values.push(all[*place].to_string());
             }
         }
-        thousands.check(&names, said).map_err(here)?;
+        sheet.check(said).map_err(here)?;
         if record.time.len() < LEAST {
             let error = InputError::new("this record is too short").at(file, None).key("samples");
             return Err(error.value(record.time.len()).allowed(format!("{LEAST} samples or more")));
