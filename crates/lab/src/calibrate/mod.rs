@@ -11,12 +11,10 @@
 //! # Ok::<(), vibrissa_core::error::Error>(())
 //! ```
 
-mod between;
 pub mod coverage;
 mod doubtful;
 mod lag;
 mod learn;
-mod order;
 pub mod output;
 pub mod planned;
 mod prepare;
@@ -170,8 +168,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let results = sides.into_iter().map(each).collect::<Result<Vec<_>, _>>()?;
     let Prepared { rows, recorded, .. } = prepared;
     let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
-    let knows =
-        |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < order::range(s));
+    let knows = |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < s.span());
     if !results.iter().all(knows) {
         return Err(remarks::nothing_known(data, &rig, &results).into());
     }
@@ -210,7 +207,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     // Only the model with both gauges gives distance and tilt.
     let both = found.calibration.second.is_some() && found.sides.iter().all(|s| s.has(Estimator::Exact));
-    found.winner = if both { Estimator::Exact } else { order::of(&found.sides) };
+    found.winner = if both { Estimator::Exact } else { side::winner(&found.sides) };
     let name = found.winner.name();
     if !both && found.winner != Estimator::Learned {
         found.warnings.push(format!(

@@ -2,7 +2,7 @@
 
 use vibrissa_learned::base::power;
 
-use super::{Options, Reason, between, learn, zero};
+use super::{Options, Reason, learn, zero};
 use crate::error::{Error, InputError};
 use crate::estimator::learned::Learnt;
 use crate::estimator::model::SAME;
@@ -118,10 +118,8 @@ pub fn prepare(
 
 fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
     let sound = || taps.iter().filter(|t| t.reason.is_none());
-    let told = between::zero(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
-    told.or_else(|| {
-        between::of_laws(&sound().map(|t| [t.group[0], t.group[1], t.signal]).collect::<Vec<_>>())
-    })
+    let told = zero::between(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
+    told.or_else(|| zero::of_laws(&sound().map(|t| [t.group[0], t.group[1], t.signal]).collect::<Vec<_>>()))
 }
 
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
