@@ -154,11 +154,9 @@ impl<'a> Search<'a> {
         let [mut p, mut q] = [lo + GOLDEN * (hi - lo), hi - GOLDEN * (hi - lo)];
         let (mut of_p, mut of_q) = (peak(p)?, peak(q)?);
         for _ in 0..8 {
-            for found in [of_p, of_q] {
-                if found.0 > best.0 {
-                    best = found;
-                }
-            }
+            best = [of_p, of_q]
+                .into_iter()
+                .fold(best, |best, found| if found.0 > best.0 { found } else { best });
             if of_p.0 > of_q.0 {
                 (hi, q, of_q) = (q, p, of_p);
                 p = lo + GOLDEN * (hi - lo);

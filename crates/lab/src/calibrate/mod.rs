@@ -307,7 +307,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
 }
 
 fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
-    let here = || taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
+    let here = || taps.iter().filter(|t| t.is_of(sign));
     here().next()?;
     let (distances, drives) = (range(here().map(|t| t.a)), range(here().map(|t| t.drive)));
     Some(Extent::around(rig, gauge, distances, drives, rig.before))

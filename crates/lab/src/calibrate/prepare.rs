@@ -211,7 +211,7 @@ fn signs(
     if let Some(sign) = if read { None } else { turned(taps, data.unit.signal().is_none()) } {
         return Ok(vec![sign]);
     }
-    let with = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let with = |sign: f64| move |t: &&Tap| t.is_of(sign);
     let [plus, minus] = [1.0, -1.0].map(|sign| taps.iter().filter(with(sign)).count());
     let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
     let weak = weak(taps, most, rests);
@@ -316,8 +316,7 @@ fn spec_model(
     let Some(at) = super::extent(rig, taps, sign, gauge) else {
         return Ok(Err("no tap is usable".to_owned()));
     };
-    let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
-    let last = usable.max_by(|s, t| s.drive.total_cmp(&t.drive));
+    let last = taps.iter().filter(|t| t.is_of(sign)).max_by(|s, t| s.drive.total_cmp(&t.drive));
     match Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open) {
         Ok(model) => Ok(Ok(model)),
         Err(why) if why.is_of_whisker() => Ok(Err(format!(

@@ -106,7 +106,7 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
         // Effect of the noise of cell means on the spread of K and on the estimates.
         let of_k = |c: &Cell| c.share * (noise * c.linear / (c.signal * c.signal)).powi(2);
         let k_noise = (cells().map(of_k).sum::<f64>() / m).sqrt();
-        let left: f64 = cells().map(|c| c.share).sum::<f64>() / m;
+        let left = cells().map(|c| c.share).sum::<f64>() / m;
         let bias = row.error_rms.zip(row.noise_rms).map(|(e, n)| (e * e - n * n * left).max(0.0).sqrt());
         let total = bias.zip(row.noise_rms).map(|(b, n)| b.hypot(n));
         AtDrive { drive: *drive, row, bias, total, k_noise }

@@ -102,12 +102,12 @@ pub(super) fn calibrate(
 ) -> Result<SideResult, Error> {
     let (taps, sign) = (&prepared.rows.taps[..], learnt.sign);
     let of = (data, rig, taps);
-    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
-    let table = KTable::new(of, sign, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
-        let message = "after suspect rows are left out, fewer than two distances remain";
-        let n = taps.iter().filter(|t| t.reason.as_ref().is_some_and(Reason::is_doubt)).count();
-        InputError::new(message).at(&data.file, None).key("a_mm").value(format!("{n} suspect rows"))
-    })?;
+    let table =
+        KTable::new(of, sign, |t| t.is_of(sign)).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
+            let message = "after suspect rows are left out, fewer than two distances remain";
+            let n = taps.iter().filter(|t| t.reason.as_ref().is_some_and(Reason::is_doubt)).count();
+            InputError::new(message).at(&data.file, None).key("a_mm").value(format!("{n} suspect rows"))
+        })?;
     let upright = |t: &Tap| t.reason != Some(Reason::Tilted);
     let signal = |t: &Tap| upright(t) && t.signal.is_finite() && t.signal.signum() == sign && t.signal != 0.0;
     let labelled = |t: &Tap| t.a > rig.shared().gauge[0] && rig.design.admits(&rig.setup, t.a, t.drive);

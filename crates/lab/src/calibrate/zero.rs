@@ -30,8 +30,7 @@ pub(super) fn of_model(
     fit: &[Parameter],
     open: Opener<'_>,
 ) -> Result<Option<[f64; 2]>, Error> {
-    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
-    let ([distances, _], cells) = grouped(taps, rig, here);
+    let ([distances, _], cells) = grouped(taps, rig, |t| t.is_of(sign));
     let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
         return Ok(None);
     };

@@ -104,9 +104,8 @@ fn owners(
     let input = if let LabTable::Frame(f) = input { LabTable::Frame(f) } else { LabTable::Text(&*text) };
     let here = |e: InputError| InputError { file: Some(label.to_owned()), ..e };
     let mut sheet = Sheet::new(input, said, "whisker, then the columns of readings").map_err(here)?;
-    let names = sheet.names.clone();
-    let place = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
-        let error = missing(WHISKER, &names).at(label, Some(sheet.line));
+    let place = sheet.names.iter().position(|n| n == WHISKER).ok_or_else(|| {
+        let error = missing(WHISKER, &sheet.names).at(label, Some(sheet.line));
         error.allowed("whisker, then the columns of readings; contact_deg where it is needed")
     })?;
     let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();

@@ -42,6 +42,11 @@ impl Tap {
         if data.drive.is_some() { data.rows[self.place].drive } else { self.drive }
     }
 
+    /// True if it is used and on the side of this sign.
+    pub(crate) fn is_of(&self, sign: f64) -> bool {
+        self.reason.is_none() && self.signal.signum() == sign
+    }
+
     /// Variance of its zero in units of a reading's.
     pub fn zero_share(&self) -> f64 {
         self.zeros.iter().map(|(_, weight, share)| weight * weight * share).sum()

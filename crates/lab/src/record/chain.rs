@@ -49,19 +49,17 @@ fn chain(y: &[f64], span: f64, blocks: &[Span], away: f64, lasts: Option<f64>) -
         let length = (blocks[k][1] - blocks[k][0] + 1) as f64;
         lasts.map_or(1.0, |lasts| (length / (BRIEF * lasts)).min(1.0))
     };
-    // A record begins and ends with a rest, or else in the middle of a contact: largest and smallest signal before each block, and after it.
-    let before =
-        extremes(blocks.iter().scan(0, |from, block| Some(&y[std::mem::replace(from, block[0])..block[0]])));
-    let after =
-        blocks.iter().rev().scan(y.len(), |to, block| Some(&y[block[1]..std::mem::replace(to, block[1])]));
-    let mut after = extremes(after);
-    after.reverse();
-    let cut =
-        |k: usize, [hi, lo]: [f64; 2]| if (hi - levels[k]).max(levels[k] - lo) > away { -CUT } else { 0.0 };
+    // A record begins and ends with a rest, or else in the middle of a contact: largest and smallest of the signals so far, and of those left.
+    let (before, after) = (extremes(y.iter()), extremes(y.iter().rev()));
+    let cut = |k: usize, [hi, lo]: [f64; 2]| {
+        if (hi - levels[k]).max(levels[k] - lo) > away { -CUT } else { 0.0 }
+    };
+    let begun = |k: usize| cut(k, before[blocks[k][0]]);
+    let ended = |k: usize| cut(k, after[y.len() - blocks[k][1]]);
     // Score of the best chain that ends in each block, and the block before.
     let mut ends: Vec<(f64, Option<usize>)> = Vec::with_capacity(blocks.len());
     for j in 0..blocks.len() {
-        let mut best = (cut(j, before[j]), None);
+        let mut best = (begun(j), None);
         let [mut hi, mut lo] = [f64::NEG_INFINITY, f64::INFINITY];
         for i in (j.saturating_sub(BETWEEN)..j).rev() {
             for value in &y[blocks[i][1]..=blocks[i + 1][0]] {
@@ -81,30 +79,27 @@ fn chain(y: &[f64], span: f64, blocks: &[Span], away: f64, lasts: Option<f64>) -
         }
         ends.push(best);
     }
-    let whole = |k: usize| ends[k].0 + cut(k, after[k]);
+    let whole = |k: usize| ends[k].0 + ended(k);
     let Some(mut at) = (0..ends.len()).max_by(|i, j| whole(*i).total_cmp(&whole(*j)).then(j.cmp(i))) else {
         return (0.0, Vec::new(), true);
     };
     let score = whole(at);
-    let ends_cut = cut(at, after[at]) < 0.0;
+    let ends_cut = ended(at) < 0.0;
     let mut all = vec![blocks[at]];
     while let Some(before) = ends[at].1 {
         at = before;
         all.push(blocks[at]);
     }
     all.reverse();
-    let first = at;
-    (score, all, cut(first, before[first]) < 0.0 || ends_cut)
+    (score, all, begun(at) < 0.0 || ends_cut)
 }
 
-/// Largest and smallest value of each part and those before it.
-fn extremes<'a>(parts: impl Iterator<Item = &'a [f64]>) -> Vec<[f64; 2]> {
-    parts
-        .scan([f64::NEG_INFINITY, f64::INFINITY], |[hi, lo], part| {
-            for value in part {
-                (*hi, *lo) = (hi.max(*value), lo.min(*value));
-            }
-            Some([*hi, *lo])
-        })
-        .collect()
+/// Largest and smallest of the first 0, 1, 2 … values.
+fn extremes<'a>(values: impl Iterator<Item = &'a f64>) -> Vec<[f64; 2]> {
+    let mut all = vec![[f64::NEG_INFINITY, f64::INFINITY]];
+    all.extend(values.scan(all[0], |[hi, lo], value| {
+        (*hi, *lo) = (hi.max(*value), lo.min(*value));
+        Some([*hi, *lo])
+    }));
+    all
 }

@@ -1,6 +1,6 @@
 //! The noise of a record, and its level without contact.
 
-use crate::reduce::{median, range};
+use crate::reduce::{distinct, median, range};
 
 use super::Record;
 use super::chain::returns;
@@ -63,10 +63,8 @@ pub fn apart(values: &[f64]) -> f64 {
 
 /// Standard deviation of a converter's rounding: its step is the least difference of any two values, not of neighbours.
 fn step(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let least = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-    if least.is_finite() { least / 12_f64.sqrt() } else { 0.0 }
+    let least = distinct(values.iter().copied()).windows(2).map(|w| w[1] - w[0]).reduce(f64::min);
+    least.map_or(0.0, |least| least / 12_f64.sqrt())
 }
 
 /// Median of three, which removes single spikes, then weights 1, 2, 1, which remove hum at half the sampling rate.

@@ -117,24 +117,24 @@ pub fn plan(
     open: Opener<'_>,
 ) -> Result<Planned, Error> {
     let (distances, drives) = (distances(space)?, drives(space)?);
-    let width = distances[distances.len() - 1] - distances[0];
-    if width / 12.0_f64.sqrt() <= asked.error {
-        let [first, last] = [distances[0], distances[distances.len() - 1]];
+    let ends = |all: &[f64]| [all[0], all[all.len() - 1]];
+    let [first, last] = ends(&distances);
+    let guess = (last - first) / 12.0_f64.sqrt();
+    if guess <= asked.error {
         let message = format!(
             "without any calibration a guess of the middle of the distances {first} … {last} mm is as good"
         );
         let error = InputError::new(message);
-        let allowed = format!("< {:.3} mm, or distances farther apart", width / 12.0_f64.sqrt());
+        let allowed = format!("< {guess:.3} mm, or distances farther apart");
         return Err(error.key("--error").value(asked.error).allowed(allowed).into());
     }
     let noise = rig.setup.gauge.noise_strain.filter(|noise| *noise > 0.0);
-    let middle = (distances[0] * distances[distances.len() - 1]).sqrt();
     let spread = match (like, noise) {
         (Some(spread), _) => spread,
         (None, Some(noise)) => Spread {
             noise,
             relative: asked.relative,
-            position: asked.place / middle,
+            position: asked.place / (first * last).sqrt(),
             visit: 0.0,
             gain: asked.gain,
             zero: noise,
@@ -145,9 +145,7 @@ pub fn plan(
             return Err(error.key("gauge.noise_strain").allowed(allowed).into());
         }
     };
-    let ends = |all: &[f64]| [all[0], all[all.len() - 1]];
-    let side = rig.setup.gauge.side;
-    let at = Extent::around(rig, side, ends(&distances), ends(&drives), 0.0);
+    let at = Extent::around(rig, rig.setup.gauge.side, [first, last], ends(&drives), 0.0);
     let physical = apart::parameters(rig);
     let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open);
     let exact = exact.map_err(|why| {
