@@ -3,7 +3,6 @@
 //! The level without contact is followed through the record ([`mod@rest`]); what stands out of it is contact ([`mod@find`]); a contact holds one reading, or
 //! one for each drive at which it stands still.
 
-pub mod chain;
 pub mod contact;
 pub mod find;
 pub mod rest;
