@@ -91,20 +91,18 @@ pub struct Calibrated {
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let plain = doubtful::judged(settled(data, rig, options), (data, rig, options), settled)?;
     let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
-    let mut with;
     let mut rounds = 0;
-    loop {
+    let mut with = loop {
         let data = lag::settled(data, &lag);
         let Ok(found) = settled(&data, rig, options) else { return Ok(plain) };
-        with = found;
-        let next = lag::again(&data, &with, lag);
+        let next = lag::again(&data, &found, lag);
         rounds += 1;
         if rounds == ROUNDS || (next.gain - lag.gain).abs() <= 0.3 * next.sigma_gain {
             lag = Lag { gain: lag.gain, tau_s: lag.tau_s, ..next };
-            break;
+            break found;
         }
         lag = next;
-    }
+    };
     let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
     if errors[1].partial_cmp(&errors[0]) != Some(std::cmp::Ordering::Less) {
         return Ok(plain);

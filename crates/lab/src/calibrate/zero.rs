@@ -69,6 +69,13 @@ pub(super) fn of_model(
     Ok((within || exact()).then_some(constant))
 }
 
+/// Zero and its standard error from taps of both sides; `None` for taps of one side.
+pub(super) fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
+    let sound = || taps.iter().filter(|t| t.reason.is_none());
+    let told = of_pairs(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
+    told.or_else(|| of_laws(&sound().map(|t| [t.group[0], t.group[1], t.signal]).collect::<Vec<_>>()))
+}
+
 pub(super) fn tare((data, rig): (&Data, &Rig), rows: &mut Sorted, [value, error]: [f64; 2]) {
     for tap in &mut rows.taps {
         tap.zero += value;
@@ -151,7 +158,7 @@ impl Pair {
 }
 
 /// Zero between the signals of both sides and its standard error, from taps ((run, [distance, drive]), signal); `None` for taps of one side.
-pub(super) fn between(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Option<[f64; 2]> {
+fn of_pairs(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Option<[f64; 2]> {
     let mut cells = BTreeMap::<_, Vec<f64>>::new();
     taps.for_each(|((run, at), signal)| cells.entry((run, at.map(f64::to_bits))).or_default().push(signal));
     let all: usize = cells.values().map(Vec::len).sum();
@@ -172,7 +179,7 @@ pub(super) fn between(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> O
 }
 
 /// Zero if both sides were tapped at different places (a, drive, signal): two power laws about it must fit far better than one law above a constant.
-pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
+fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let taps: Vec<[f64; 3]> = taps.iter().copied().step_by(taps.len().div_ceil(LOOKED_AT).max(1)).collect();
     let n = taps.len() as f64;
     let signals = sorted(taps.iter().map(|t| t[2]));

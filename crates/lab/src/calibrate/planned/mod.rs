@@ -185,7 +185,14 @@ pub fn plan(
         path.push((planner.len(), planner.sigma()));
     }
     if planner.sigma() > asked.error {
-        return Err(out_of_reach(&planner, asked));
+        let (sigma, floor) = (planner.sigma(), planner.floor());
+        let error = InputError::new(format!(
+            "no calibration of {MOST} taps reaches this: they leave {sigma:.3} mm, of which {floor:.3} mm are the noise, the position and the run of the \
+             reading itself"
+        ));
+        let allowed =
+            format!("> {sigma:.3} mm; larger drives, a smaller --place, or several taps of one object");
+        return Err(error.key("--error").value(asked.error).allowed(allowed).into());
     }
     planner.exchange();
     loop {
@@ -254,18 +261,4 @@ fn axis<'a>(space: &'a Space, column: Column, key: &str) -> Result<&'a Axis, Inp
         let error = InputError::new("a plan needs distances and drives in [tap], not a list of tuples");
         error.key(key).allowed("a = { from = 20, to = 50, steps = 7 } and theta = [2, 4, 6]")
     })
-}
-
-fn out_of_reach(planner: &Planner, asked: &PlanGoal) -> Error {
-    let error = InputError::new(format!(
-        "no calibration of {MOST} taps reaches this: they leave {:.3} mm, of which {:.3} mm are the noise, the position and the run of the \
-         reading itself",
-        planner.sigma(),
-        planner.floor()
-    ));
-    let allowed = format!(
-        "> {:.3} mm; larger drives, a smaller --place, or several taps of one object",
-        planner.sigma()
-    );
-    error.key("--error").value(asked.error).allowed(allowed).into()
 }
