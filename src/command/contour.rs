@@ -18,7 +18,7 @@ use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
 use crate::locate::{Locator, SaidZero};
 use crate::measure::Names;
-use crate::measure::skin::PLACES;
+use crate::measure::rig::PLACES;
 use crate::report::of_contour;
 use crate::simulate::strokes::Strokes;
 use crate::sink::{Frame, Question, hash, heading};

@@ -1,6 +1,5 @@
 //! Data with too many suspect rows: likely causes, each tested by a fit.
 
-use super::order::range;
 use super::prepare::votes;
 use super::{Calibrated, Options, Reason, check, named};
 use crate::error::{Error, InputError};
@@ -123,7 +122,7 @@ fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
 }
 
 fn left_out(found: &Calibrated) -> f64 {
-    let of = |s: &super::SideResult| s.rms(found.winner).0.map_or(f64::INFINITY, |rms| rms / range(s));
+    let of = |s: &super::SideResult| s.rms(found.winner).0.map_or(f64::INFINITY, |rms| rms / s.span());
     found.sides.iter().map(of).fold(0.0, f64::max)
 }
 

@@ -11,7 +11,7 @@ use crate::digits::short;
 use crate::estimator::Estimator;
 use crate::estimator::learned::Learnt;
 use crate::measure::Data;
-use crate::measure::lag::{Lag, MOST};
+use crate::measure::time::{Lag, MOST};
 
 /// Least gain in ln likelihood for a lag: about 3 for its two numbers, more because the time constant is searched.
 const WORTH: f64 = 6.0;
@@ -154,11 +154,9 @@ impl<'a> Search<'a> {
         let [mut p, mut q] = [lo + GOLDEN * (hi - lo), hi - GOLDEN * (hi - lo)];
         let (mut of_p, mut of_q) = (peak(p)?, peak(q)?);
         for _ in 0..8 {
-            for found in [of_p, of_q] {
-                if found.0 > best.0 {
-                    best = found;
-                }
-            }
+            best = [of_p, of_q]
+                .into_iter()
+                .fold(best, |best, found| if found.0 > best.0 { found } else { best });
             if of_p.0 > of_q.0 {
                 (hi, q, of_q) = (q, p, of_p);
                 p = lo + GOLDEN * (hi - lo);

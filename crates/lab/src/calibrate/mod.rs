@@ -11,12 +11,10 @@
 //! # Ok::<(), vibrissa_core::error::Error>(())
 //! ```
 
-mod between;
 pub mod coverage;
 mod doubtful;
 mod lag;
 mod learn;
-mod order;
 pub mod output;
 pub mod planned;
 mod prepare;
@@ -42,7 +40,7 @@ use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
 use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
-use crate::measure::lag::Lag;
+use crate::measure::time::Lag;
 use crate::measure::{Data, Rig, counts, unit, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
@@ -93,20 +91,18 @@ pub struct Calibrated {
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let plain = doubtful::judged(settled(data, rig, options), (data, rig, options), settled)?;
     let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
-    let mut with;
     let mut rounds = 0;
-    loop {
+    let mut with = loop {
         let data = lag::settled(data, &lag);
         let Ok(found) = settled(&data, rig, options) else { return Ok(plain) };
-        with = found;
-        let next = lag::again(&data, &with, lag);
+        let next = lag::again(&data, &found, lag);
         rounds += 1;
         if rounds == ROUNDS || (next.gain - lag.gain).abs() <= 0.3 * next.sigma_gain {
             lag = Lag { gain: lag.gain, tau_s: lag.tau_s, ..next };
-            break;
+            break found;
         }
         lag = next;
-    }
+    };
     let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
     if errors[1].partial_cmp(&errors[0]) != Some(std::cmp::Ordering::Less) {
         return Ok(plain);
@@ -170,8 +166,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let results = sides.into_iter().map(each).collect::<Result<Vec<_>, _>>()?;
     let Prepared { rows, recorded, .. } = prepared;
     let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
-    let knows =
-        |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < order::range(s));
+    let knows = |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < s.span());
     if !results.iter().all(knows) {
         return Err(remarks::nothing_known(data, &rig, &results).into());
     }
@@ -210,7 +205,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     // Only the model with both gauges gives distance and tilt.
     let both = found.calibration.second.is_some() && found.sides.iter().all(|s| s.has(Estimator::Exact));
-    found.winner = if both { Estimator::Exact } else { order::of(&found.sides) };
+    found.winner = if both { Estimator::Exact } else { side::winner(&found.sides) };
     let name = found.winner.name();
     if !both && found.winner != Estimator::Learned {
         found.warnings.push(format!(
@@ -310,7 +305,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
 }
 
 fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
-    let here = || taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
+    let here = || taps.iter().filter(|t| t.is_of(sign));
     here().next()?;
     let (distances, drives) = (range(here().map(|t| t.a)), range(here().map(|t| t.drive)));
     Some(Extent::around(rig, gauge, distances, drives, rig.before))

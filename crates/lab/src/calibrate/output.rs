@@ -1,6 +1,5 @@
 //! Files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json, and the export.
 
-use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
 use crate::estimator::Estimator;
@@ -80,10 +79,9 @@ fn distances(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     let columns = AtDistance::chosen(&rig.setup);
     let mut table = heading("calibrated_distances").frame_for(&rig.setup);
     for side in found.sides.iter().filter(|_| rig.known) {
-        let KTable { distances, by_distance, .. } = &side.table;
-        for (i, a) in distances.centres.iter().enumerate() {
+        for (a, row) in side.table.distances.centres.iter().zip(&side.table.by_distance) {
             let design = Tuple { a: *a, ..rig.design.tuple.towards(Direction::UPRIGHT) };
-            let at = AtDistance { design, row: &by_distance[i], unit: rig.k_unit() };
+            let at = AtDistance { design, row, unit: rig.k_unit() };
             table.row(beside(columns.fields(&at), [side.name().into()]))?;
         }
     }

@@ -2,7 +2,7 @@
 
 use vibrissa_learned::base::power;
 
-use super::{Options, Reason, between, learn, zero};
+use super::{Options, Reason, learn, zero};
 use crate::error::{Error, InputError};
 use crate::estimator::learned::Learnt;
 use crate::estimator::model::SAME;
@@ -58,7 +58,7 @@ pub fn prepare(
     absurd(data, &rows.taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
     let read = rows.zero.count > 0;
-    let between = if read { None } else { between(data, &rows.taps) };
+    let between = if read { None } else { zero::between(data, &rows.taps) };
     if let Some(found) = between {
         zero::tare((data, rig), &mut rows, found);
     }
@@ -89,9 +89,8 @@ pub fn prepare(
         };
         let [value, error] = by_model.unwrap_or_else(|| of.fit.curve.zero());
         rows.tared.error = error;
-        let turned =
-            rows.taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
-        if turned || value.abs() > CERTAIN * error {
+        let is_turned = |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum());
+        if rows.taps.iter().any(is_turned) || value.abs() > CERTAIN * error {
             zero::tare((data, rig), &mut rows, [of.sign * value, error]);
             let value = rows.tared.value;
             sides.iter_mut().for_each(|(_, of)| (of.subtracted, of.zero_known) = (of.sign * value, true));
@@ -99,8 +98,7 @@ pub fn prepare(
             rows.tared.error = 0.0;
         }
         let weak = weak(&rows.taps, signs[0], &rests);
-        let of_other =
-            |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place);
+        let of_other = |t: &Tap| is_turned(t) && !weak.contains(&t.place);
         let (lost, all) = (rows.taps.iter().filter(|t| of_other(t)).count(), rows.taps.len());
         if lost as f64 > LOST * all as f64 {
             let message = "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other";
@@ -114,14 +112,6 @@ pub fn prepare(
     }
     warnings.extend(zero::untared(data, rig, &rows.tared));
     Ok(Prepared { rows, sides, recorded, no_exact })
-}
-
-fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
-    let sound = || taps.iter().filter(|t| t.reason.is_none());
-    let told = between::zero(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
-    told.or_else(|| {
-        between::of_laws(&sound().map(|t| [t.group[0], t.group[1], t.signal]).collect::<Vec<_>>())
-    })
 }
 
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
@@ -149,9 +139,9 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
     let middle = crate::reduce::median(&mut sizes);
     if data.unit.signal() == Some(Signal::Strain) && middle > ABSURD {
         let message = format!("half of all strains are above {middle:.3e}: this is another unit");
-        return Err(InputError::new(message).at(&data.file, None).key(data.unit.column()).allowed(
-            "strain (0.001 is 0.1 %), microstrain, bridge_mV_per_V, or reading for any other unit",
-        ));
+        let error = InputError::new(message).at(&data.file, None).key(data.unit.column());
+        let allowed = "strain (0.001 is 0.1 %), microstrain, bridge_mV_per_V, or reading for any other unit";
+        return Err(error.allowed(allowed));
     }
     Ok(())
 }
@@ -213,7 +203,7 @@ fn signs(
     if let Some(sign) = if read { None } else { turned(taps, data.unit.signal().is_none()) } {
         return Ok(vec![sign]);
     }
-    let with = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let with = |sign: f64| move |t: &&Tap| t.is_of(sign);
     let [plus, minus] = [1.0, -1.0].map(|sign| taps.iter().filter(with(sign)).count());
     let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
     let weak = weak(taps, most, rests);
@@ -224,8 +214,6 @@ fn signs(
     let count = |sign: f64| taps.iter().filter(of(sign)).count();
     let distances = |sign: f64| Groups::levels(taps.iter().filter(of(sign)).map(|t| t.group[0])).len();
     if plus + minus == 0 {
-        let reasons: std::collections::BTreeSet<String> =
-            taps.iter().filter_map(|t| t.reason.as_ref()).map(|r| r.word().to_owned()).collect();
         if let Some(tap) = taps.iter().find(|t| t.drive < 0.0).filter(|_| !taps.iter().any(|t| t.drive > 0.0))
         {
             let column = data.drive.map_or("drive", |kind| kind.column());
@@ -233,9 +221,11 @@ fn signs(
             let error = error.key(column).value(plain(tap.drive));
             return Err(error.allowed("the size of the drive, > 0, where all taps are to one side"));
         }
-        let message = "no row can be used";
-        let why = reasons.into_iter().collect::<Vec<_>>().join(", ");
-        return Err(InputError::new(message).at(&data.file, None).value(why).allowed(
+        let mut why: Vec<&str> = taps.iter().filter_map(|t| Some(t.reason.as_ref()?.word())).collect();
+        why.sort_unstable();
+        why.dedup();
+        let error = InputError::new("no row can be used").at(&data.file, None).value(why.join(", "));
+        return Err(error.allowed(
             "rows with a_mm beyond the gauge and within the whisker, a drive > 0 and a signal that is not zero",
         ));
     }
@@ -318,8 +308,7 @@ fn spec_model(
     let Some(at) = super::extent(rig, taps, sign, gauge) else {
         return Ok(Err("no tap is usable".to_owned()));
     };
-    let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
-    let last = usable.max_by(|s, t| s.drive.total_cmp(&t.drive));
+    let last = taps.iter().filter(|t| t.is_of(sign)).max_by(|s, t| s.drive.total_cmp(&t.drive));
     match Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open) {
         Ok(model) => Ok(Ok(model)),
         Err(why) if why.is_of_whisker() => Ok(Err(format!(

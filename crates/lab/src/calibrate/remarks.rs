@@ -1,6 +1,6 @@
 //! Warnings about a calibration.
 
-use super::order::growing;
+use super::side::growing;
 use super::{Calibrated, Reason, SideResult, named};
 use crate::error::InputError;
 use crate::estimator::Estimator;

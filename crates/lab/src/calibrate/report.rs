@@ -13,7 +13,7 @@ use crate::estimator::cells::Cell;
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal};
-use crate::statistics::Figures;
+use crate::statistics::{DistanceRow, Figures};
 
 const LISTED: usize = 100;
 
@@ -106,7 +106,7 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
         // Effect of the noise of cell means on the spread of K and on the estimates.
         let of_k = |c: &Cell| c.share * (noise * c.linear / (c.signal * c.signal)).powi(2);
         let k_noise = (cells().map(of_k).sum::<f64>() / m).sqrt();
-        let left: f64 = cells().map(|c| c.share).sum::<f64>() / m;
+        let left = cells().map(|c| c.share).sum::<f64>() / m;
         let bias = row.error_rms.zip(row.noise_rms).map(|(e, n)| (e * e - n * n * left).max(0.0).sqrt());
         let total = bias.zip(row.noise_rms).map(|(b, n)| b.hypot(n));
         AtDrive { drive: *drive, row, bias, total, k_noise }
@@ -162,11 +162,8 @@ fn drives(t: &KTable, of: Option<(&SideResult, f64)>, rig: &Rig) -> Vec<Value> {
 
 fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
-    let row = |(i, a): (usize, &f64)| {
-        let row = &t.by_distance[i].deviation;
-        json!({ "a_mm": a, "n": row.n, "K_mean": row.mean().map(|m| (1.0 + m) * unit), "K_sd": row.sd().map(|s| s * unit) })
-    };
-    t.distances.centres.iter().enumerate().map(row).collect()
+    let row = |(a, DistanceRow { deviation: row, .. }): (&f64, &DistanceRow)| json!({ "a_mm": a, "n": row.n, "K_mean": row.mean().map(|m| (1.0 + m) * unit), "K_sd": row.sd().map(|s| s * unit) });
+    t.distances.centres.iter().zip(&t.by_distance).map(row).collect()
 }
 
 /// Parameters of a fit; `zero` is the standard error of the zero.
@@ -262,13 +259,9 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         if let Some(why) = &s.record.no_exact {
             let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
         }
-        for line in learn::text(&s.learnt, kind) {
+        let fits = s.fit.iter().flat_map(|f| fitted(f, kind, found.calibration.zero.unread()));
+        for line in learn::text(&s.learnt, kind).into_iter().chain(fits) {
             let _ = writeln!(t, "  {line}");
-        }
-        if let Some(f) = &s.fit {
-            for line in fitted(f, kind, found.calibration.zero.unread()) {
-                let _ = writeln!(t, "  {line}");
-            }
         }
         if s.table.drives.len() > 1 && rig.known {
             let b = best(s, kind, found.calibration.noise);

@@ -98,13 +98,9 @@ impl Calibration {
     }
 
     fn fits<T>(&self, k: usize, say: fn(&Fit, Drive, f64) -> T) -> Vec<T> {
-        let found = &self.each[k];
-        let kind = found.calibration.rig.setup.drive;
-        found
-            .sides
-            .iter()
-            .filter_map(|side| Some(say(side.fit.as_ref()?, kind, found.calibration.zero.unread())))
-            .collect()
+        let Calibrated { calibration: c, sides, .. } = &self.each[k];
+        let fits = sides.iter().filter_map(|side| side.fit.as_ref());
+        fits.map(|fit| say(fit, c.rig.setup.drive, c.zero.unread())).collect()
     }
 
     fn held_out(&self, k: usize) -> Option<f64> {
@@ -115,12 +111,9 @@ impl Calibration {
     pub fn table(&self) -> Result<Frame, Error> {
         let drive = self.each[0].calibration.rig.setup.drive.column();
         let of_channel = |(name, _): &(String, _)| [name.clone(), format!("{name}_expected")];
-        let names: Vec<String> = ["line", "a_mm", drive]
-            .map(str::to_owned)
-            .into_iter()
-            .chain(self.sensor.channels.iter().flat_map(of_channel))
-            .chain(["distance_mm", "sigma_mm", "error_mm", "status", "use"].map(str::to_owned))
-            .collect();
+        let mut names = ["line", "a_mm", drive].map(str::to_owned).to_vec();
+        names.extend(self.sensor.channels.iter().flat_map(of_channel));
+        names.extend(["distance_mm", "sigma_mm", "error_mm", "status", "use"].map(str::to_owned));
         let mut table = Frame::of("channels.csv", names);
         for tap in &self.taps {
             let mut row: Vec<Field> = vec![tap.line.into()];
@@ -177,10 +170,8 @@ pub fn several(
         data.push(read);
     }
     let n = found.len();
-    let mut sensor = Sensor { channels: found, covariance: vec![vec![0.0; n]; n] };
-    for (k, row) in sensor.covariance.iter_mut().enumerate() {
-        row[k] = 1.0;
-    }
+    let identity = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+    let mut sensor = Sensor { channels: found, covariance: identity };
     let open = opener(&options.run);
     let of_each = Several::new(&sensor, label, &open)?;
     let mut taps = rows(&each, &data, &of_each);

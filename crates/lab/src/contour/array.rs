@@ -9,10 +9,9 @@ use crate::locate::object::{Objects, SHIFT, shift_column};
 use crate::locate::stream::{Ask, Counts, add};
 use crate::locate::table::Readings;
 use crate::locate::{Answerer, Locator};
-use crate::measure::Names;
 use crate::measure::columns::missing;
 use crate::measure::header::Sheet;
-use crate::measure::skin::Skin;
+use crate::measure::{Names, Skin};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::lab::{LabCell, LabTable};
@@ -105,15 +104,14 @@ fn owners(
     let input = if let LabTable::Frame(f) = input { LabTable::Frame(f) } else { LabTable::Text(&*text) };
     let here = |e: InputError| InputError { file: Some(label.to_owned()), ..e };
     let mut sheet = Sheet::new(input, said, "whisker, then the columns of readings").map_err(here)?;
-    let (names, mark) = (sheet.names.clone(), sheet.mark);
-    let place = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
-        let error = missing(WHISKER, &names).at(label, Some(sheet.line));
+    let place = sheet.names.iter().position(|n| n == WHISKER).ok_or_else(|| {
+        let error = missing(WHISKER, &sheet.names).at(label, Some(sheet.line));
         error.allowed("whisker, then the columns of readings; contact_deg where it is needed")
     })?;
     let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
     let mut all = HashMap::new();
-    while let Some((line, row)) = sheet.next(said).map_err(here)? {
-        let name = row.cells(mark).get(place).map(LabCell::to_string).unwrap_or_default();
+    while let Some((line, _, cells)) = sheet.next(said).map_err(here)? {
+        let name = cells.get(place).map(LabCell::to_string).unwrap_or_default();
         let owner = known.iter().position(|n| *n == name).ok_or_else(|| {
             let close = nearest(&name, &known).map(|n| format!("; is {n} meant?"));
             let message = format!("the array has no such whisker{}", close.unwrap_or_default());

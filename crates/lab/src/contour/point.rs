@@ -4,8 +4,8 @@ use super::curve::Covariance;
 use crate::error::InputError;
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
+use crate::measure::Skin;
 use crate::measure::columns::missing;
-use crate::measure::skin::Skin;
 use crate::status::Status;
 
 /// Half width of central differences over the drive, relative.

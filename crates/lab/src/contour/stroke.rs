@@ -12,7 +12,7 @@ use super::point::{Noise, Point, Pose};
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;
 use crate::locate::table::AnsweredRow;
-use crate::measure::skin::Skin;
+use crate::measure::Skin;
 use crate::reduce::median;
 
 /// Fewest readings of a stroke; fewer are taps.

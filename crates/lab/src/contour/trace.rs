@@ -10,7 +10,7 @@ use super::stroke::{Followed, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
 use crate::locate::table::{AnsweredRow, Readings};
-use crate::measure::skin::Skin;
+use crate::measure::Skin;
 use crate::scene::Drive;
 
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.

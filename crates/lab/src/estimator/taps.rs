@@ -2,8 +2,7 @@
 
 use crate::fields::plain;
 use crate::measure::group::Groups;
-use crate::measure::rest::Rest;
-use crate::measure::zero::{Tared, TaredBy, Zero};
+use crate::measure::zero::{Rest, Tared, TaredBy, Zero};
 use crate::measure::{Data, Rig, Row, counts};
 use crate::reduce::median;
 use crate::scene::Drive;
@@ -41,6 +40,11 @@ impl Tap {
     /// Drive as a locator takes it: that of its row, if `data` have drives.
     pub fn recorded(&self, data: &Data) -> f64 {
         if data.drive.is_some() { data.rows[self.place].drive } else { self.drive }
+    }
+
+    /// True if it is used and on the side of this sign.
+    pub(crate) fn is_of(&self, sign: f64) -> bool {
+        self.reason.is_none() && self.signal.signum() == sign
     }
 
     /// Variance of its zero in units of a reading's.

@@ -9,8 +9,9 @@ use toml::de::DeTable;
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 use crate::estimator::model::exact::Opener;
-use crate::locate::calibration::{Calibration, FORMAT};
+use crate::locate::calibration::{Calibration, FORMAT, Second};
 use crate::locate::locator::{Locator, opener};
+use crate::measure::time::Lag;
 use crate::measure::{Rig, Unit};
 use crate::scene::RunOptions;
 use crate::sink::folder::hash;
@@ -18,36 +19,30 @@ use crate::text_file::{Limit, TextFile};
 
 impl Calibration {
     fn check(&self, label: &str) -> Result<(), InputError> {
-        let fault =
-            |key: &str, message: &str, allowed: &str| Err(refused(label, key, message).allowed(allowed));
-        if Estimator::named(&self.estimator).is_none() {
-            return fault("estimator", "unknown estimator", &Estimator::ALL.map(|e| e.name()).join(", "));
+        let estimators = Estimator::ALL.map(|e| e.name()).join(", ");
+        let signals = "strain, microstrain, bridge_mV_per_V, reading";
+        let lag = "|gain| ≤ 0.9, sigma_gain and sigma_tau_s ≥ 0, tau_s > 0";
+        let second =
+            "a factor other than 0, |misalignment_deg| and |lean_deg| < 90, noise and standard errors ≥ 0";
+        let noise = self.noise >= 0.0 && self.noise.is_finite();
+        let checked = [
+            (Estimator::named(&self.estimator).is_some(), "estimator", "unknown estimator", &*estimators),
+            (Unit::of_column(&self.signal).is_some(), "signal", "unknown signal", signals),
+            (noise, "noise", "this is no standard deviation", "≥ 0"),
+            (self.drive_origin.is_finite(), "drive_origin", "this is no drive", "a finite number"),
+            (self.lag.as_ref().is_none_or(Lag::is_sound), "lag", "this is no lag", lag),
+            (self.second.as_ref().is_none_or(Second::is_sound), "second", "this is no second gauge", second),
+            (matches!(self.sides.len(), 1 | 2), "sides", "one or two sides are needed", "1 … 2"),
+        ];
+        if let Some((_, key, message, allowed)) = checked.into_iter().find(|c| !c.0) {
+            return Err(refused(label, key, message).allowed(allowed));
         }
-        if Unit::of_column(&self.signal).is_none() {
-            return fault("signal", "unknown signal", "strain, microstrain, bridge_mV_per_V, reading");
-        }
-        if !(self.noise >= 0.0 && self.noise.is_finite()) {
-            return fault("noise", "this is no standard deviation", "≥ 0");
-        }
-        if !self.drive_origin.is_finite() {
-            return fault("drive_origin", "this is no drive", "a finite number");
-        }
-        if self.lag.as_ref().is_some_and(|lag| !lag.is_sound()) {
-            let allowed = "|gain| ≤ 0.9, sigma_gain and sigma_tau_s ≥ 0, tau_s > 0";
-            return fault("lag", "this is no lag", allowed);
-        }
-        if self.second.as_ref().is_some_and(|second| !second.is_sound()) {
-            let allowed = "a factor other than 0, |misalignment_deg| and |lean_deg| < 90, noise and standard errors ≥ 0";
-            return fault("second", "this is no second gauge", allowed);
-        }
-        if self.sides.is_empty() || self.sides.len() > 2 {
-            return fault("sides", "one or two sides are needed", "1 … 2");
-        }
-        let mut faults = self.sides.iter().enumerate().filter_map(|(i, side)| Some((i, side.check().err()?)));
-        match faults.next() {
-            Some((i, [key, message, allowed])) => fault(&format!("sides[{i}].{key}"), message, allowed),
-            None => Ok(()),
-        }
+        self.sides.iter().enumerate().try_for_each(|(i, side)| {
+            let fault = |[key, message, allowed]: [&str; 3]| {
+                refused(label, &format!("sides[{i}].{key}"), message).allowed(allowed)
+            };
+            side.check().map_err(fault)
+        })
     }
 
     fn text(&self, checksum: String) -> String {

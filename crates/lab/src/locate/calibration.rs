@@ -4,7 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::estimator::SideRecord;
 use crate::measure::Rig;
-use crate::measure::lag::Lag;
+use crate::measure::time::Lag;
 use crate::measure::zero::Tared;
 use crate::scene::Setup;
 

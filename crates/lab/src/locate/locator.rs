@@ -11,7 +11,7 @@ use crate::estimator::{Estimator, Known};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
-use crate::measure::lag::Lag;
+use crate::measure::time::Lag;
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};

@@ -13,8 +13,7 @@ use crate::estimator::model::pair::{Pair, Transfer};
 use crate::estimator::model::{Found, SAME};
 use crate::estimator::{Estimator, Known, SideRecord};
 use crate::evaluate::Method;
-use crate::measure::Rig;
-use crate::measure::skin::Skin;
+use crate::measure::{Rig, Skin};
 use crate::status::Status;
 
 /// A contact in space. The motor's axis is the origin, x lies along the whisker at first touch, y towards the object, z along the axis.

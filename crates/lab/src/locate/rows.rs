@@ -10,7 +10,7 @@ use crate::error::{Error, InputError};
 use crate::fields::{self, Decimals, fields, separator};
 use crate::measure::columns::{Columns, may_drive};
 use crate::measure::header::{Comments, same};
-use crate::measure::lag::Memory;
+use crate::measure::time::Memory;
 use crate::measure::{Names, Unit};
 use crate::scene::{Drive, Signal};
 use crate::sink::lab::{LabCell, LabRow};

@@ -1,6 +1,6 @@
 //! Raw 16-bit counts that wrap around.
 
-use super::Data;
+use super::{Data, Row};
 use crate::reduce::sorted;
 
 const TURN: f64 = 65536.0;
@@ -155,18 +155,11 @@ pub fn of_other_bits(data: &Data) -> Option<(i32, [f64; 2])> {
     if !rows().all(|r| r.value >= 0.0 && r.value.fract() == 0.0) {
         return None;
     }
-    let (mut low, mut high) = (0.0_f64, turn);
-    let mut ends = [[0; 2]; 2];
-    for r in rows() {
-        let at_end = r.value > 0.5 * turn;
-        if at_end {
-            high = high.min(r.value)
-        } else {
-            low = low.max(r.value)
-        }
-        ends[usize::from(r.drive != 0.0)][usize::from(at_end)] += 1;
-    }
-    let [rests, taps] = ends;
+    let at_end = |r: &&Row| r.value > 0.5 * turn;
+    let low = rows().filter(|r| !at_end(r)).map(|r| r.value).fold(0.0, f64::max);
+    let high = rows().filter(at_end).map(|r| r.value).fold(turn, f64::min);
+    let count = |taps, end| rows().filter(|r| (r.drive != 0.0) == taps && at_end(r) == end).count();
+    let [rests, taps] = [false, true].map(|taps| [false, true].map(|end| count(taps, end)));
     let empty = low < ENDS * turn && high > (1.0 - ENDS) * turn && low + turn - high < ENDS * turn;
     let apart = (0..2).any(|end| rests[end] == 0 && rests[1 - end] > 0 && taps[end] > taps[1 - end]);
     (empty && apart).then_some((bits, [low, high]))

@@ -8,8 +8,7 @@ use super::group::rounded;
 use super::header::Sheet;
 use super::missing::{self, Missing};
 pub use super::names::{DISTANCE, Names};
-use super::runs::{Runs, forward, seconds};
-use super::thousands::Thousands;
+use super::time::{Runs, forward, seconds};
 use crate::error::InputError;
 use crate::fields::Decimals;
 use crate::scene::Drive;
@@ -138,7 +137,7 @@ impl Data {
             LabTable::Frame(frame) => LabTable::Frame(frame),
         };
         let mut sheet = Sheet::new(table, said, &all_names()).map_err(here)?;
-        let (names, mark) = (sheet.names.clone(), sheet.mark);
+        let names = sheet.names.clone();
         let columns = Columns::find(&names, said, None).map_err(|e| sheet.elsewhere(e, label))?;
         let distance = columns.a.ok_or_else(|| sheet.elsewhere(missing(DISTANCE, &names), label))?;
 
@@ -150,9 +149,8 @@ impl Data {
         let mut others = Others::new(&columns, &names);
         let mut rows: Vec<Row> = Vec::new();
         let mut runs = Runs::default();
-        let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
-        while let Some((line, row)) = sheet.next(said).map_err(here)? {
-            let record = row.cells(mark);
+        let mut decimals = Decimals::default();
+        while let Some((line, row, record)) = sheet.next(said).map_err(here)? {
             if record.len() != names.len() {
                 let message =
                     format!("this line has {} fields, but the header has {}", record.len(), names.len());
@@ -174,7 +172,6 @@ impl Data {
                 })
             };
             others.push(&record);
-            thousands.see(line, &record, mark);
             let mut faulty = None;
             let place = rows.len();
             rows.push(Row {
@@ -200,7 +197,7 @@ impl Data {
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
         }
-        thousands.check(&names, said).map_err(here)?;
+        sheet.check(said).map_err(here)?;
         if let Some(at) = columns.run {
             runs.check(rows.len())
                 .map_err(|e| InputError { line: e.line, ..e.key(&names[at]).at(label, None) })?;

@@ -1,10 +1,11 @@
-//! A header in a comment: `# reading,theta_deg` before rows without a header, as numpy's savetxt writes it.
+//! Tables as a lab writes them: the header, maybe in a comment (`# reading,theta_deg`, as numpy's savetxt writes it), the rows, and numbers with a mark that
+//! may separate thousands or decimals: `1,367` next to `412` may be 1367.
 
 use super::columns::drive_like;
 use super::names::{Names, Role};
 use crate::error::InputError;
 use crate::fields::{fields, lines, number, separator};
-use crate::sink::lab::{LabRow, LabTable};
+use crate::sink::lab::{LabCell, LabRow, LabTable};
 
 /// Words in column names other than drives.
 const WORDS: &str = "reading signal strain microstrain ustrain voltage volt volts mv adc count counts raw value force moment channel ch gauge sensor \
@@ -45,6 +46,9 @@ impl Comments {
     }
 }
 
+/// A row with its line and its fields.
+type Read<'a> = (usize, LabRow<'a>, Vec<LabCell<'a>>);
+
 /// A table of a lab: column names, and rows one by one.
 pub struct Sheet<'a> {
     /// Column names.
@@ -52,10 +56,11 @@ pub struct Sheet<'a> {
     /// Line of the names.
     pub line: usize,
     /// Separator of fields.
-    pub mark: char,
+    mark: char,
     /// The first line, which decides how comments are read, and the whole text.
     first: &'a str,
     text: &'a str,
+    thousands: Thousands,
     rows: Box<dyn Iterator<Item = (usize, LabRow<'a>)> + 'a>,
 }
 
@@ -69,8 +74,9 @@ impl<'a> Sheet<'a> {
             LabTable::Text(text) => text.trim_start_matches('\u{feff}'),
             LabTable::Frame(frame) => {
                 let names = frame.names.iter().map(|name| name.to_string()).collect();
-                let rows = (0..frame.len()).map(|row| (row + 2, LabRow::Of(frame, row)));
-                return Ok(Self { names, line: 1, mark: ',', first: "", text: "", rows: Box::new(rows) });
+                let rows = Box::new((0..frame.len()).map(|row| (row + 2, LabRow::Of(frame, row))));
+                let thousands = Thousands::default();
+                return Ok(Self { names, line: 1, mark: ',', first: "", text: "", thousands, rows });
             }
         };
         let mut lines = (1..).zip(lines(text)).filter(|(_, line)| !line.trim().is_empty()).peekable();
@@ -90,23 +96,32 @@ impl<'a> Sheet<'a> {
         }
         let (line, names) = commented.unwrap_or((line, names));
         let rows = Box::new(lines.map(|(line, text)| (line, LabRow::Line(text))));
-        Ok(Self { names, line, mark, first, text, rows })
+        Ok(Self { names, line, mark, first, text, thousands: Thousands::default(), rows })
     }
 
-    /// The next row and its line.
+    /// The next row with its line and its fields.
     ///
     /// # Errors
     /// A comment that names other columns.
-    pub fn next(&mut self, said: &Names) -> Result<Option<(usize, LabRow<'a>)>, InputError> {
+    pub fn next(&mut self, said: &Names) -> Result<Option<Read<'a>>, InputError> {
         for (line, row) in &mut self.rows {
             match row {
                 LabRow::Line(text) if text.starts_with('#') => {
                     same(line, text, self.first, &self.names, said)?;
                 }
-                row => return Ok(Some((line, row))),
+                row => {
+                    let cells = row.cells(self.mark);
+                    self.thousands.see(line, &cells, self.mark);
+                    return Ok(Some((line, row, cells)));
+                }
             }
         }
         Ok(None)
+    }
+
+    /// Refuses numbers above a thousand, or not, in the rows so far; see [`Thousands::check`].
+    pub fn check(&self, said: &Names) -> Result<(), InputError> {
+        self.thousands.check(&self.names, said)
     }
 
     /// `error` about the names in `label`; adds the likely line of the header if that is another one.
@@ -183,4 +198,93 @@ fn names_columns(comment: &str) -> bool {
     let words = || comment.split(|c: char| !(c.is_alphanumeric() || c == '_'));
     let is_signal = |word: &str| matches!(known.role(word), Some(Role::Signal(_)));
     words().any(|word| known.is_drive(word)) && words().any(is_signal)
+}
+
+/// Marks of decimals or thousands.
+const MARKS: [char; 2] = ['.', ','];
+
+/// Evidence in the numbers of a file about its marks.
+#[derive(Debug, Clone, Default)]
+pub struct Thousands {
+    /// For each mark: true if some number can only have decimals behind it.
+    decimal: [bool; 2],
+    columns: Vec<Column>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Column {
+    /// True if some number has no mark.
+    plain: bool,
+    /// For each mark, line and text of the first number with three digits behind it.
+    marked: [Option<(usize, String)>; 2],
+}
+
+impl Thousands {
+    /// Reads the fields of a line, separated by `separator`; true if one may be a number above a thousand.
+    pub fn see(&mut self, line: usize, fields: &[LabCell<'_>], separator: char) -> bool {
+        let mut grouped = false;
+        if self.columns.len() < fields.len() {
+            self.columns.resize(fields.len(), Column::default());
+        }
+        for (field, column) in fields.iter().zip(&mut self.columns) {
+            let LabCell::Text(field) = field else { continue };
+            let Some(k) = MARKS.iter().position(|mark| field.contains(*mark)) else {
+                let digits = field.trim_start_matches(['+', '-']);
+                column.plain |=
+                    digits.bytes().all(|c| c.is_ascii_digit()) && digits.bytes().any(|c| c != b'0');
+                continue;
+            };
+            let three = is_grouped(field, MARKS[k]);
+            let new = three || !self.decimal[k] || MARKS[k] == separator;
+            if !new || !number(field).is_some_and(f64::is_finite) {
+                continue;
+            }
+            grouped |= three;
+            match three {
+                true if column.marked[k].is_none() => column.marked[k] = Some((line, field.to_string())),
+                true => {}
+                false => self.decimal[k] = true,
+            }
+            // With commas as separators, a comma within quotes is hardly a decimal mark.
+            column.plain |= MARKS[k] == separator;
+        }
+        grouped
+    }
+
+    /// Refuses numbers of which nothing says whether they are above a thousand. Unused columns are not checked, nor times: three digits are
+    /// milliseconds, and misread times do not rise, which is refused elsewhere.
+    pub fn check(&self, names: &[String], said: &Names) -> Result<(), InputError> {
+        let is_read = |place: usize| {
+            names.get(place).is_none_or(|name| said.means(name) && said.role(name) != Some(Role::Time))
+        };
+        let doubt = |(place, column): (usize, &Column)| {
+            let of = |k: &usize| column.plain && !self.decimal[*k] && column.marked[*k].is_some();
+            (0..MARKS.len()).find(of).filter(|_| is_read(place)).map(|k| (place, k))
+        };
+        let Some((place, k)) = self.columns.iter().enumerate().find_map(doubt) else { return Ok(()) };
+        let (line, text) = self.columns[place].marked[k].clone().unwrap_or_default();
+        let whole = text.replace(MARKS[k], "");
+        let message = format!(
+            "is this {whole}, or {}? Nothing in this file says whether `{}` stands between thousands or before decimals",
+            text.replace(MARKS[k], "."),
+            MARKS[k]
+        );
+        let error = InputError::new(message).key(names.get(place).map_or("", String::as_str)).value(&text);
+        let error = error.allowed(format!(
+            "{whole} without a mark; or decimals written so that they cannot be thousands: {text}0"
+        ));
+        Err(InputError { line: Some(line), ..error })
+    }
+}
+
+/// True if three digits follow the mark and one to three precede it.
+fn is_grouped(field: &str, mark: char) -> bool {
+    let digits = |part: &str| part.bytes().all(|c| c.is_ascii_digit());
+    field.trim_start_matches(['+', '-']).split_once(mark).is_some_and(|(before, after)| {
+        (1..=3).contains(&before.len())
+            && !before.starts_with('0')
+            && after.len() == 3
+            && digits(before)
+            && digits(after)
+    })
 }

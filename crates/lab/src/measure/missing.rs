@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::file::Row;
-use crate::reduce::sorted;
+use crate::reduce::{range, sorted};
 
 /// Usual placeholders, of either sign; also -1 and numbers from [`NEVER`] on.
 const USUAL: [f64; 11] =
@@ -108,16 +108,14 @@ fn is_none(values: &[(f64, usize)], k: usize, of_signals: bool) -> bool {
     if !usual && (cells < 2 || !of_signals || ![0, values.len() - 1].contains(&k)) {
         return false;
     }
-    let mut others = values.iter().map(|v| v.0).filter(|other| *other != x && !is_usual(*other));
-    let Some(first) = others.next() else { return false };
-    let (mut n, mut last, mut fractions) = (1, first, usize::from(first.fract() != 0.0));
-    for other in others {
-        (n, last, fractions) = (n + 1, other, fractions + usize::from(other.fract() != 0.0));
-    }
+    let others = || values.iter().map(|v| v.0).filter(|other| *other != x && !is_usual(*other));
+    let n = others().count();
     if n < OTHERS {
         return false;
     }
+    let [first, last] = range(others());
     let (range, away) = (last - first, (first - x).max(x - last));
+    let fractions = others().filter(|other| other.fract() != 0.0).count();
     let whole = x.fract() == 0.0 && fractions as f64 >= FRACTIONS * n as f64;
     match (usual, of_signals) {
         (false, _) => away > FAR * range,

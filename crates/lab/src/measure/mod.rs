@@ -1,4 +1,4 @@
-//! Measured taps: data files of a rig, their columns and units, the sensor's zero, and the whisker with its contact point ([`skin`]).
+//! Measured taps: data files of a rig, their columns and units, the sensor's zero, and the whisker with its contact point ([`rig`]).
 //!
 //! Rows are not judged here: a missing value stays NaN, a line that cannot be read is an error with its number. `calibrate` judges rows.
 
@@ -7,18 +7,14 @@ pub mod counts;
 pub mod file;
 pub mod group;
 pub mod header;
-pub mod lag;
 pub mod missing;
 pub mod names;
-pub mod rest;
 pub mod rig;
-pub mod runs;
-pub mod skin;
-pub mod thousands;
+pub mod time;
 pub mod unit;
 pub mod zero;
 
 pub use file::{Data, Row};
 pub use names::Names;
-pub use rig::Rig;
+pub use rig::{Rig, Skin};
 pub use unit::Unit;

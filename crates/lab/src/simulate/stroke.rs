@@ -9,8 +9,7 @@ use vibrissa_learned::start::lowest;
 
 use super::object::Object;
 use crate::contour::point::Pose;
-use crate::measure::Rig;
-use crate::measure::skin::Skin;
+use crate::measure::{Rig, Skin};
 use crate::physics::rod::{RodProblem, RodTap};
 use crate::scene::{Drive, Model};
 

@@ -118,23 +118,23 @@ pub fn plan(
     open: Opener<'_>,
 ) -> Result<Planned, Error> {
     let (distances, drives) = (distances(space)?, drives(space)?);
-    let width = distances[distances.len() - 1] - distances[0];
-    if width / 12.0_f64.sqrt() <= asked.error {
-        let [first, last] = [distances[0], distances[distances.len() - 1]];
+    let ends = |all: &[f64]| [all[0], all[all.len() - 1]];
+    let [first, last] = ends(&distances);
+    let guess = (last - first) / 12.0_f64.sqrt();
+    if guess <= asked.error {
         let message = format!(
             "without any calibration a guess of the middle of the distances {first} … {last} mm is as good"
         );
         let error = InputError::new(message);
-        let allowed = format!("< {:.3} mm, or distances farther apart", width / 12.0_f64.sqrt());
+        let allowed = format!("< {guess:.3} mm, or distances farther apart");
         return Err(error.key("--error").value(asked.error).allowed(allowed).into());
     }
     let noise = rig.setup.gauge.noise_strain.filter(|noise| *noise > 0.0);
-    let middle = (distances[0] * distances[distances.len() - 1]).sqrt();
     let spread = match (like, noise) {
         (Some(spread), _) => spread,
         (None, Some(noise)) => {
             let [floor, relative, position, gain] =
-                [noise, asked.relative, asked.place / middle, asked.gain].map(|sd| sd * sd);
+                [noise, asked.relative, asked.place / (first * last).sqrt(), asked.gain].map(|sd| sd * sd);
             Spread { floor, relative, position, gain, zero: floor, ..Spread::default() }
         }
         (None, None) => {
@@ -143,9 +143,7 @@ pub fn plan(
             return Err(error.key("gauge.noise_strain").allowed(allowed).into());
         }
     };
-    let ends = |all: &[f64]| [all[0], all[all.len() - 1]];
-    let side = rig.setup.gauge.side;
-    let at = Extent::around(rig, side, ends(&distances), ends(&drives), 0.0);
+    let at = Extent::around(rig, rig.setup.gauge.side, [first, last], ends(&drives), 0.0);
     let physical = apart::parameters(rig);
     let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open);
     let exact = exact.map_err(|why| {
@@ -185,7 +183,14 @@ pub fn plan(
         path.push((planner.len(), planner.sigma()));
     }
     if planner.sigma() > asked.error {
-        return Err(out_of_reach(&planner, asked));
+        let (sigma, floor) = (planner.sigma(), planner.floor());
+        let error = InputError::new(format!(
+            "no calibration of {MOST} taps reaches this: they leave {sigma:.3} mm, of which {floor:.3} mm are the noise, the position and the run of the \
+             reading itself"
+        ));
+        let allowed =
+            format!("> {sigma:.3} mm; larger drives, a smaller --place, or several taps of one object");
+        return Err(error.key("--error").value(asked.error).allowed(allowed).into());
     }
     planner.exchange();
     loop {
@@ -254,18 +259,4 @@ fn axis<'a>(space: &'a Space, column: Column, key: &str) -> Result<&'a Axis, Inp
         let error = InputError::new("a plan needs distances and drives in [tap], not a list of tuples");
         error.key(key).allowed("a = { from = 20, to = 50, steps = 7 } and theta = [2, 4, 6]")
     })
-}
-
-fn out_of_reach(planner: &Planner, asked: &PlanGoal) -> Error {
-    let error = InputError::new(format!(
-        "no calibration of {MOST} taps reaches this: they leave {:.3} mm, of which {:.3} mm are the noise, the position and the run of the \
-         reading itself",
-        planner.sigma(),
-        planner.floor()
-    ));
-    let allowed = format!(
-        "> {:.3} mm; larger drives, a smaller --place, or several taps of one object",
-        planner.sigma()
-    );
-    error.key("--error").value(asked.error).allowed(allowed).into()
 }
