@@ -7,12 +7,13 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Asked, Context, Reply, estimator, estimators, folder, meant, named, number, stem};
+use super::{Asked, Context, Reply, estimator, folder, meant, named, number, stem};
 use crate::contour::curve::{Curve, Kind};
 use crate::contour::point::Noise;
 use crate::contour::trace::{Trace, TraceOptions};
 use crate::contour::write::{self, OUTLINE};
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::locate::locator::opener;
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
@@ -36,7 +37,7 @@ pub struct ContourRequest {
     #[arg(long, value_name = "CAL")]
     pub calibration: PathBuf,
     /// Distances by this instead of the estimator that won on distances left out
-    #[arg(long, value_parser = named(estimators()), value_name = "NAME")]
+    #[arg(long, value_parser = named(Estimator::WORDS), value_name = "NAME")]
     pub estimator: Option<String>,
     /// Standard deviation of the heading at first touch, degrees: moves a point across the whisker
     #[arg(long, value_name = "DEG", default_value_t = 0.1, value_parser = number)]

@@ -183,7 +183,7 @@ impl SideResult {
 
     /// True if `estimator` is calibrated.
     pub fn has(&self, estimator: Estimator) -> bool {
-        estimator.is_in(&self.record)
+        estimator.bias_mm(&self.record).is_some()
     }
 
     /// Errors of `estimator` on distances left out.

@@ -12,7 +12,7 @@ use super::fit::Fit;
 use super::held_out::Side;
 use super::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use super::model::{Found, ModelError};
-use super::{SideRecord, least};
+use super::{Answers, Known, SideRecord, least};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::measure::Rig;
@@ -133,7 +133,7 @@ const KEPT: usize = 16;
 
 /// Model with its curves at the last drives: a rig has few.
 pub struct Inverted {
-    pub(super) exact: Exact,
+    exact: Exact,
     last: Mutex<VecDeque<(f64, Arc<Curve>)>>,
 }
 
@@ -148,8 +148,10 @@ impl Inverted {
         last.push_front((drive, curve.clone()));
         curve
     }
+}
 
-    pub(super) fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+impl Answers for Inverted {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let curve = self.curve(drive);
         let beyond = || reading < self.exact.weakest(&curve);
         self.exact
@@ -157,8 +159,12 @@ impl Inverted {
             .ok_or_else(|| if beyond() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT })
     }
 
-    pub(super) fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         let [near, far] = self.exact.reach();
         if (near..=far).contains(&a) { self.exact.expected(a, drive) } else { f64::NAN }
+    }
+
+    fn variance(&self, a: f64, drive: f64, _: bool) -> f64 {
+        self.exact.variance(a, drive)
     }
 }

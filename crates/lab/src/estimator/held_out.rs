@@ -10,7 +10,7 @@ use super::learned::{self, Learnt};
 use super::model::Found;
 use super::paper::Paper;
 use super::taps::Tap;
-use super::{Estimator, curve, exact};
+use super::{Answers, Estimator, Known, curve, exact};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
@@ -81,7 +81,7 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
     match estimator {
         Estimator::Paper => parts(side, |gone| {
             let paper = Paper::without(side, gone)?;
-            Some(move |_, drive, signal| paper.find(drive, signal))
+            Some(move |_, drive, signal| paper.find(drive, signal, Known::default()).ok())
         }),
         // The parameters stay; the reading is shifted by the effect of their step.
         Estimator::Exact => parts(side, |gone| {
@@ -94,7 +94,7 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
             let form = curve::form(side);
             parts(side, |gone| {
                 let curve = curve::without(side, gone, form)?;
-                Some(move |_, drive, signal| curve.find(drive, signal))
+                Some(move |_, drive, signal| curve.find(drive, signal, Known::default()).ok())
             })
         }
         Estimator::Learned => parts(side, |gone| learned::without(side, gone)),

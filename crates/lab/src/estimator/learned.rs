@@ -12,7 +12,7 @@ use vibrissa_learned::joint::{Joint, Object, Told};
 use vibrissa_learned::tails::{PARTS, Tails};
 
 use super::held_out::Side;
-use super::{Known, SideRecord};
+use super::{Answers, Known, SideRecord};
 use crate::error::Error;
 use crate::estimator::exact::unsolved;
 use crate::estimator::model::Found;
@@ -282,9 +282,10 @@ impl LearnedCurve {
         let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
         (inverse, if self.zero_read { 0.0 } else { self.curve.zero })
     }
+}
 
-    /// Distance for a reading, as [`Answers::find`](super::Answers::find).
-    pub fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
+impl Answers for LearnedCurve {
+    fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
         let (tared, y, of_zero) = self.read(reading, share);
         let inverse = self.of(tared);
         let found = inverse.at(drive, same_run).find(y, of_zero)?;
@@ -293,7 +294,7 @@ impl LearnedCurve {
         Ok(Found { ends: stretched(found.a, found.ends, longer), ..found })
     }
 
-    pub(super) fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         let (inverse, zero) = self.plain();
         let [near, far] = inverse.reach();
         if !(near..=far).contains(&a) {
@@ -302,8 +303,12 @@ impl LearnedCurve {
         self.curve.expected(&self.base, a, drive, self.zero_read).signal + zero
     }
 
-    pub(super) fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {
+    fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {
         self.plain().0.at(drive, same_run).at(a.ln())[2]
+    }
+
+    fn learned(&self) -> Option<&LearnedCurve> {
+        Some(self)
     }
 }
 

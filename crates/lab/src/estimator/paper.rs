@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 use super::cells::Cell;
 use super::held_out::Side;
 use super::model::{Found, between};
-use super::{known, positive};
+use super::{Answers, Known, known, positive};
 use crate::design::amount;
 use crate::measure::Rig;
 use crate::physics::inverse::Inverse;
 use crate::scene::{Drive, Theory};
+use crate::status::Status;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -79,23 +80,25 @@ impl Paper {
         let [k, variance] = factors(side, |c| !gone.contains(&c.i))?;
         Some(Self::new(side.rig, side.drives, &k, &variance))
     }
+}
 
-    pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
+impl Answers for Paper {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let k = between(&self.drives, &self.k, drive);
         let amount = amount(self.kind, drive);
-        let roots = self.inverse.roots(k * reading / amount)?;
+        let roots = self.inverse.roots(k * reading / amount).ok_or(Status::NO_ROOT)?;
         let slope = amount * self.inverse.curve().slope(roots.far) / k;
         let variance = reading * reading * between(&self.drives, &self.variance, drive);
         // A distance on the near side may belong to one beyond the calibration.
         let near = roots.near.or(roots.unseen.then_some(roots.far));
-        Some(Found::root(roots.far, near, slope, variance))
+        Ok(Found::root(roots.far, near, slope, variance))
     }
 
-    pub fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         amount(self.kind, drive) * self.inverse.curve().value(a) / between(&self.drives, &self.k, drive)
     }
 
-    pub fn variance(&self, a: f64, drive: f64) -> f64 {
+    fn variance(&self, a: f64, drive: f64, _: bool) -> f64 {
         self.expected(a, drive).powi(2) * between(&self.drives, &self.variance, drive)
     }
 }

@@ -118,7 +118,8 @@ impl Locator {
         for record in &c.sides {
             let side = Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)?;
             sides.push(side.ok_or_else(|| {
-                let held = Estimator::ALL.into_iter().filter(|e| e.is_in(record)).map(|e| e.name());
+                let held =
+                    Estimator::ALL.into_iter().filter(|e| e.bias_mm(record).is_some()).map(|e| e.name());
                 let error = InputError::new("this calibration does not hold this estimator").at(label, None);
                 let error = error.key("--estimator").value(estimator.name());
                 error.allowed(held.collect::<Vec<_>>().join(", "))

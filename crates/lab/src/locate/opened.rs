@@ -24,7 +24,7 @@ pub(crate) struct Opened {
     pub(crate) drives: Vec<f64>,
     /// The one calibrated drive, where there are no others.
     pub(super) only: Option<f64>,
-    pub(crate) answers: Answers,
+    pub(crate) answers: Box<dyn Answers>,
     /// Per drive, mm.
     pub(crate) bias: Vec<f64>,
     /// Reading per strain, where it is known.

@@ -9,8 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use super::Found;
 use crate::estimator::least::solve;
+use crate::estimator::{Answers, Known};
 use crate::measure::group::Groups;
 use crate::physics::inverse::bracketed;
+use crate::status::Status;
 
 /// Intervals of the range of signals at which the direction of the curve is checked.
 const LOOKS: usize = 24;
@@ -282,20 +284,20 @@ impl Polynomial {
         let per = if self.form.log_a { a } else { 1.0 };
         At { a, slope: dy * per, variance: variance.max(0.0) * per * per }
     }
+}
 
-    /// Distance for a `signal` > 0 at `drive`; `None` beyond its reach.
-    pub fn find(&self, drive: f64, signal: f64) -> Option<Found> {
+impl Answers for Polynomial {
+    fn find(&self, drive: f64, signal: f64, _: Known) -> Result<Found, Status> {
         let at = self.at(signal.ln(), drive);
         let inside = at.a >= self.reach[0] && at.a <= self.reach[1];
         if !inside || at.slope.signum() != self.sign || !at.a.is_finite() {
-            return None;
+            return Err(Status::OUTSIDE_CALIBRATION);
         }
         let slope = signal / at.slope;
-        Some(Found::root(at.a, None, slope, at.variance * slope * slope))
+        Ok(Found::root(at.a, None, slope, at.variance * slope * slope))
     }
 
-    /// Signal at a (mm) and `drive`; NaN beyond the reach.
-    pub fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         if !(self.reach[0]..=self.reach[1]).contains(&a) {
             return f64::NAN;
         }
@@ -312,6 +314,10 @@ impl Polynomial {
         });
         let miss = |x: f64| self.at(x, drive).a - a;
         crossed.map_or(f64::NAN, |k| bracketed(miss, place(k), place(k + 1)).exp())
+    }
+
+    fn variance(&self, a: f64, drive: f64, _: bool) -> f64 {
+        self.find(drive, self.expected(a, drive), Known::default()).map_or(f64::NAN, |f| f.variance)
     }
 }
 
