@@ -18,7 +18,7 @@ use crate::locate::locator::opener;
 use crate::locate::next::{May, Next, Tried, next};
 use crate::locate::object::{NAME, SHIFT, shift_column};
 use crate::locate::stream::Ask;
-use crate::locate::table::Readings;
+use crate::locate::tared::Readings;
 use crate::locate::{Locator, Reading, SaidZero};
 use crate::measure::Names;
 use crate::scene::Drive;

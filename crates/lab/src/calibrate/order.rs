@@ -5,7 +5,7 @@ use vibrissa_learned::labels::rises;
 
 use super::side::SideResult;
 use crate::estimator::Estimator;
-use crate::estimator::cells::Cell;
+use crate::estimator::taps::Cell;
 use crate::measure::group::Groups;
 
 /// Two neighbouring positions, one of which is mislabelled.

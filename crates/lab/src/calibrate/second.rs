@@ -8,10 +8,10 @@ use crate::error::{Error, InputError};
 use crate::estimator::least;
 use crate::estimator::model::ModelError;
 use crate::estimator::model::exact::{Extent, Opener, Values};
-use crate::estimator::model::pair::Pair;
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::evaluate::Task;
 use crate::locate::calibration::Second;
+use crate::locate::pair::Pair;
 use crate::measure::Data;
 use crate::measure::zero::Zero;
 

@@ -4,12 +4,11 @@ use crate::reduce::range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
-use crate::estimator::cells::{Cell, grouped};
 use crate::estimator::fit::Task;
 use crate::estimator::learned::Learnt;
 use crate::estimator::least;
 use crate::estimator::model::exact::{Opener, Parameter};
-use crate::estimator::taps::{Sorted, Tap};
+use crate::estimator::taps::{Cell, Sorted, Tap, grouped};
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Data, Rig};
 use crate::scene::Side;

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::point::{Noise, Point, Pose};
 use crate::error::{Error, InputError, nearest};
-use crate::locate::group::Group;
 use crate::locate::object::{Objects, SHIFT, shift_column};
 use crate::locate::stream::{Ask, Counts, add};
-use crate::locate::table::Readings;
+use crate::locate::strokes::Group;
+use crate::locate::tared::Readings;
 use crate::locate::{Answerer, Locator};
 use crate::measure::Names;
 use crate::measure::columns::missing;

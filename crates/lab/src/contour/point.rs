@@ -3,7 +3,7 @@
 use super::curve::Covariance;
 use crate::error::InputError;
 use crate::locate::Locator;
-use crate::locate::table::{AnsweredRow, Readings};
+use crate::locate::tared::{AnsweredRow, Readings};
 use crate::measure::columns::missing;
 use crate::measure::skin::Skin;
 use crate::status::Status;

@@ -11,7 +11,7 @@ use super::curve::Covariance;
 use super::point::{Noise, Point, Pose};
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;
-use crate::locate::table::AnsweredRow;
+use crate::locate::tared::AnsweredRow;
 use crate::measure::skin::Skin;
 use crate::reduce::median;
 

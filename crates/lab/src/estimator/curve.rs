@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::cells::Cell;
 use super::held_out::Side;
 use super::model::polynomial::{Form, Point, Polynomial};
+use super::taps::Cell;
 
 /// Range beyond the positions, in shares of the last step: for answers, and for a position left out, which may be the last.
 const BEYOND: [f64; 2] = [0.5, 4.0];

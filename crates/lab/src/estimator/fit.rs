@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use vibrissa_learned::start::lowest;
 
-use super::cells::Cell;
 use super::least;
+use super::taps::Cell;
 use crate::estimator::model::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use crate::estimator::model::parameter::width;

@@ -4,12 +4,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::cells::Cell;
 use super::fit::Fit;
 use super::learned::{self, Learnt};
 use super::model::Found;
 use super::paper::Paper;
-use super::taps::Tap;
+use super::taps::{Cell, Tap};
 use super::{Answers, Estimator, Known, curve, exact};
 use crate::measure::Rig;
 use crate::reduce::Errors;

@@ -1,7 +1,6 @@
 //! Estimators of the distance: how each is calibrated, judged, written and opened.
 //! An estimator is a variant of [`Estimator`], a section of [`SideRecord`], and a file that calibrates, checks and opens its section as [`Answers`].
 
-pub(crate) mod cells;
 pub(crate) mod curve;
 pub(crate) mod exact;
 pub(crate) mod fit;

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cells::Cell;
 use super::held_out::Side;
 use super::model::{Found, between};
+use super::taps::Cell;
 use super::{Answers, Known, known, positive};
 use crate::design::amount;
 use crate::measure::Rig;

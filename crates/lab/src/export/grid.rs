@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 use std::fmt;
 
-use super::c::size;
+use super::size;
 use crate::error::InputError;
 use crate::estimator::Known;
 use crate::locate::Locator;

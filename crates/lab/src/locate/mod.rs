@@ -13,7 +13,6 @@
 pub mod answers;
 pub mod calibration;
 pub mod free;
-pub(crate) mod group;
 mod lines;
 pub mod locator;
 pub mod next;
@@ -25,9 +24,8 @@ mod rows;
 pub mod several;
 pub mod stream;
 pub mod strokes;
-pub mod table;
 pub mod tare;
-mod tared;
+pub mod tared;
 
 pub use crate::estimator::model::Found;
 pub use crate::estimator::model::parameter::Parameter;

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::Locator;
-use super::group::Group;
 use super::object::{By, Objects};
 use super::pair::Spatial;
 use super::rows::{Answerer, Reading, RowReader};
+use super::strokes::{self, Group};
 pub use super::tared::zeros;
 use super::tared::{Once, TaredRows};
 use crate::combinations::Combinations;
@@ -303,7 +303,7 @@ fn put(
 /// Adds these columns to `answers`. The name of an object or a stroke is a word.
 pub fn add(answers: &mut Frame, names: &[&'static str]) {
     for name in names {
-        let is_name = [super::object::NAME, super::strokes::NAME].contains(name);
+        let is_name = [super::object::NAME, strokes::NAME].contains(name);
         answers.add(*name, Values::new(if is_name { Kind::Word } else { kind(name) }));
     }
 }

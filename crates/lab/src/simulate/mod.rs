@@ -3,7 +3,6 @@
 
 pub mod object;
 mod row;
-pub mod stroke;
 pub mod strokes;
 
 use crate::error::{Error, InputError};

@@ -5,8 +5,7 @@ use vibrissa_core::reduce::median;
 
 use super::arc::Arc;
 use super::smooth::Smooth;
-use super::spot::Spot;
-use super::{Curve, Kind, Sample};
+use super::{Curve, Kind, Sample, Spot};
 
 /// A point farther off than so many of its standard deviations, where those are as large as the points say, is an outlier.
 pub const OFF: f64 = 4.0;

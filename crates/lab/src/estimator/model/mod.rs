@@ -1,7 +1,6 @@
 //! Curves of readings over distance and their inversion: closed forms, data, the exact model with fitted parameters.
 
 pub mod exact;
-pub mod pair;
 pub mod parameter;
 pub mod polynomial;
 pub mod surface;

@@ -195,7 +195,7 @@ impl Piece {
 }
 
 /// Distances of `reach` at which the whisker of `rig` can be tapped, and the whisker with its taper continued.
-pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
+pub(crate) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
     let shared = rig.shared();
     let tau = shared.taper.tau;
     let apex = match shared.model.end() {
