@@ -36,7 +36,6 @@ vibrissa_core::choices! {
 }
 
 impl Estimator {
-    /// All, in order.
     pub const ALL: [Self; 4] = [Self::Paper, Self::Exact, Self::Curve, Self::Learned];
 
     /// Name in files and flags.
@@ -44,7 +43,6 @@ impl Estimator {
         Self::WORDS[self as usize].0
     }
 
-    /// Estimator with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|e| e.name() == name)
     }
@@ -132,22 +130,17 @@ pub struct SideRecord {
     /// Reason why `exact` is missing, if whisker and drives are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_exact: Option<String>,
-    /// Section of `paper`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<FactorRecord>,
-    /// Section of `exact`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactRecord>,
-    /// Section of `curve`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<SmoothRecord>,
-    /// Section of `learned`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<LearnedRecord>,
 }
 
 impl SideRecord {
-    /// Calibrated side of the gauge.
     pub fn gauge(&self) -> Side {
         if self.gauge_side == "far" { Side::Far } else { Side::Contact }
     }

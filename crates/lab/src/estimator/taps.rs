@@ -9,12 +9,10 @@ use crate::measure::{Data, Rig, Row, counts};
 use crate::reduce::median;
 use crate::scene::Drive;
 
-/// Row with a drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tap {
     /// Index among the rows of the file.
     pub place: usize,
-    /// 1-based line.
     pub line: usize,
     /// Contact distance as labelled, mm.
     pub a: f64,
@@ -22,7 +20,6 @@ pub struct Tap {
     pub drive: f64,
     /// Means of the groups of its distance and of its drive.
     pub group: [f64; 2],
-    /// Signal as recorded.
     pub value: f64,
     /// Signal in the unit of `signal`, with counter overflows undone.
     pub raw: f64,
@@ -32,7 +29,6 @@ pub struct Tap {
     pub zeros: [(usize, f64, f64); 2],
     /// Tared strain or reading; tension positive.
     pub signal: f64,
-    /// Reason why it is not used.
     pub reason: Option<Reason>,
     /// First line with the same text.
     pub twin: Option<usize>,
@@ -50,29 +46,19 @@ impl Tap {
     }
 }
 
-/// A zero reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZeroReading {
-    /// Index among the rows of the file.
     pub place: usize,
-    /// Tared strain or reading.
     pub signal: f64,
-    /// Reason why it is not used.
     pub reason: Option<Reason>,
 }
 
-/// Sorted rows of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sorted {
-    /// Rows with a drive.
     pub taps: Vec<Tap>,
-    /// Zero readings.
     pub zeros: Vec<ZeroReading>,
-    /// Subtracted zero.
     pub zero: Zero,
-    /// Method that found the zero.
     pub tared: Tared,
-    /// Groups of distances and of drives.
     pub groups: [Groups; 2],
     /// Largest movement of the drive below its zero without contact, in its unit; else 0.
     pub before: f64,
@@ -172,7 +158,6 @@ fn unusable(tap: &Tap, data: &Data, rig: &Rig) -> Option<Reason> {
 /// Reason for which a row is not used, with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reason {
-    /// A field is empty or not a finite number.
     NotANumber,
     /// The value means "missing": a usual code, or one value at several places far from all others.
     Missing(f64),
@@ -184,24 +169,20 @@ pub enum Reason {
     ZeroSignal,
     /// The sign is that of the other side, which has too few taps to be calibrated.
     OtherSide,
-    /// The sensor is at its end stop.
     Saturated,
     /// The signal is off by this number of decades: another unit.
     Unit(i32),
     /// The signal fits another distance, mm.
     LooksLikeDistance(f64),
-    /// The signal fits another drive.
     LooksLikeDrive(f64),
     /// Off the smooth surface through the other cells by this share.
     Off(f64),
-    /// A zero reading off its neighbours.
     ZeroOutlier,
     /// The pole is tilted: such a row serves the second gauge only.
     Tilted,
 }
 
 impl Reason {
-    /// Reason as one word.
     pub fn word(&self) -> &'static str {
         match self {
             Self::NotANumber => "not_a_number",
@@ -224,7 +205,6 @@ impl Reason {
         *self != Self::Tilted
     }
 
-    /// Reason with its evidence, for a table.
     pub fn text(&self, kind: Drive) -> String {
         let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
         let more = match self {

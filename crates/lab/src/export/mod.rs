@@ -16,12 +16,10 @@ use grid::{FIRST, POINTS, Side, Strip};
 
 mod grid;
 
-/// Name of the file.
 pub const FILE: &str = "locate.c";
 
 const LARGEST: Off = Off { distance: 1e-3, sigma: 0.02, rest: [0.25, 0.5] };
 
-/// Calibration ready for export.
 pub struct Export<'a> {
     locator: &'a Locator,
     calibration: &'a Calibration,
@@ -157,7 +155,6 @@ fn limit(locator: &Locator, sign: f64, factor: f64) -> f64 {
 }
 
 impl Export<'_> {
-    /// Text of the file.
     pub fn text(&self) -> String {
         let values = self.sides.iter().flat_map(|side| &side.strips).flat_map(|s| s.values.iter().flatten());
         // Rounded far below the error of the table.

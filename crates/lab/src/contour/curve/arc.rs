@@ -17,7 +17,7 @@ pub struct Arc {
     direction: f64,
     /// Offset to the left (mm), turn (rad) and, of a circle, curvature (1/mm), > 0 where the centre lies to the left.
     values: Vec<f64>,
-    covariance: DMatrix<f64>,
+    pub(super) covariance: DMatrix<f64>,
 }
 
 impl Arc {
@@ -145,9 +145,5 @@ impl Arc {
         let n = self.values.len();
         let found = by_values(&of, &self.values, &STEPS[..n], &vec![FREE; n], SETTLED)?;
         Some(Self { values: found.at, covariance: found.covariance, ..self.clone() })
-    }
-
-    pub fn scaled(self, factor: f64) -> Self {
-        Self { covariance: self.covariance * factor, ..self }
     }
 }

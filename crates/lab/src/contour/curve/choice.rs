@@ -274,7 +274,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         Some(kind) => all.iter().position(|d| d.kind == kind),
         None => judged.iter().position(|j| j.loss_more_than_best <= j.loss_more_se.max(WORTH)),
     };
-    let chosen = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
-    let curve = chosen.curve.clone().scaled(chosen.scale * chosen.scale);
-    Ok(Chosen { curve, judged, ..chosen })
+    let mut chosen = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
+    chosen.curve.scale(chosen.scale * chosen.scale);
+    Ok(Chosen { judged, ..chosen })
 }

@@ -99,11 +99,15 @@ impl Curve {
         groups.iter().map(one).collect()
     }
 
-    fn scaled(self, factor: f64) -> Self {
+    /// Scales its covariance.
+    fn scale(&mut self, factor: f64) {
         match self {
-            Self::Point(spot) => Self::Point(spot.scaled(factor)),
-            Self::Arc(arc) => Self::Arc(arc.scaled(factor)),
-            Self::Smooth(smooth) => Self::Smooth(smooth.scaled(factor)),
+            Self::Point(spot) => spot.covariance = Covariance(spot.covariance.0.map(|x| x * factor)),
+            Self::Arc(arc) => arc.covariance *= factor,
+            Self::Smooth(smooth) => {
+                smooth.covariance *= factor;
+                smooth.base.covariance *= factor;
+            }
         }
     }
 
@@ -187,10 +191,6 @@ impl Spot {
         let (size, direction) = self.off(s.at);
         (-0.5 * size * size * inverse.of(direction)).exp() * (xx * yy - xy * xy).sqrt()
             / std::f64::consts::TAU
-    }
-
-    pub fn scaled(self, factor: f64) -> Self {
-        Self { covariance: Covariance(self.covariance.0.map(|x| x * factor)), ..self }
     }
 }
 

@@ -11,7 +11,6 @@ use crate::evaluate::Method;
 use crate::measure::Rig;
 use crate::scene::{Model, Side};
 
-/// Opens the solver of a model.
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
 
 /// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
@@ -62,11 +61,8 @@ pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Resu
 /// The model with fitted parameters, solved over the range of interest.
 #[derive(Debug, Clone)]
 pub struct Exact {
-    /// Values of all parameters.
     pub values: Values,
-    /// Fitted parameters.
     pub fitted: Vec<Parameter>,
-    /// Covariance of the fitted parameters.
     pub covariance: Vec<Vec<f64>>,
     pub(crate) surface: Surface,
     /// For each fitted physical parameter, surfaces on both sides of its value, and their distance.
@@ -74,7 +70,6 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// Solves the model.
     pub fn new(
         rig: &Rig,
         values: Values,
@@ -127,7 +122,6 @@ impl Exact {
         (a + self.values[2], drive + self.values[1])
     }
 
-    /// Curve at one drive.
     pub fn at(&self, drive: f64) -> Curve {
         self.surface.at(drive + self.values[1])
     }

@@ -24,24 +24,15 @@ pub(crate) fn between(xs: &[f64], ys: &[f64], x: f64) -> f64 {
 /// Failure to solve a model over the distances and drives of a side.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
-    /// All distances are at or inside the gauge.
     #[error("all distances lie at or inside the gauge")]
     InsideGauge,
-    /// The taper ends before the distances do.
     #[error("the whisker cannot be continued so far")]
     TooFar,
     /// Most measured taps have no solution.
     #[error("the model of the spec has solutions for {found} of {of} measured distances and drives")]
-    FewTaps {
-        /// Taps with a solution.
-        found: usize,
-        /// All taps.
-        of: usize,
-    },
-    /// A tap cannot be solved.
+    FewTaps { found: usize, of: usize },
     #[error(transparent)]
     Solve(#[from] SolveError),
-    /// No backend could be opened.
     #[error(transparent)]
     NotOpened(#[from] Error),
 }
@@ -50,10 +41,9 @@ impl ModelError {
     /// True if the whisker has no such taps; false if the computation failed.
     pub fn is_of_whisker(&self) -> bool {
         match self {
-            Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } | Self::Solve(SolveError::TooHard) => {
-                true
-            }
-            Self::Solve(_) | Self::NotOpened(_) => false,
+            Self::Solve(why) => *why == SolveError::TooHard,
+            Self::NotOpened(_) => false,
+            Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } => true,
         }
     }
 }
