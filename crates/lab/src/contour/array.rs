@@ -4,19 +4,14 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::point::{Noise, Point, Pose};
 use crate::error::{Error, InputError, nearest};
-use crate::locate::object::{Objects, SHIFT, shift_column};
-use crate::locate::stream::{Ask, Counts, add};
+use crate::locate::object::{SHIFT, shift_column};
+use crate::locate::stream::{Counts, add};
 use crate::locate::strokes::Group;
-use crate::locate::tared::Readings;
-use crate::locate::{Answerer, Locator};
-use crate::measure::Names;
+use crate::locate::{Answerer, Ask, Locator, Objects, Readings};
 use crate::measure::columns::missing;
 use crate::measure::header::Sheet;
-use crate::measure::skin::Skin;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::lab::{LabCell, LabTable};
-use crate::sink::values::Field;
+use crate::measure::{Names, Skin};
+use crate::sink::{Field, Frame, LabCell, LabTable, heading};
 
 pub const WHISKER: &str = "whisker";
 

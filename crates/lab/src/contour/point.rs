@@ -2,10 +2,9 @@
 
 use super::curve::Covariance;
 use crate::error::InputError;
-use crate::locate::Locator;
-use crate::locate::tared::{AnsweredRow, Readings};
+use crate::locate::{AnsweredRow, Locator, Readings};
+use crate::measure::Skin;
 use crate::measure::columns::missing;
-use crate::measure::skin::Skin;
 use crate::status::Status;
 
 /// Half width of central differences over the drive, relative.

@@ -10,9 +10,8 @@ use nalgebra::DMatrix;
 use super::curve::Covariance;
 use super::point::{Noise, Point, Pose};
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
-use crate::locate::Locator;
-use crate::locate::tared::AnsweredRow;
-use crate::measure::skin::Skin;
+use crate::locate::{AnsweredRow, Locator};
+use crate::measure::Skin;
 use crate::reduce::median;
 
 /// Fewest readings of a stroke; fewer are taps.

@@ -10,14 +10,11 @@ use super::curve::{Chosen, Curve, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Point, placed};
 use super::stroke::{Followed, swept};
 use crate::error::{Error, InputError, SolveError};
-use crate::locate::Locator;
-use crate::locate::tared::{AnsweredRow, Readings};
-use crate::measure::skin::Skin;
+use crate::locate::{AnsweredRow, Locator, Readings};
+use crate::measure::Skin;
 use crate::scene::Drive;
 use crate::simulate::object::Object;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, heading};
 use crate::status::Status;
 
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.

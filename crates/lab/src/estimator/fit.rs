@@ -1,15 +1,15 @@
 //! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::start::lowest;
 
 use super::least;
 use super::taps::Cell;
-use crate::estimator::model::ModelError;
-use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
+use crate::estimator::model::exact::spec_values;
 use crate::estimator::model::parameter::width;
+use crate::estimator::{Exact, Extent, ModelError, Opener, Parameter, Values};
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;
+use vibrissa_learned::start::lowest;
 
 /// A parameter is determined if its standard error is below this share of its width, and with errors of [`MODEL`] only, below [`SOLVABLE`].
 const DETERMINED: f64 = 0.1;

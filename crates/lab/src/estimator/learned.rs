@@ -3,6 +3,15 @@
 use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
+
+use super::held_out::Side;
+use super::{Answers, Known, SideRecord};
+use crate::error::Error;
+use crate::estimator::exact::unsolved;
+use crate::estimator::model::exact::spec_values;
+use crate::estimator::{Exact, Extent, Found, Opener};
+use crate::measure::Rig;
+use crate::status::Status;
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, Spread};
@@ -10,15 +19,6 @@ use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Joint, Object, Told};
 use vibrissa_learned::tails::{PARTS, Tails};
-
-use super::held_out::Side;
-use super::{Answers, Known, SideRecord};
-use crate::error::Error;
-use crate::estimator::exact::unsolved;
-use crate::estimator::model::Found;
-use crate::estimator::model::exact::{Exact, Extent, Opener, spec_values};
-use crate::measure::Rig;
-use crate::status::Status;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

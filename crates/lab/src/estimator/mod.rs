@@ -19,8 +19,9 @@ use crate::status::Status;
 use curve::SmoothRecord;
 use exact::ExactRecord;
 use learned::{LearnedCurve, LearnedRecord};
-use model::Found;
-use model::exact::Opener;
+pub(crate) use model::SAME;
+pub use model::exact::{Exact, Extent, Opener, Parameter, Values};
+pub use model::{Found, ModelError};
 use paper::{FactorRecord, Paper};
 pub use vibrissa_learned::least;
 

@@ -2,10 +2,8 @@
 
 use crate::design::amount;
 use crate::fields::plain;
-use crate::measure::group::Groups;
 use crate::measure::rest::Rest;
-use crate::measure::zero::{Tared, TaredBy, Zero};
-use crate::measure::{Data, Rig, Row, counts};
+use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts};
 use crate::reduce::median;
 use crate::scene::Drive;
 

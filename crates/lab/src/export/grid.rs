@@ -11,8 +11,7 @@ use std::fmt;
 use super::size;
 use crate::error::InputError;
 use crate::estimator::Known;
-use crate::locate::Locator;
-use crate::locate::opened::Opened;
+use crate::locate::{Locator, Opened};
 use crate::status::Status;
 
 /// Range of known distances beyond the calibration, in shares of its range. More than half of it beyond counts as outside.

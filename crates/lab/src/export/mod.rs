@@ -2,17 +2,17 @@
 //! Its error against `locate` is measured between the nodes of the table and written into the file: its comment, its table, and its functions for double
 //! and float.
 
+use grid::{FIRST, POINTS, Side, Strip};
+
 use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
-use crate::estimator::model::SAME;
+use crate::estimator::SAME;
 use crate::locate::opened::BEYOND;
 use crate::locate::{Calibration, Locator};
-use crate::measure::Unit;
-use crate::measure::zero::TaredBy;
+use crate::measure::{TaredBy, Unit};
 use crate::scene::{Drive, Signal};
 use crate::status::Status;
 pub use grid::Off;
-use grid::{FIRST, POINTS, Side, Strip};
 
 mod grid;
 

@@ -3,9 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::estimator::SideRecord;
-use crate::measure::Rig;
-use crate::measure::lag::Lag;
-use crate::measure::zero::Tared;
+use crate::measure::{Lag, Rig, Tared};
 use crate::scene::Setup;
 
 pub const FORMAT: u32 = 1;

@@ -1,19 +1,14 @@
 //! What answers readings.
 
-use super::calibration::Calibration;
-use super::opened::Opened;
 use super::pair::Twofold;
+use super::{Calibration, Opened};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
-use crate::estimator::model::exact::Opener;
-use crate::estimator::model::{Found, SAME};
-use crate::estimator::{Estimator, Known};
+use crate::estimator::{Estimator, Found, Known, Opener, SAME};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
-use crate::measure::lag::Lag;
-use crate::measure::zero::{Tared, TaredBy};
-use crate::measure::{Rig, Unit};
+use crate::measure::{Lag, Rig, Tared, TaredBy, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
 use crate::status::Status;
 use vibrissa_learned::tails::OF_95;

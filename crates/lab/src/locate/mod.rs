@@ -27,13 +27,15 @@ pub mod strokes;
 pub mod tare;
 pub mod tared;
 
-pub use crate::estimator::model::Found;
-pub use crate::estimator::model::parameter::Parameter;
-pub use crate::estimator::{self, Estimator};
+pub use crate::estimator::{self, Estimator, Found, Parameter};
 pub use answers::Sequence;
 pub use calibration::Calibration;
 pub use locator::{Located, Locator};
+pub use object::{By, Objects};
+pub(crate) use opened::Opened;
 pub use pair::Spatial;
 pub use rows::{Answerer, Reading};
 pub use several::{Sensor, Several};
+pub use stream::Ask;
 pub use tare::SaidZero;
+pub use tared::{AnsweredRow, Readings};

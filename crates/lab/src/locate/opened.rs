@@ -3,9 +3,8 @@
 use crate::error::Error;
 use crate::estimate::WIDENING;
 use crate::estimator::learned::LearnedCurve;
-use crate::estimator::model::exact::Opener;
-use crate::estimator::model::{SAME, between};
-use crate::estimator::{Answers, Estimator, SideRecord};
+use crate::estimator::model::between;
+use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord};
 use crate::measure::Rig;
 use crate::scene::Side;
 use crate::status::Status;

@@ -3,20 +3,17 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::calibration::{Calibration, Second};
-use super::locator::{Located, Locator};
+use super::calibration::Second;
 use super::pairs::{Parts, covariance};
-use super::rows::Reading;
+use super::{Calibration, Located, Locator, Reading};
 use crate::curve::both::{self, Inverted, Inverter, TwoReadings, inverse};
 use crate::design::Design;
 use crate::error::{Error, SolveError};
-use crate::estimator::model::exact::{Extent, Opener, Values, scene_with};
+use crate::estimator::model::exact::scene_with;
 use crate::estimator::model::surface::continued;
-use crate::estimator::model::{Found, ModelError, SAME};
-use crate::estimator::{Estimator, Known, SideRecord};
+use crate::estimator::{Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values};
 use crate::evaluate::{Evaluator, Method, Task};
-use crate::measure::Rig;
-use crate::measure::skin::Skin;
+use crate::measure::{Rig, Skin};
 use crate::scene::{Direction, Setup};
 use crate::status::Status;
 

@@ -1,16 +1,11 @@
 //! What readings tell together, taps of one object or the readings of a stroke: a tap that is recorded on its way, told as one curve of the drive.
 
-use super::Locator;
 use super::free::Free;
-use super::object::{self, By, Objects, hundredths, limit};
-use super::pair::Spatial;
-use super::rows::{Answerer, Reading};
-use super::stream::Ask;
+use super::object::{self, hundredths, limit};
 use super::tared::Once;
+use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial};
 use crate::error::Error;
-use crate::sink::heading::heading;
-use crate::sink::lab::LabCell;
-use crate::sink::values::Field;
+use crate::sink::{Field, LabCell, heading};
 use crate::status::Status;
 use vibrissa_learned::joint::{Course, Nuisance, Stroke, ToldCourse};
 

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::Locator;
 use crate::error::InputError;
 use crate::fields::{number, plain};
-use crate::measure::zero::{TaredBy, Zero};
+use crate::measure::{TaredBy, Zero};
 
 /// A zero of a calibration without zero readings is worth a word beyond so many standard deviations of a reading.
 const SEEN: f64 = 4.0;

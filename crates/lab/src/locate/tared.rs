@@ -1,22 +1,17 @@
 //! Rows of readings above their zeros: one by one, or all of a file with their answers for contours, arrays and the next tap.
 
-use super::Locator;
 use super::lines::{Line, Source};
-use super::object::By;
-use super::pair::Spatial;
-use super::rows::{Answerer, Reading, RowReader};
-use super::stream::{Ask, Kept, UNRECORDED};
+use super::rows::RowReader;
+use super::stream::{Kept, UNRECORDED};
 use super::tare::{Tare, doubt};
+use super::{Answerer, Ask, By, Locator, Reading, Spatial};
 use crate::error::{Error, InputError};
 use crate::fields::plain;
+use crate::measure::Zero;
 use crate::measure::missing::is_usual;
 use crate::measure::thousands::Thousands;
-use crate::measure::zero::Zero;
 use crate::reduce::median;
-use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
-use crate::sink::lab::{LabCell, LabStream, LabTable};
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, Heading, LabCell, LabStream, LabTable};
 use crate::status::Status;
 
 /// A placeholder such as -1 is no zero reading if it differs from the others by this share of a usual tap.

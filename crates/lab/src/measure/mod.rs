@@ -19,6 +19,10 @@ pub mod unit;
 pub mod zero;
 
 pub use file::{Data, Row};
+pub use group::Groups;
+pub use lag::Lag;
 pub use names::Names;
 pub use rig::Rig;
+pub use skin::Skin;
 pub use unit::Unit;
+pub use zero::{Tared, TaredBy, Zero};

@@ -7,8 +7,7 @@ use crate::measure::Rig;
 use crate::scene::Tuple;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::sampler::Sampler;
-use crate::sink::frame::Frame;
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame};
 
 pub(super) struct Dice {
     seed: u64,

@@ -13,14 +13,11 @@ use super::object::Object;
 use super::{Counts, PIECE, Recorder, SOURCE, Settings};
 use crate::contour::point::Pose;
 use crate::error::{Error, InputError};
-use crate::measure::Rig;
-use crate::measure::skin::Skin;
+use crate::measure::{Rig, Skin};
 use crate::physics::rod::{RodProblem, RodTap};
 use crate::reduce::sorted;
 use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Model, Signal};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, heading};
 use vibrissa_learned::start::lowest;
 
 pub const FILE: &str = "strokes.csv";

@@ -1,9 +1,9 @@
 //! A line or a circle, as one family: a place, a direction and a curvature, which is 0 of a line. Nothing is singular where one becomes the other.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::least::{FREE, by_values, slopes};
 
 use super::Sample;
+use vibrissa_learned::least::{FREE, by_values, slopes};
 
 /// Small changes of offset (mm), direction (rad), curvature (1/mm).
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];

@@ -1,11 +1,11 @@
 //! Which curve: each kind drawn robustly, judged by what is left out.
 
 use indexmap::IndexMap;
-use vibrissa_core::reduce::median;
 
 use super::arc::Arc;
 use super::smooth::Smooth;
 use super::{Curve, Kind, Sample, Spot};
+use vibrissa_core::reduce::median;
 
 /// A point farther off than so many of its standard deviations, where those are as large as the points say, is an outlier.
 pub const OFF: f64 = 4.0;

@@ -2,11 +2,11 @@
 //! allow (P-splines: Eilers and Marx, Stat. Sci. 11:89, 1996).
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_core::reduce::sorted;
-use vibrissa_learned::least;
 
 use super::Sample;
 use super::arc::Arc;
+use vibrissa_core::reduce::sorted;
+use vibrissa_learned::least;
 
 /// Most intervals between knots.
 const INTERVALS: usize = 40;

@@ -1,10 +1,9 @@
 //! `exact`: the configured model with fitted parameters, inverted for a.
 //! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10), plus z₀ while that is fitted. Strain does not depend on E.
 
-use super::Found;
-use super::ModelError;
 pub use super::parameter::{Parameter, Values, scene_with, spec_values};
 use super::surface::Surface;
+use super::{Found, ModelError};
 use crate::curve::Curve;
 use crate::error::Error;
 use crate::evaluate::Method;

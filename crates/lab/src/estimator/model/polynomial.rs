@@ -3,15 +3,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::reduce::{range, sorted};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::Found;
 use crate::estimator::least::solve;
 use crate::estimator::{Answers, Known};
-use crate::measure::group::Groups;
+use crate::measure::Groups;
 use crate::physics::inverse::bracketed;
+use crate::reduce::{range, sorted};
 use crate::status::Status;
 
 /// Intervals of the range of signals at which the direction of the curve is checked.
