@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::held_out::Side;
-use super::model::polynomial::{Form, Point, Polynomial};
+use super::polynomial::{Form, Point, Polynomial};
 use super::taps::Cell;
 
 /// Range beyond the positions, in shares of the last step: for answers, and for a position left out, which may be the last.

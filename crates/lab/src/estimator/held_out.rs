@@ -6,10 +6,9 @@ use rayon::prelude::*;
 
 use super::fit::Fit;
 use super::learned::{self, Learnt};
-use super::model::Found;
 use super::paper::Paper;
 use super::taps::{Cell, Tap};
-use super::{Answers, Estimator, Known, curve, exact};
+use super::{Answers, Estimator, Found, Known, curve};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
@@ -84,7 +83,7 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
         }),
         // The parameters stay; the reading is shifted by the effect of their step.
         Estimator::Exact => parts(side, |gone| {
-            let (fit, shifts) = (fit?, exact::shifts(side, fit?, gone)?);
+            let (fit, shifts) = (fit?, fit?.shifts(side, gone)?);
             let find =
                 move |k, drive, signal| fit.exact.find(&fit.exact.at(drive), drive, signal - shifts.get(&k)?);
             Some(find)

@@ -4,12 +4,11 @@ use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
+use super::exact::unsolved;
 use super::held_out::Side;
-use super::{Answers, Known, SideRecord};
+use super::parameter::spec_values;
+use super::{Answers, Exact, Extent, Found, Known, Opener, SideRecord};
 use crate::error::Error;
-use crate::estimator::exact::unsolved;
-use crate::estimator::model::exact::spec_values;
-use crate::estimator::{Exact, Extent, Found, Opener};
 use crate::measure::Rig;
 use crate::status::Status;
 use vibrissa_learned::base::{Base, Power, Whisker};

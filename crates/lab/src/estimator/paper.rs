@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::held_out::Side;
-use super::model::{Found, between};
 use super::taps::Cell;
-use super::{Answers, Known, known, positive};
+use super::{Answers, Found, Known, between, known, positive};
 use crate::design::amount;
 use crate::measure::Rig;
 use crate::physics::inverse::Inverse;

@@ -3,8 +3,7 @@
 use crate::error::Error;
 use crate::estimate::WIDENING;
 use crate::estimator::learned::LearnedCurve;
-use crate::estimator::model::between;
-use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord};
+use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord, between};
 use crate::measure::Rig;
 use crate::scene::Side;
 use crate::status::Status;

@@ -4,7 +4,7 @@ use crate::reduce::{median, range};
 
 use super::Record;
 use super::chain::returns;
-use crate::estimator::model::between as held;
+use crate::estimator::between as held;
 
 /// Standard deviations of noise, and share of the largest signal, beyond which a sample is in contact.
 pub const AWAY: f64 = 6.0;

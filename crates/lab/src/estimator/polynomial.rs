@@ -6,9 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::Found;
-use crate::estimator::least::solve;
-use crate::estimator::{Answers, Known};
+use super::least::solve;
+use super::{Answers, Found, Known};
 use crate::measure::Groups;
 use crate::physics::inverse::bracketed;
 use crate::reduce::{range, sorted};

@@ -2,8 +2,7 @@
 //! ε/(θ f), smooth and near 1, is interpolated in u = 1/a and the drive, at Chebyshev points of pieces that are halved until they are fine. f is a
 //! closed form, so its peak and its kink at the gauge's far end need no pieces.
 
-use super::ModelError;
-use super::exact::Extent;
+use super::{Extent, ModelError};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
