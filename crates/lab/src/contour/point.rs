@@ -102,16 +102,8 @@ pub struct Point {
 
 impl Point {
     pub fn nothing(status: Status) -> Self {
-        Self {
-            at: [f64::NAN; 2],
-            covariance: Covariance([f64::NAN; 3]),
-            share: 1.0,
-            distance: [f64::NAN; 2],
-            height: f64::NAN,
-            swept: false,
-            outlier: false,
-            status,
-        }
+        let (at, height, covariance) = ([f64::NAN; 2], f64::NAN, Covariance([f64::NAN; 3]));
+        Self { at, covariance, share: 1.0, distance: at, height, swept: false, outlier: false, status }
     }
 
     pub fn is_there(&self) -> bool {

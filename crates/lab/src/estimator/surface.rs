@@ -85,7 +85,7 @@ impl Surface {
             let may = depth < HALVINGS[1] && drives[0] < drives[1];
             let end = solver.end(whole, drives[1])?;
             let strip = if end > 0.0 && may { None } else { Some(solver.pieces(&cut, end, drives)?) };
-            match strip.filter(|pieces| !may || pieces.iter().all(|p| p.is_fine(1))) {
+            match strip.filter(|pieces| !may || pieces.iter().all(|p| p.tails[1] <= FINE)) {
                 Some(pieces) => strips.push(Strip { drives, pieces, end }),
                 None => {
                     let mid = drive_at(solver.yields, drives, 0.0);
@@ -187,10 +187,6 @@ impl Piece {
         }
         sums
     }
-
-    fn is_fine(&self, along: usize) -> bool {
-        self.tails[along] <= FINE
-    }
 }
 
 /// Distances of `reach` at which the whisker of `rig` can be tapped, and the whisker with its taper continued.
@@ -246,7 +242,7 @@ impl Solve<'_> {
             let solved = self.solve(&open.iter().map(|(u, _)| *u).collect::<Vec<_>>(), drives)?;
             let mut next = Vec::new();
             for (piece, (u, depth)) in solved.into_iter().zip(open) {
-                if piece.is_fine(0) || depth >= HALVINGS[0] {
+                if piece.tails[0] <= FINE || depth >= HALVINGS[0] {
                     done.push(piece);
                 } else {
                     let mid = 0.5 * (u[0] + u[1]);

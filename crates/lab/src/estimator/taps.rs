@@ -67,10 +67,10 @@ pub struct Sorted {
 /// Sorts rows into taps and zero readings and marks unusable ones. `drive` serves rows without one; `group` are the widths of equal labels.
 pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2]) -> Sorted {
     let factor = rig.setup.gauge.factor;
-    let groups = [
-        Groups::of(data.rows.iter().map(|r| r.a), group[0], false),
-        Groups::of(data.rows.iter().map(|r| r.drive), group[1], true),
-    ];
+    let levels = |labels: Vec<[f64; 2]>| {
+        [0, 1].map(|axis| Groups::of(labels.iter().map(|l| l[axis]), group[axis], axis == 1))
+    };
+    let groups = levels(data.rows.iter().map(|r| [r.a, r.drive]).collect());
     let count =
         |r: &Row| counts::Count { at: [groups[0].centre(r.a), groups[1].centre(r.drive)], value: r.value };
     let counts: Vec<counts::Count> = data.rows.iter().map(count).collect();
@@ -97,17 +97,14 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
         taps.push(Tap { place, line, a, drive, group, value, raw, zero: 0.0, zeros, signal, reason, twin });
     }
     let usable = |z: &&ZeroReading| z.reason.is_none();
-    let readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
+    let mut readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
     let mut sizes: Vec<f64> = taps.iter().map(|t| t.signal.abs()).filter(|s| s.is_finite()).collect();
     for place in Zero::outliers(&readings, median(&mut sizes)) {
         zeros.iter_mut().filter(|z| z.place == place).for_each(|z| z.reason = Some(Reason::ZeroOutlier));
+        readings.retain(|r| r.0 != place);
     }
-    let readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
     let zero = Zero::new(&readings);
-    let groups = [
-        Groups::of(taps.iter().map(|t| t.a), group[0], false),
-        Groups::of(taps.iter().map(|t| t.drive), group[1], true),
-    ];
+    let groups = levels(taps.iter().map(|t| [t.a, t.drive]).collect());
     for tap in &mut taps {
         tap.group = [groups[0].centre(tap.a), groups[1].centre(tap.drive)];
         tap.zero = zero.at(tap.place);

@@ -17,15 +17,6 @@ use crate::measure::{Rig, Skin};
 use crate::scene::{Direction, Setup};
 use crate::status::Status;
 
-/// Transfer from strains to readings of both gauges.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transfer {
-    /// s₁ and s₂, reading per strain.
-    pub factors: [f64; 2],
-    /// δ, rad.
-    pub misalignment: f64,
-}
-
 /// Model of a calibrated whisker with two gauges.
 #[derive(Debug, Clone)]
 pub struct Pair {
@@ -73,22 +64,6 @@ impl Pair {
     }
 }
 
-impl Transfer {
-    /// r₁ and r₂ for [`Pair::strains`].
-    pub fn readings(&self, [axial, first, second]: [f64; 3]) -> [f64; 2] {
-        let (sin, cos) = self.misalignment.sin_cos();
-        let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
-        [self.factors[0] * first, self.factors[1] * strain_2]
-    }
-
-    /// ε₁ and ε₂ for r₁ and r₂, without the strain of the centreline.
-    pub fn strains(&self, readings: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.misalignment.sin_cos();
-        let first = readings[0] / self.factors[0];
-        [first, (readings[1] / self.factors[1] + first * sin) / cos]
-    }
-}
-
 /// A contact in space. The motor's axis is the origin, x lies along the whisker at first touch, y towards the object, z along the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spatial {
@@ -127,7 +102,10 @@ impl Spatial {
 
 pub(crate) struct Twofold {
     second: Second,
-    transfer: Transfer,
+    /// s₁ and s₂, reading per strain.
+    factors: [f64; 2],
+    /// δ, rad.
+    misalignment: f64,
     skin: Skin,
     /// Place of the side of the gauge among those that are answered.
     pub(super) side: usize,
@@ -156,8 +134,8 @@ impl Twofold {
             None => None,
         };
         let misalignment = second.misalignment_deg.to_radians();
-        let transfer = Transfer { factors: [factor, second.factor], misalignment };
-        Ok(Some(Self { second, transfer, skin: Skin::new(rig, None), side, model }))
+        let factors = [factor, second.factor];
+        Ok(Some(Self { second, factors, misalignment, skin: Skin::new(rig, None), side, model }))
     }
 
     /// The taps of the model that give the readings of `asked`, looked for first where these are; one thread after the other. Nothing without a model.
@@ -171,7 +149,7 @@ impl Twofold {
             readings: s.readings,
         };
         let asked: Vec<TwoReadings> = asked.iter().flatten().map(start).collect();
-        let reading: both::Reading<'_> = &|strains| self.transfer.readings(strains);
+        let reading: both::Reading<'_> = &|strains| self.readings(strains);
         let (setup, designs) = (&pair.setup, &pair.designs);
         let mut inverter = Inverter { setup, evaluator: &mut evaluator, designs, reading, taps: 0 };
         let found = inverter.invert(&asked, &|_| pair.reach);
@@ -181,10 +159,24 @@ impl Twofold {
         Ok(found)
     }
 
+    /// r₁ and r₂ for [`Pair::strains`].
+    fn readings(&self, [axial, first, second]: [f64; 3]) -> [f64; 2] {
+        let (sin, cos) = self.misalignment.sin_cos();
+        let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
+        [self.factors[0] * first, self.factors[1] * strain_2]
+    }
+
+    /// ε₁ and ε₂ for r₁ and r₂, without the strain of the centreline.
+    fn strains(&self, readings: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.misalignment.sin_cos();
+        let first = readings[0] / self.factors[0];
+        [first, (readings[1] / self.factors[1] + first * sin) / cos]
+    }
+
     /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).
     fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
-        let Transfer { factors: [s1, s2], misalignment } = self.transfer;
-        let [e1, e2] = self.transfer.strains(readings);
+        let ([s1, s2], misalignment) = (self.factors, self.misalignment);
+        let [e1, e2] = self.strains(readings);
         let (t, square) = (e2 / e1, e1 * e1 + e2 * e2);
         // d e₂ = d r₂/(s₂ cos δ) + tan δ d r₁/s₁.
         let (by_1, by_2) = (misalignment.tan() / s1, 1.0 / (s2 * misalignment.cos()));
@@ -252,7 +244,7 @@ impl Locator {
         if readings == [0.0; 2] {
             return Err(Status::NO_STRAIN);
         }
-        let per_strain = if self.unit.is_absolute() { [1.0; 2] } else { two.transfer.factors };
+        let per_strain = if self.unit.is_absolute() { [1.0; 2] } else { two.factors };
         let beyond =
             (readings[0] / per_strain[0]).hypot(readings[1] / per_strain[1]) > self.rig.strain_limit();
         let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
@@ -279,7 +271,7 @@ impl Locator {
         let zeros = [0, 1].map(|k| noises[k] * reading.shares[k].sqrt());
         let of_model = (solved.variance * solved.tilt.cos().powi(4)).sqrt();
         let of_factor = solved.readings[1] * sigma_factor / factor;
-        let ratio = factor / two.transfer.factors[0];
+        let ratio = factor / two.factors[0];
         let of_misalignment = solved.readings[0] * ratio * sigma_misalignment_deg.to_radians();
         // Change of distance and tilt with an error of one gauge.
         let moved = |gauge: usize, error: f64| solved.inverse.map(|by| by[gauge] * error);

@@ -97,7 +97,7 @@ pub fn simulate(
             }
         };
         // Degrees by which the touch is seen late: heading too large, drive too small.
-        let late = strokes.touch_noise * recorder.dice().normal(0)[0];
+        let late = strokes.touch_noise * recorder.normal(0)[0];
         recorder.row = recorder.row.wrapping_add(1);
         let heading = pose.heading.to_degrees() + pose.sense * late;
         let before = [(k + 1) as f64, pose.base[0], pose.base[1], heading, pose.sense];
