@@ -145,7 +145,7 @@ impl Twofold {
         let Some(method) = held.take() else { return Ok(Vec::new()) };
         let mut evaluator = pair.evaluator(method);
         let start = |s: &Solved| TwoReadings {
-            start: pair.tap(s.a, s.tilt.to_degrees(), s.drive),
+            start: pair.tap(s.found.a, s.tilt.to_degrees(), s.drive),
             readings: s.readings,
         };
         let asked: Vec<TwoReadings> = asked.iter().flatten().map(start).collect();
@@ -192,10 +192,8 @@ struct Solved {
     readings: [f64; 2],
     drive: f64,
     status: Status,
-    /// Variance of the first reading that the calibration leaves.
-    variance: f64,
-    near: Option<f64>,
-    a: f64,
+    /// By linear theory; with the distance of the model, if that was inverted.
+    found: Found,
     /// rad.
     tilt: f64,
     /// d(a, β)/d(r₁, r₂).
@@ -221,7 +219,7 @@ impl Locator {
             let Ok(solved) = one else { continue };
             match found.and_then(|found| Some((found, inverse(found.slopes)?))) {
                 Some((Inverted { task, slopes }, inverse)) => {
-                    (solved.a, solved.tilt) = (task.a, task.direction.tilt.to_radians());
+                    (solved.found.a, solved.tilt) = (task.a, task.direction.tilt.to_radians());
                     (solved.inverse, solved.rising) = (inverse, slopes[0][0] > 0.0);
                 }
                 None => *one = Err(solved.status | Status::NO_ROOT),
@@ -259,8 +257,7 @@ impl Locator {
         let known = Known { share: reading.shares[0], same_run: self.same_run };
         let found = side.answers.find(drive, upright, known).map_err(|why| status | why)?;
         let inverse = [of_a.map(|x| x / found.slope), of_tilt];
-        let Found { a, near, variance, .. } = found;
-        Ok(Solved { readings, drive, status, variance, near, a, tilt, inverse, rising: false })
+        Ok(Solved { readings, drive, status, found, tilt, inverse, rising: false })
     }
 
     /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.
@@ -269,7 +266,8 @@ impl Locator {
         let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
         let noises = [self.noise(), *noise];
         let zeros = [0, 1].map(|k| noises[k] * reading.shares[k].sqrt());
-        let of_model = (solved.variance * solved.tilt.cos().powi(4)).sqrt();
+        let Found { a, near, variance, .. } = solved.found;
+        let of_model = (variance * solved.tilt.cos().powi(4)).sqrt();
         let of_factor = solved.readings[1] * sigma_factor / factor;
         let ratio = factor / two.factors[0];
         let of_misalignment = solved.readings[0] * ratio * sigma_misalignment_deg.to_radians();
@@ -279,7 +277,7 @@ impl Locator {
         let [factor, misalignment] = [of_factor, of_misalignment].map(|error| moved(1, error));
         let bias = [side.bias_at(solved.drive), 0.0];
         let parts = Parts {
-            at: [solved.a, solved.tilt],
+            at: [a, solved.tilt],
             own: covariance(&[0, 1].map(|k| moved(k, noises[k]))),
             moved: [zero, model, factor, misalignment, bias, moved(0, zeros[0]), moved(1, zeros[1])],
         };
@@ -288,17 +286,17 @@ impl Locator {
         if !(sigma.is_finite() && sigma_tilt.is_finite()) {
             return Err(solved.status | Status::NO_ROOT);
         }
-        let more = || !self.rig.shared().theory.alone(solved.a);
+        let more = || !self.rig.shared().theory.alone(a);
         let ambiguous = if solved.rising && more() { Status::AMBIGUOUS } else { Status::OK };
-        let status = solved.status | ambiguous | side.doubts(solved.a, solved.near, sigma);
+        let status = solved.status | ambiguous | side.doubts(a, near, sigma);
         let (sin, cos) = solved.tilt.sin_cos();
-        let [x, out] = two.skin.place(solved.a);
+        let [x, out] = two.skin.place(a);
         let [along, narrower] = two.skin.slope();
         // Gradients of x, y, z over a and β.
         let by = [[along, 0.0], [narrower * cos, -out * sin], [narrower * sin, out * cos]];
-        let spread = |[a, b]: [f64; 2]| (a * a * aa + 2.0 * a * b * at + b * b * tt).max(0.0).sqrt();
+        let spread = |[p, q]: [f64; 2]| (p * p * aa + 2.0 * p * q * at + q * q * tt).max(0.0).sqrt();
         Ok(Spatial {
-            located: Located::normal(solved.a, sigma, status),
+            located: Located::normal(a, sigma, status),
             tilt: solved.tilt.to_degrees(),
             sigma_tilt: sigma_tilt.to_degrees(),
             correlation: at / (sigma * sigma_tilt),
