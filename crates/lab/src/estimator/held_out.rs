@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::fit::Fit;
 use super::learned::{self, Learnt};
-use super::paper::Paper;
+use super::simple::{self, Paper};
 use super::taps::{Cell, Tap};
-use super::{Answers, Estimator, Found, Known, curve};
+use super::{Answers, Estimator, Found, Known};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
@@ -89,9 +89,9 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
             Some(find)
         }),
         Estimator::Curve => {
-            let form = curve::form(side);
+            let form = simple::form(side);
             parts(side, |gone| {
-                let curve = curve::without(side, gone, form)?;
+                let curve = simple::without(side, gone, form)?;
                 Some(move |_, drive, signal| curve.find(drive, signal, Known::default()).ok())
             })
         }

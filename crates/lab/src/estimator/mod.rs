@@ -1,14 +1,13 @@
 //! Estimators of the distance: how each is calibrated, judged, written and opened.
 //! An estimator is a variant of [`Estimator`], a section of [`SideRecord`], and a file that calibrates, checks and opens its section as [`Answers`].
 
-pub(crate) mod curve;
 pub(crate) mod exact;
 pub(crate) mod fit;
 pub(crate) mod held_out;
 pub(crate) mod learned;
-pub(crate) mod paper;
 pub(crate) mod parameter;
 pub(crate) mod polynomial;
+pub(crate) mod simple;
 pub(crate) mod surface;
 pub mod taps;
 
@@ -19,12 +18,11 @@ use crate::measure::Rig;
 pub(crate) use crate::measure::group::ROUNDING as SAME;
 use crate::scene::Side;
 use crate::status::Status;
-use curve::SmoothRecord;
 use exact::ExactRecord;
 pub use exact::{Exact, Extent, Opener};
 use learned::{LearnedCurve, LearnedRecord};
-use paper::{FactorRecord, Paper};
 pub use parameter::{Parameter, Values};
+use simple::{FactorRecord, Paper, SmoothRecord};
 pub use vibrissa_learned::invert::Found;
 pub use vibrissa_learned::least;
 

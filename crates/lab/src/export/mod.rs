@@ -7,7 +7,7 @@ use grid::{FIRST, POINTS, Side, Strip};
 use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
 use crate::estimator::SAME;
-use crate::locate::opened::BEYOND;
+use crate::locate::calibration::BEYOND;
 use crate::locate::{Calibration, Locator};
 use crate::measure::{TaredBy, Unit};
 use crate::scene::{Drive, Signal};
