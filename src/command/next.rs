@@ -15,7 +15,7 @@ use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::locator::opener;
-use crate::locate::next::{Next, Tried, next};
+use crate::locate::next::{May, Next, Tried, next};
 use crate::locate::object::{NAME, SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::tared::Readings;
@@ -70,6 +70,7 @@ pub fn run(asked: &Asked<NextRequest>, context: &Context<'_>) -> Result<Reply, E
     let within =
         ends("--within", "drives", asked.within.as_deref())?.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
     let shifts = ends("--shift", "places of the base", asked.shift.as_deref())?;
+    let may = May { within, shifts, same_run: asked.same_run };
     let stem = stem(asked.readings.as_deref().unwrap_or(&asked.calibration), "taps");
     let out = folder(options.out.as_ref(), &stem, "next");
     if options.plan == Some(true) {
@@ -82,7 +83,7 @@ pub fn run(asked: &Asked<NextRequest>, context: &Context<'_>) -> Result<Reply, E
         (Some(rows), Some(path)) => read(asked, &locator, rows, path, &warn)?,
         _ => Default::default(),
     };
-    let found = next(&locator, &taps, (within, shifts), asked.same_run).map_err(|why| {
+    let found = next(&locator, &taps, may).map_err(|why| {
         let error = InputError::new(why).at(label.clone(), None).key("next");
         error.allowed("a calibration by learned, taps of one object, and drives that were calibrated")
     })?;

@@ -67,13 +67,19 @@ impl Next {
     }
 }
 
-/// What a tap after these `taps` of one object would bring: by drives `within` what the motor can do, with the base between two `shifts` towards the object,
-/// mm, or where it stood for the last tap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct May {
+    /// The least and the largest drive that the motor can do.
+    pub within: [f64; 2],
+    /// Least and largest shift of the base towards the object, mm; `None` if it stays where it stood for the last tap.
+    pub shifts: Option<[f64; 2]>,
+    pub same_run: bool,
+}
+
 pub fn next(
     locator: &Locator,
     taps: &[Reading],
-    (within, shifts): ([f64; 2], Option<[f64; 2]>),
-    same_run: bool,
+    May { within, shifts, same_run }: May,
 ) -> Result<Next, &'static str> {
     let learned = |k: usize| locator.sides[k].learned();
     let first = (0..locator.sides.len()).find(|k| learned(*k).is_some());
