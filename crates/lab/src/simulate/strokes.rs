@@ -151,6 +151,8 @@ pub struct Contact {
     /// Gauge strain, tension positive.
     pub strain: f64,
     pub at: [f64; 2],
+    /// Arc length of the contact, mm.
+    pub arc: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -270,7 +272,7 @@ impl<'a> Stroker<'a> {
             }
             t = place;
             let at = self.seen(self.object.at(t).at);
-            all.push(Contact { strain: tap.strain, at });
+            all.push(Contact { strain: tap.strain, at, arc: tap.contact_arc });
         }
         Ok((pose, first, all))
     }
