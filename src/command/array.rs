@@ -6,10 +6,11 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Asked, Content, Context, Reply, estimator, estimators, folder, named, stem};
+use super::{Asked, Content, Context, Reply, estimator, folder, named, stem};
 use crate::contour::array::{Mounted, answer};
 use crate::contour::point::Noise;
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::files::Array;
 use crate::locate::free::Free;
 use crate::locate::object::By;
@@ -57,7 +58,7 @@ pub struct LocateRequest {
     #[arg(long, conflicts_with_all = ["strokes", "array"])]
     pub interval: bool,
     /// Answer by this instead of learned
-    #[arg(long, value_parser = named(estimators()), value_name = "NAME")]
+    #[arg(long, value_parser = named(Estimator::WORDS), value_name = "NAME")]
     pub estimator: Option<String>,
     /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
     /// must be in the state of the calibration: tared as its signal was, or with their zero (else there is a warning); X,Y of two signals

@@ -6,11 +6,10 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{
-    Asked, Context, Destination, Reply, estimator, estimators, folder, named, number, of_one_signal, stem,
-};
+use super::{Asked, Context, Destination, Reply, estimator, folder, named, number, of_one_signal, stem};
 use crate::calibrate::{self, Options, coverage, output, report, several};
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::export::{Export, FILE};
 use crate::locate::locator::opener;
 use crate::locate::{Calibration, Locator};
@@ -57,7 +56,7 @@ pub struct CalibrateRequest {
     #[arg(long, value_name = "LANGUAGE", value_parser = ["c"])]
     pub export: Option<String>,
     /// Estimator that is exported [default: learned]
-    #[arg(long, value_parser = named(estimators()), value_name = "NAME", requires = "export")]
+    #[arg(long, value_parser = named(Estimator::WORDS), value_name = "NAME", requires = "export")]
     pub estimator: Option<String>,
 }
 

@@ -7,15 +7,15 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Asked, Context, Reply, estimator, estimators, folder, meant, named, number, stem};
+use super::{Asked, Context, Reply, estimator, folder, meant, named, number, stem};
 use crate::contour::curve::{Curve, Kind};
 use crate::contour::point::Noise;
-use crate::contour::trace::{Trace, TraceOptions};
-use crate::contour::write::{self, OUTLINE};
+use crate::contour::trace::{self, OUTLINE, Trace, TraceOptions};
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::locate::locator::opener;
 use crate::locate::stream::Ask;
-use crate::locate::table::Readings;
+use crate::locate::tared::Readings;
 use crate::locate::{Locator, SaidZero};
 use crate::measure::Names;
 use crate::measure::rig::PLACES;
@@ -36,7 +36,7 @@ pub struct ContourRequest {
     #[arg(long, value_name = "CAL")]
     pub calibration: PathBuf,
     /// Distances by this instead of the estimator that won on distances left out
-    #[arg(long, value_parser = named(estimators()), value_name = "NAME")]
+    #[arg(long, value_parser = named(Estimator::WORDS), value_name = "NAME")]
     pub estimator: Option<String>,
     /// Standard deviation of the heading at first touch, degrees: moves a point across the whisker
     #[arg(long, value_name = "DEG", default_value_t = 0.1, value_parser = number)]
@@ -114,16 +114,16 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
         "angle_noise_deg": noise.angle, "base_noise_mm": noise.base, "touch_noise_deg": noise.touch,
         "contact": asked.contact, "taps": asked.taps, "curve": asked.curve, "truth": asked.truth.as_deref().map(label),
     });
-    let (mut result, counts) = (write::described(&trace), write::counts(&trace, &readings));
+    let (mut result, counts) = (trace::described(&trace), trace::counts(&trace, &readings));
     result["estimator"] = by.into();
     let object = truth.as_ref().map(|strokes| &strokes.object);
     if let Some(object) = object {
-        result["truth"] = write::compared(&trace, &readings, object)?;
+        result["truth"] = trace::compared(&trace, &readings, object)?;
     }
     let mut question = Question::new("contour", &stem, settings.clone());
     question.inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
-    let (points, curve) = (write::points(&trace, &readings)?, write::curve(&trace)?);
-    let mut destination = context.open(&out, question, &write::FILES, options.force)?;
+    let (points, curve) = (trace::points(&trace, &readings)?, trace::curve(&trace)?);
+    let mut destination = context.open(&out, question, &trace::FILES, options.force)?;
     destination.table(points.clone())?;
     destination.table(curve.clone())?;
     let outline = object.map_or_else(Vec::new, |object| object.along(OUTLINE));

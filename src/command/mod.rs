@@ -80,12 +80,8 @@ pub fn meant<T: Copy>(
     found.map(Some).ok_or_else(wrong)
 }
 
-pub fn estimators() -> [(&'static str, Estimator, &'static str); Estimator::ALL.len()] {
-    Estimator::ALL.map(|e| (e.name(), e, e.help()))
-}
-
 pub fn estimator(said: Option<&str>) -> Result<Option<Estimator>, InputError> {
-    meant(("estimator", "--estimator"), said, &estimators())
+    meant(("estimator", "--estimator"), said, &Estimator::WORDS)
 }
 
 /// One question each, by its words on the command line or by Python's keywords.

@@ -9,15 +9,16 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::reply::framed;
-use super::{Asked, Context, Reply, estimator, estimators, folder, named, number, stem};
+use super::{Asked, Context, Reply, estimator, folder, named, number, stem};
 use crate::digits::short;
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::locator::opener;
 use crate::locate::next::{May, Next, Tried, next};
 use crate::locate::object::{NAME, SHIFT, shift_column};
 use crate::locate::stream::Ask;
-use crate::locate::table::Readings;
+use crate::locate::tared::Readings;
 use crate::locate::{Locator, Reading, SaidZero};
 use crate::measure::Names;
 use crate::scene::Drive;
@@ -33,7 +34,7 @@ pub struct NextRequest {
     /// Taps of the object so far, as for locate; none: of its first tap
     pub readings: Option<PathBuf>,
     /// Answer by this instead of the estimator that won on distances left out; `learned` alone says what another tap brings
-    #[arg(long, value_parser = named(estimators()), value_name = "NAME")]
+    #[arg(long, value_parser = named(Estimator::WORDS), value_name = "NAME")]
     pub estimator: Option<String>,
     /// The column that names the object [default: object, where the file has it]
     #[arg(long, value_name = "COLUMN", requires = "readings")]

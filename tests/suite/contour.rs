@@ -10,7 +10,7 @@ use vibrissa::contour::point::Pose;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::Model;
 use vibrissa::simulate::object::Object;
-use vibrissa::simulate::stroke::Stroker;
+use vibrissa::simulate::strokes::Stroker;
 
 const NOISE: &str = "noise_strain = 1e-5\n";
 const TAPS: &str =

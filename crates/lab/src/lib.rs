@@ -9,7 +9,9 @@ use vibrissa_table::{self as sink, fields, text_file};
 pub mod calibrate;
 #[doc(hidden)]
 pub mod contour;
+#[doc(hidden)]
 pub mod estimator;
+#[doc(hidden)]
 pub mod export;
 pub mod files;
 #[doc(hidden)]

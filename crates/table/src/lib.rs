@@ -16,8 +16,8 @@ pub mod values;
 
 pub use folder::{Folder, Question, Written, hash};
 pub use frame::Frame;
-pub use heading::heading;
-pub use lab::{LabCell, LabRow, LabTable};
+pub use heading::{Heading, heading};
+pub use lab::{LabCell, LabRow, LabStream, LabTable};
 pub use shard::Shard;
 pub use sheet::{Sheet, TableFormat, free_memory};
 pub use table::{AtDistance, AtDrive, Table, TapRow, WHISKER, drive_unit};

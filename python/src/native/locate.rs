@@ -57,8 +57,8 @@ impl Locator {
             let asked = command::estimator(estimator.as_deref())?;
             let answers =
                 Answers::open((label, text, trust), asked, same_run, &opener(&RunOptions::default()))?;
-            let wrong = || InputError::new("this is no zero of such a signal").key("zero").value(f64::NAN);
-            let said = zero.map(|z| SaidZero::new(vec![z]).ok_or_else(wrong)).transpose()?;
+            let wrong = |why| InputError::new(why).key("zero").value(f64::NAN);
+            let said = zero.map(|z| SaidZero::try_from(vec![z]).map_err(wrong)).transpose()?;
             let [zero, _] = SaidZero::of(said.as_ref(), answers.who().locators)?;
             let sequence = Sequence::new(&answers.who().locators[0], zero);
             Ok(Self { answers: Arc::new(answers), sequence: Mutex::new(sequence), zero })

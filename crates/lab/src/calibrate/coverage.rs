@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Calibrated;
 use crate::estimator::learned::Learnt;
-use crate::estimator::{Estimator, Known};
+use crate::estimator::{Answers, Estimator, Known};
 
 /// Share of the errors at one position within 1 σ and beyond 3 σ.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -31,9 +31,8 @@ pub use side::SideResult;
 use crate::reduce::range;
 
 use crate::error::{Error, InputError};
-use crate::estimator::Estimator;
-use crate::estimator::model::exact::Extent;
 use crate::estimator::taps::{Sorted, Tap, ZeroReading};
+use crate::estimator::{Estimator, Extent};
 use crate::fields::plain;
 use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
@@ -301,7 +300,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
         let allowed = format!("a column {} or {flag}", kind.column());
         return Err(InputError::new(message).key("--fit").allowed(allowed));
     }
-    crate::estimator::model::parameter::check(rig, &options.fit)
+    crate::estimator::parameter::check(rig, &options.fit)
 }
 
 fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {

@@ -3,9 +3,8 @@
 use super::side::growing;
 use super::{Calibrated, Reason, SideResult, named};
 use crate::error::InputError;
-use crate::estimator::Estimator;
-use crate::estimator::model::exact::Parameter;
 use crate::estimator::taps::Tap;
+use crate::estimator::{Estimator, Parameter};
 use crate::fields::plain;
 use crate::measure::{Data, Rig};
 use crate::scene::Signal;

@@ -9,7 +9,7 @@ use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason, learn};
 use crate::error::InputError;
 use crate::estimator::Estimator;
-use crate::estimator::cells::Cell;
+use crate::estimator::taps::Cell;
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal};

@@ -6,12 +6,11 @@ use super::{Calibrated, Reason};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::estimator::least;
-use crate::estimator::model::ModelError;
-use crate::estimator::model::exact::{Extent, Opener, Values};
-use crate::estimator::model::pair::Pair;
 use crate::estimator::taps::{Tap, ZeroReading};
+use crate::estimator::{Extent, ModelError, Opener, Values};
 use crate::evaluate::Task;
 use crate::locate::calibration::Second;
+use crate::locate::pair::Pair;
 use crate::measure::Data;
 use crate::measure::zero::Zero;
 

@@ -5,16 +5,13 @@ use super::Reason;
 use super::prepare::Prepared;
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
-use crate::estimator::cells::{Cell, grouped};
-use crate::estimator::curve::SmoothRecord;
 use crate::estimator::exact::ExactRecord;
 use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::learned::{LearnedRecord, Learnt};
-use crate::estimator::model::exact::{Opener, Parameter};
-use crate::estimator::paper::FactorRecord;
-use crate::estimator::taps::Tap;
-use crate::estimator::{Estimator, SideRecord};
+use crate::estimator::simple::{FactorRecord, SmoothRecord};
+use crate::estimator::taps::{Cell, Tap, grouped};
+use crate::estimator::{Estimator, Opener, Parameter, SideRecord};
 use crate::evaluate::Outcome;
 use crate::measure::group::Groups;
 use crate::measure::{Data, Rig};
@@ -23,7 +20,7 @@ use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
 use crate::status::Status;
 use serde::Serialize;
-use vibrissa_learned::labels::rises;
+use vibrissa_learned::rows::rises;
 
 /// Fewest distances for which errors at the ends can be ignored.
 const BETWEEN: usize = 5;
@@ -189,7 +186,7 @@ impl SideResult {
 
     /// True if `estimator` is calibrated.
     pub fn has(&self, estimator: Estimator) -> bool {
-        estimator.is_in(&self.record)
+        estimator.bias_mm(&self.record).is_some()
     }
 
     /// Errors of `estimator` on distances left out.

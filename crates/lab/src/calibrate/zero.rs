@@ -4,12 +4,11 @@
 //! diagonal at the zero z. This needs no curve of the whisker.
 
 use crate::error::Error;
-use crate::estimator::cells::{Cell, grouped};
 use crate::estimator::fit::Task;
 use crate::estimator::learned::Learnt;
 use crate::estimator::least;
-use crate::estimator::model::exact::{Opener, Parameter};
-use crate::estimator::taps::{Sorted, Tap};
+use crate::estimator::taps::{Cell, Sorted, Tap, grouped};
+use crate::estimator::{Opener, Parameter};
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Data, Rig};
 use crate::reduce::{median, range, sorted};

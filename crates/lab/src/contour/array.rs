@@ -4,18 +4,14 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::point::{Noise, Point, Pose};
 use crate::error::{Error, InputError, nearest};
-use crate::locate::group::Group;
-use crate::locate::object::{Objects, SHIFT, shift_column};
-use crate::locate::stream::{Ask, Counts, add};
-use crate::locate::table::Readings;
-use crate::locate::{Answerer, Locator};
+use crate::locate::object::{SHIFT, shift_column};
+use crate::locate::stream::{Counts, add};
+use crate::locate::strokes::Group;
+use crate::locate::{Answerer, Ask, Locator, Objects, Readings};
 use crate::measure::columns::missing;
 use crate::measure::header::Sheet;
 use crate::measure::{Names, Skin};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::lab::{LabCell, LabTable};
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, LabCell, LabTable, heading};
 
 pub const WHISKER: &str = "whisker";
 

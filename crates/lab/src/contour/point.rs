@@ -2,8 +2,7 @@
 
 use super::curve::Covariance;
 use crate::error::InputError;
-use crate::locate::Locator;
-use crate::locate::table::{AnsweredRow, Readings};
+use crate::locate::{AnsweredRow, Locator, Readings};
 use crate::measure::Skin;
 use crate::measure::columns::missing;
 use crate::status::Status;
@@ -103,16 +102,8 @@ pub struct Point {
 
 impl Point {
     pub fn nothing(status: Status) -> Self {
-        Self {
-            at: [f64::NAN; 2],
-            covariance: Covariance([f64::NAN; 3]),
-            share: 1.0,
-            distance: [f64::NAN; 2],
-            height: f64::NAN,
-            swept: false,
-            outlier: false,
-            status,
-        }
+        let (at, height, covariance) = ([f64::NAN; 2], f64::NAN, Covariance([f64::NAN; 3]));
+        Self { at, covariance, share: 1.0, distance: at, height, swept: false, outlier: false, status }
     }
 
     pub fn is_there(&self) -> bool {

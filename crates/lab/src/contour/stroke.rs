@@ -10,8 +10,7 @@ use nalgebra::DMatrix;
 use super::curve::Covariance;
 use super::point::{Noise, Point, Pose};
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
-use crate::locate::Locator;
-use crate::locate::table::AnsweredRow;
+use crate::locate::{AnsweredRow, Locator};
 use crate::measure::Skin;
 use crate::reduce::median;
 

@@ -1,22 +1,20 @@
-//! `exact`: the configured model with fitted parameters, inverted.
+//! `exact`: the configured model with fitted parameters, inverted for a.
+//! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10), plus z₀ while that is fitted. Strain does not depend on E.
 
-use std::collections::{HashMap, VecDeque};
-use std::ops::Range;
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use indexmap::IndexMap;
-use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::fit::Fit;
-use super::held_out::Side;
-use super::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
-use super::model::{Found, ModelError};
-use super::{SideRecord, least};
+use super::parameter::{Parameter, Values, scene_with, spec_values};
+use super::surface::Surface;
+use super::{Answers, Found, Known, ModelError, SideRecord};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
+use crate::evaluate::Method;
 use crate::measure::Rig;
-use crate::scene::{self, Contact, Drive};
+use crate::scene::{Contact, Drive, Model, Side};
 use crate::status::Status;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,7 +59,7 @@ impl ExactRecord {
         &self,
         rig: &Rig,
         record: &SideRecord,
-        side: scene::Side,
+        side: Side,
         open: Opener<'_>,
     ) -> Result<Inverted, Error> {
         let (values, kind) = (self.values(rig), rig.setup.drive);
@@ -116,24 +114,11 @@ pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
     error.allowed("values of the rig that was calibrated; or another estimator (--estimator paper)").into()
 }
 
-/// Change of the expected readings of the fitted cells without the distances `gone`, by one Gauss-Newton step of the parameters.
-pub fn shifts(side: &Side<'_>, fit: &Fit, gone: &Range<usize>) -> Option<HashMap<usize, f64>> {
-    let m = fit.slopes.ncols();
-    let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
-    for (k, _) in fit.cells.iter().enumerate().filter(|(_, cell)| !gone.contains(&side.cells[**cell].i)) {
-        let row = fit.slopes.row(k) / fit.deviations[k];
-        n += row.transpose() * &row;
-        b += row.transpose() * (fit.residuals[k] / fit.deviations[k]);
-    }
-    let step = least::solve(&n, &b)?.0;
-    Some(fit.cells.iter().copied().zip((&fit.slopes * step).iter().copied()).collect())
-}
-
 const KEPT: usize = 16;
 
 /// Model with its curves at the last drives: a rig has few.
 pub struct Inverted {
-    pub(super) exact: Exact,
+    exact: Exact,
     last: Mutex<VecDeque<(f64, Arc<Curve>)>>,
 }
 
@@ -148,8 +133,10 @@ impl Inverted {
         last.push_front((drive, curve.clone()));
         curve
     }
+}
 
-    pub(super) fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+impl Answers for Inverted {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let curve = self.curve(drive);
         let beyond = || reading < self.exact.weakest(&curve);
         self.exact
@@ -157,8 +144,176 @@ impl Inverted {
             .ok_or_else(|| if beyond() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT })
     }
 
-    pub(super) fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         let [near, far] = self.exact.reach();
         if (near..=far).contains(&a) { self.exact.expected(a, drive) } else { f64::NAN }
+    }
+
+    fn variance(&self, a: f64, drive: f64, _: bool) -> f64 {
+        self.exact.variance(a, drive)
+    }
+}
+
+pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
+
+/// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
+const HARD: [usize; 2] = [48, 1024];
+
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    pub side: Side,
+    pub reach: [f64; 2],
+    /// Range of drives, degrees or mm, with offsets.
+    pub drives: [f64; 2],
+    /// Maximum of taps left to the reference, and of taps without solution: both are slow.
+    pub hard: [usize; 2],
+}
+
+impl Extent {
+    /// Domain around calibrated `distances` and `drives`: a little beyond the tip for noise; several drives with room for an offset, or for `ahead`.
+    pub fn around(rig: &Rig, side: Side, distances: [f64; 2], drives: [f64; 2], ahead: f64) -> Self {
+        let [lo, hi] = distances;
+        let margin = 0.15 * (hi - lo) + 0.02 * hi;
+        let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
+        // Taps next to a real tip slip off.
+        let ends = rig.setup.built.is_some();
+        let room = if ends {
+            0.97 * length
+        } else if tau > 0.0 {
+            length + 0.4 * (1.0 / tau - length).max(0.0)
+        } else {
+            f64::INFINITY
+        };
+        let reach = [lo - margin, (hi + margin).max(1.1 * length).min(room.max(hi))];
+        let [first, last] = drives;
+        let drives = match first < last || ahead > 0.0 {
+            true => [0.02 * first, last + first.max(0.1 * last).max(ahead)],
+            false => drives,
+        };
+        Self { side, reach, drives, hard: HARD }
+    }
+}
+
+/// Surface of the model with `values`.
+pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, ModelError> {
+    let setup = scene_with(&rig.setup, values);
+    let method = open(&setup.model)?;
+    Surface::build(rig, &setup, at, method)
+}
+
+/// The model with fitted parameters, solved over the range of interest.
+#[derive(Debug, Clone)]
+pub struct Exact {
+    pub values: Values,
+    pub fitted: Vec<Parameter>,
+    pub covariance: Vec<Vec<f64>>,
+    pub(crate) surface: Surface,
+    /// For each fitted physical parameter, surfaces on both sides of its value, and their distance.
+    pub(in crate::estimator) sides: Vec<Option<(Surface, Surface, f64)>>,
+}
+
+impl Exact {
+    pub fn new(
+        rig: &Rig,
+        values: Values,
+        fitted: Vec<Parameter>,
+        covariance: Vec<Vec<f64>>,
+        at: Extent,
+        open: Opener<'_>,
+    ) -> Result<Self, ModelError> {
+        let surface = surface(rig, &values, at, open)?;
+        let mut exact = Self { values, fitted, covariance, surface, sides: Vec::new() };
+        exact.look_beside(rig, at, open)?;
+        Ok(exact)
+    }
+
+    /// Model with other values; without neighbouring surfaces if a physical parameter changed.
+    pub fn with(&self, values: Values, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<Self, ModelError> {
+        let same = |p: &Parameter| values[*p as usize].to_bits() == self.values[*p as usize].to_bits();
+        if Parameter::ALL.iter().filter(|p| p.is_physical()).all(same) {
+            return Ok(Self { values, ..self.clone() });
+        }
+        let (fitted, covariance) = (self.fitted.clone(), self.covariance.clone());
+        Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides: Vec::new() })
+    }
+
+    /// Solves the neighbouring whiskers for [`Self::gradient`].
+    pub fn look_beside(&mut self, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<(), ModelError> {
+        if self.sides.len() == self.fitted.len() {
+            return Ok(());
+        }
+        let values = self.values;
+        let beside = |p: &Parameter| -> Result<_, ModelError> {
+            if !p.is_physical() {
+                return Ok(None);
+            }
+            let i = *p as usize;
+            let [lo, hi] = p.domain();
+            let [lo, hi] = [(values[i] - p.step(values[i])).max(lo), (values[i] + p.step(values[i])).min(hi)];
+            let moved = |x: f64| {
+                let mut values = values;
+                values[i] = x;
+                surface(rig, &values, at, open)
+            };
+            Ok(Some((moved(lo)?, moved(hi)?, hi - lo)))
+        };
+        self.sides = self.fitted.iter().map(beside).collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    fn moved(&self, a: f64, drive: f64) -> (f64, f64) {
+        (a + self.values[2], drive + self.values[1])
+    }
+
+    pub fn at(&self, drive: f64) -> Curve {
+        self.surface.at(drive + self.values[1])
+    }
+
+    /// Expected reading at a (mm).
+    pub fn expected(&self, a: f64, drive: f64) -> f64 {
+        let (a, drive) = self.moved(a, drive);
+        self.values[0] * self.surface.value(a, drive) + self.values[Parameter::Zero as usize]
+    }
+
+    /// d reading/dp for the fitted parameters.
+    pub fn gradient(&self, a: f64, drive: f64) -> Vec<f64> {
+        let factor = self.values[0];
+        let (a, drive) = self.moved(a, drive);
+        let [by_a, by_drive] = self.surface.slopes(a, drive);
+        let entry = |(p, beside): (&Parameter, &Option<(Surface, Surface, f64)>)| match (p, beside) {
+            (Parameter::Factor, _) => self.surface.value(a, drive),
+            (Parameter::DriveOffset, _) => factor * by_drive,
+            (Parameter::DistanceOffset, _) => factor * by_a,
+            (Parameter::Zero, _) => 1.0,
+            (_, Some((lo, hi, width))) => factor * (hi.value(a, drive) - lo.value(a, drive)) / width,
+            (_, None) => 0.0,
+        };
+        self.fitted.iter().zip(&self.sides).map(entry).collect()
+    }
+
+    /// Variance of the expected reading from the fit.
+    pub fn variance(&self, a: f64, drive: f64) -> f64 {
+        let g = self.gradient(a, drive);
+        let row = |(gi, row): (&f64, &Vec<f64>)| gi * row.iter().zip(&g).map(|(c, gj)| c * gj).sum::<f64>();
+        g.iter().zip(&self.covariance).map(row).sum::<f64>().max(0.0)
+    }
+
+    /// Distance for a `reading` > 0 at `drive`; `curve` is [`Self::at`] of `drive`.
+    pub fn find(&self, curve: &Curve, drive: f64, reading: f64) -> Option<Found> {
+        let (far, near) = curve.roots(reading / self.values[0])?;
+        let a = far - self.values[2];
+        let slope = self.values[0] * curve.slope(far);
+        let near = near.map(|n| n - self.values[2]);
+        Some(Found::root(a, near, slope, self.variance(a, drive)))
+    }
+
+    /// Smallest reading beyond the peak: a smaller one is beyond the range.
+    pub fn weakest(&self, curve: &Curve) -> f64 {
+        self.values[0] * curve.weakest(self.surface.reach[1])
+    }
+
+    /// Labelled distances covered, mm.
+    pub fn reach(&self) -> [f64; 2] {
+        self.surface.reach.map(|a| a - self.values[2])
     }
 }

@@ -1,15 +1,18 @@
 //! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::start::lowest;
 
-use super::cells::Cell;
+use std::collections::HashMap;
+use std::ops::Range;
+
+use super::held_out::Side;
 use super::least;
-use crate::estimator::model::ModelError;
-use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
-use crate::estimator::model::parameter::width;
+use super::parameter::{spec_values, width};
+use super::taps::Cell;
+use crate::estimator::{Exact, Extent, ModelError, Opener, Parameter, Values};
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;
+use vibrissa_learned::start::lowest;
 
 /// A parameter is determined if its standard error is below this share of its width, and with errors of [`MODEL`] only, below [`SOLVABLE`].
 const DETERMINED: f64 = 0.1;
@@ -54,6 +57,20 @@ impl Fit {
         let c = &self.exact.covariance;
         let shift = |i: usize| zero * c[i].iter().zip(pulled.iter()).map(|(c, p)| c * p).sum::<f64>();
         (0..c.len()).map(|i| c[i][i].max(0.0).sqrt().hypot(shift(i))).collect()
+    }
+
+    /// Change of the expected readings of the fitted cells without the distances `gone`, by one Gauss-Newton step of the parameters.
+    pub fn shifts(&self, side: &Side<'_>, gone: &Range<usize>) -> Option<HashMap<usize, f64>> {
+        let m = self.slopes.ncols();
+        let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
+        for (k, _) in self.cells.iter().enumerate().filter(|(_, cell)| !gone.contains(&side.cells[**cell].i))
+        {
+            let row = self.slopes.row(k) / self.deviations[k];
+            n += row.transpose() * &row;
+            b += row.transpose() * (self.residuals[k] / self.deviations[k]);
+        }
+        let step = least::solve(&n, &b)?.0;
+        Some(self.cells.iter().copied().zip((&self.slopes * step).iter().copied()).collect())
     }
 }
 

@@ -3,21 +3,20 @@
 use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
+
+use super::exact::unsolved;
+use super::held_out::Side;
+use super::parameter::spec_values;
+use super::{Answers, Exact, Extent, Found, Known, Opener, SideRecord};
+use crate::error::Error;
+use crate::measure::Rig;
+use crate::status::Status;
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, PARTS, Spread, Tails};
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Joint, Object, Told};
-
-use super::held_out::Side;
-use super::{Known, SideRecord};
-use crate::error::Error;
-use crate::estimator::exact::unsolved;
-use crate::estimator::model::Found;
-use crate::estimator::model::exact::{Exact, Extent, Opener, spec_values};
-use crate::measure::Rig;
-use crate::status::Status;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -281,9 +280,10 @@ impl LearnedCurve {
         let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
         (inverse, if self.zero_read { 0.0 } else { self.curve.zero })
     }
+}
 
-    /// Distance for a reading, as [`Answers::find`](super::Answers::find).
-    pub fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
+impl Answers for LearnedCurve {
+    fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
         let (tared, y, of_zero) = self.read(reading, share);
         let inverse = self.of(tared);
         let found = inverse.at(drive, same_run).find(y, of_zero)?;
@@ -292,7 +292,7 @@ impl LearnedCurve {
         Ok(Found { ends: stretched(found.a, found.ends, longer), ..found })
     }
 
-    pub(super) fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         let (inverse, zero) = self.plain();
         let [near, far] = inverse.reach();
         if !(near..=far).contains(&a) {
@@ -301,8 +301,12 @@ impl LearnedCurve {
         self.curve.expected(&self.base, a, drive, self.zero_read).signal + zero
     }
 
-    pub(super) fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {
+    fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {
         self.plain().0.at(drive, same_run).at(a.ln())[2]
+    }
+
+    fn learned(&self) -> Option<&LearnedCurve> {
+        Some(self)
     }
 }
 

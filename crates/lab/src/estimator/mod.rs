@@ -1,62 +1,50 @@
 //! Estimators of the distance: how each is calibrated, judged, written and opened.
 //! An estimator is a variant of [`Estimator`], a section of [`SideRecord`], and a file that calibrates, checks and opens its section as [`Answers`].
 
-pub(crate) mod cells;
-pub(crate) mod curve;
 pub(crate) mod exact;
 pub(crate) mod fit;
 pub(crate) mod held_out;
 pub(crate) mod learned;
-pub(crate) mod model;
-pub(crate) mod paper;
+pub(crate) mod parameter;
+pub(crate) mod polynomial;
+pub(crate) mod simple;
+pub(crate) mod surface;
 pub mod taps;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::measure::Rig;
+pub(crate) use crate::measure::group::ROUNDING as SAME;
 use crate::scene::Side;
 use crate::status::Status;
-use curve::SmoothRecord;
-use exact::{ExactRecord, Inverted};
+use exact::ExactRecord;
+pub use exact::{Exact, Extent, Opener};
 use learned::{LearnedCurve, LearnedRecord};
-use model::Found;
-use model::exact::Opener;
-use model::polynomial::Polynomial;
-use paper::{FactorRecord, Paper};
+pub use parameter::{Parameter, Values};
+use simple::{FactorRecord, Paper, SmoothRecord};
+pub use vibrissa_learned::invert::Found;
 pub use vibrissa_learned::least;
 
-vibrissa_core::words! {
-    /// Estimator of the distance, by its name in files and flags. The simplest come first: the first of equals is taken.
+vibrissa_core::choices! {
+    /// Estimator of the distance, by its name in files and flags. The simplest come first: the first of equals is taken. K̄ and errors of `paper` are in
+    /// every calibration, with a report of the fit of `exact`; `learned` is the default.
     Estimator {
-        /// Closed form with K̄ per drive; its K̄ and errors are in every calibration.
-        Paper = "paper",
-        /// Configured model; every calibration reports its fit.
-        Exact = "exact",
-        /// Smooth curve through the data.
-        Curve = "curve",
-        /// Statistical model, the default.
-        Learned = "learned",
+        Paper = "paper", "The closed form f and one K̄ per drive";
+        Exact = "exact", "The configured model, inverted";
+        Curve = "curve", "A smooth monotone fit of the data, no theory";
+        Learned = "learned", "One statistical model of curve, rig and runs";
     }
 }
 
 impl Estimator {
+    pub const ALL: [Self; 4] = [Self::Paper, Self::Exact, Self::Curve, Self::Learned];
+
     /// Name in files and flags.
     pub fn name(self) -> &'static str {
-        self.word()
+        Self::WORDS[self as usize].0
     }
 
-    /// Short description.
-    pub fn help(self) -> &'static str {
-        match self {
-            Self::Paper => "The closed form f and one K̄ per drive",
-            Self::Exact => "The configured model, inverted",
-            Self::Curve => "A smooth monotone fit of the data, no theory",
-            Self::Learned => "One statistical model of curve, rig and runs",
-        }
-    }
-
-    /// Estimator with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|e| e.name() == name)
     }
@@ -71,11 +59,6 @@ impl Estimator {
         }
     }
 
-    /// True if `record` has its section.
-    pub fn is_in(self, record: &SideRecord) -> bool {
-        self.bias_mm(record).is_some()
-    }
-
     /// Opens its section of `record`; `None` if that section is missing or for the other side of the gauge.
     ///
     /// # Errors
@@ -86,22 +69,19 @@ impl Estimator {
         record: &SideRecord,
         side: Side,
         open: Opener<'_>,
-    ) -> Result<Option<Answers>, Error> {
+    ) -> Result<Option<Box<dyn Answers>>, Error> {
+        fn boxed(answers: impl Answers + 'static) -> Box<dyn Answers> {
+            Box::new(answers)
+        }
+        let paper = |r: &FactorRecord| boxed(Paper::new(rig, &record.drives, &r.K, &r.K_variance));
+        let learned = record.learned.as_ref().filter(|_| side == record.gauge());
         Ok(match self {
-            Self::Paper => {
-                let paper = |r: &FactorRecord| Paper::new(rig, &record.drives, &r.K, &r.K_variance);
-                record.paper.as_ref().map(|r| Answers::Paper(paper(r)))
-            }
+            Self::Paper => record.paper.as_ref().map(paper),
             Self::Exact => {
-                let open = |r: &ExactRecord| r.open(rig, record, side, open);
-                record.exact.as_ref().map(open).transpose()?.map(Answers::Exact)
+                record.exact.as_ref().map(|r| r.open(rig, record, side, open)).transpose()?.map(boxed)
             }
-            Self::Curve => record.curve.as_ref().map(|r| Answers::Curve(r.fit.clone())),
-            Self::Learned => {
-                let learned = record.learned.as_ref().filter(|_| side == record.gauge());
-                let learned = learned.map(|r| r.open(rig, record, open)).transpose()?.flatten();
-                learned.map(|curve| Answers::Learned(Box::new(curve)))
-            }
+            Self::Curve => record.curve.as_ref().map(|r| boxed(r.fit.clone())),
+            Self::Learned => learned.map(|r| r.open(rig, record, open)).transpose()?.flatten().map(boxed),
         })
     }
 }
@@ -115,54 +95,20 @@ pub struct Known {
     pub same_run: bool,
 }
 
-/// Opened estimator for one side of a whisker.
-pub enum Answers {
-    /// Closed form with K̄.
-    Paper(Paper),
-    /// Model, inverted.
-    Exact(Inverted),
-    /// Distance as a polynomial of signal and drive.
-    Curve(Polynomial),
-    /// Posterior of a learned curve.
-    Learned(Box<LearnedCurve>),
-}
-
-impl Answers {
+/// An opened estimator of one side of a whisker.
+pub trait Answers: Send + Sync {
     /// Distance for a `reading` > 0 (strain, or the unit of the reading) of a tap at `drive` (degrees or mm) under the conditions `of`.
-    pub fn find(&self, drive: f64, reading: f64, of: Known) -> Result<Found, Status> {
-        match self {
-            Self::Paper(paper) => paper.find(drive, reading).ok_or(Status::NO_ROOT),
-            Self::Exact(model) => model.find(drive, reading),
-            Self::Curve(curve) => curve.find(drive, reading).ok_or(Status::OUTSIDE_CALIBRATION),
-            Self::Learned(curve) => curve.find(drive, reading, of),
-        }
-    }
+    fn find(&self, drive: f64, reading: f64, of: Known) -> Result<Found, Status>;
 
     /// Expected reading of a tap at a (mm) and `drive`; NaN without one.
-    pub fn expected(&self, a: f64, drive: f64) -> f64 {
-        match self {
-            Self::Paper(paper) => paper.expected(a, drive),
-            Self::Exact(model) => model.expected(a, drive),
-            Self::Curve(curve) => curve.expected(a, drive),
-            Self::Learned(curve) => curve.expected(a, drive),
-        }
-    }
+    fn expected(&self, a: f64, drive: f64) -> f64;
 
     /// Variance of the expected reading from the calibration; for `learned` with position and, unless `same_run`, a new run. NaN if unknown.
-    pub fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {
-        match self {
-            Self::Paper(paper) => paper.variance(a, drive),
-            Self::Exact(model) => model.exact.variance(a, drive),
-            Self::Curve(curve) => {
-                curve.find(drive, curve.expected(a, drive)).map_or(f64::NAN, |f| f.variance)
-            }
-            Self::Learned(curve) => curve.variance(a, drive, same_run),
-        }
-    }
+    fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64;
 
     /// Learned curve, if it is one.
-    pub fn learned(&self) -> Option<&LearnedCurve> {
-        if let Self::Learned(curve) = self { Some(curve) } else { None }
+    fn learned(&self) -> Option<&LearnedCurve> {
+        None
     }
 }
 
@@ -186,22 +132,17 @@ pub struct SideRecord {
     /// Reason why `exact` is missing, if whisker and drives are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_exact: Option<String>,
-    /// Section of `paper`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<FactorRecord>,
-    /// Section of `exact`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactRecord>,
-    /// Section of `curve`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<SmoothRecord>,
-    /// Section of `learned`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<LearnedRecord>,
 }
 
 impl SideRecord {
-    /// Calibrated side of the gauge.
     pub fn gauge(&self) -> Side {
         if self.gauge_side == "far" { Side::Far } else { Side::Contact }
     }
@@ -260,4 +201,51 @@ fn known(values: &[f64]) -> bool {
 
 fn ascending(values: &[f64]) -> bool {
     values.windows(2).all(|w| w[0] < w[1])
+}
+
+/// Linear interpolation of `ys` over ascending `xs`, held at both ends.
+pub(crate) fn between(xs: &[f64], ys: &[f64], x: f64) -> f64 {
+    let x = x.clamp(xs[0], xs[xs.len() - 1]);
+    let j = xs.partition_point(|v| *v <= x).saturating_sub(1).min(xs.len().saturating_sub(2));
+    match xs.get(j + 1) {
+        Some(next) => ys[j] + (x - xs[j]) / (next - xs[j]) * (ys[j + 1] - ys[j]),
+        None => ys[j],
+    }
+}
+
+/// Failure to solve a model over the distances and drives of a side.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    #[error("all distances lie at or inside the gauge")]
+    InsideGauge,
+    #[error("the whisker cannot be continued so far")]
+    TooFar,
+    /// Most measured taps have no solution.
+    #[error("the model of the spec has solutions for {found} of {of} measured distances and drives")]
+    FewTaps { found: usize, of: usize },
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    #[error(transparent)]
+    NotOpened(#[from] Error),
+}
+
+impl ModelError {
+    /// True if the whisker has no such taps; false if the computation failed.
+    pub fn is_of_whisker(&self) -> bool {
+        match self {
+            Self::Solve(why) => *why == SolveError::TooHard,
+            Self::NotOpened(_) => false,
+            Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } => true,
+        }
+    }
+}
+
+impl From<ModelError> for Error {
+    fn from(e: ModelError) -> Self {
+        match e {
+            ModelError::NotOpened(e) => e,
+            ModelError::Solve(e) => e.into(),
+            other => Self::Run(other.to_string()),
+        }
+    }
 }

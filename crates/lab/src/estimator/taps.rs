@@ -1,18 +1,16 @@
-//! Rows of a data file as taps and zero readings, tared and grouped.
+//! Rows of a data file as taps and zero readings, tared and grouped, and cells: taps of one distance and one drive.
 
+use crate::design::amount;
 use crate::fields::plain;
-use crate::measure::group::Groups;
-use crate::measure::zero::{Rest, Tared, TaredBy, Zero};
-use crate::measure::{Data, Rig, Row, counts};
+use crate::measure::zero::Rest;
+use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts};
 use crate::reduce::median;
 use crate::scene::Drive;
 
-/// Row with a drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tap {
     /// Index among the rows of the file.
     pub place: usize,
-    /// 1-based line.
     pub line: usize,
     /// Contact distance as labelled, mm.
     pub a: f64,
@@ -20,7 +18,6 @@ pub struct Tap {
     pub drive: f64,
     /// Means of the groups of its distance and of its drive.
     pub group: [f64; 2],
-    /// Signal as recorded.
     pub value: f64,
     /// Signal in the unit of `signal`, with counter overflows undone.
     pub raw: f64,
@@ -30,7 +27,6 @@ pub struct Tap {
     pub zeros: [(usize, f64, f64); 2],
     /// Tared strain or reading; tension positive.
     pub signal: f64,
-    /// Reason why it is not used.
     pub reason: Option<Reason>,
     /// First line with the same text.
     pub twin: Option<usize>,
@@ -53,29 +49,19 @@ impl Tap {
     }
 }
 
-/// A zero reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZeroReading {
-    /// Index among the rows of the file.
     pub place: usize,
-    /// Tared strain or reading.
     pub signal: f64,
-    /// Reason why it is not used.
     pub reason: Option<Reason>,
 }
 
-/// Sorted rows of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sorted {
-    /// Rows with a drive.
     pub taps: Vec<Tap>,
-    /// Zero readings.
     pub zeros: Vec<ZeroReading>,
-    /// Subtracted zero.
     pub zero: Zero,
-    /// Method that found the zero.
     pub tared: Tared,
-    /// Groups of distances and of drives.
     pub groups: [Groups; 2],
     /// Largest movement of the drive below its zero without contact, in its unit; else 0.
     pub before: f64,
@@ -86,10 +72,10 @@ pub struct Sorted {
 /// Sorts rows into taps and zero readings and marks unusable ones. `drive` serves rows without one; `group` are the widths of equal labels.
 pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2]) -> Sorted {
     let factor = rig.setup.gauge.factor;
-    let groups = [
-        Groups::of(data.rows.iter().map(|r| r.a), group[0], false),
-        Groups::of(data.rows.iter().map(|r| r.drive), group[1], true),
-    ];
+    let levels = |labels: Vec<[f64; 2]>| {
+        [0, 1].map(|axis| Groups::of(labels.iter().map(|l| l[axis]), group[axis], axis == 1))
+    };
+    let groups = levels(data.rows.iter().map(|r| [r.a, r.drive]).collect());
     let count =
         |r: &Row| counts::Count { at: [groups[0].centre(r.a), groups[1].centre(r.drive)], value: r.value };
     let counts: Vec<counts::Count> = data.rows.iter().map(count).collect();
@@ -116,17 +102,14 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2])
         taps.push(Tap { place, line, a, drive, group, value, raw, zero: 0.0, zeros, signal, reason, twin });
     }
     let usable = |z: &&ZeroReading| z.reason.is_none();
-    let readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
+    let mut readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
     let mut sizes: Vec<f64> = taps.iter().map(|t| t.signal.abs()).filter(|s| s.is_finite()).collect();
     for place in Zero::outliers(&readings, median(&mut sizes)) {
         zeros.iter_mut().filter(|z| z.place == place).for_each(|z| z.reason = Some(Reason::ZeroOutlier));
+        readings.retain(|r| r.0 != place);
     }
-    let readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
     let zero = Zero::new(&readings);
-    let groups = [
-        Groups::of(taps.iter().map(|t| t.a), group[0], false),
-        Groups::of(taps.iter().map(|t| t.drive), group[1], true),
-    ];
+    let groups = levels(taps.iter().map(|t| [t.a, t.drive]).collect());
     for tap in &mut taps {
         tap.group = [groups[0].centre(tap.a), groups[1].centre(tap.drive)];
         tap.zero = zero.at(tap.place);
@@ -175,7 +158,6 @@ fn unusable(tap: &Tap, data: &Data, rig: &Rig) -> Option<Reason> {
 /// Reason for which a row is not used, with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reason {
-    /// A field is empty or not a finite number.
     NotANumber,
     /// The value means "missing": a usual code, or one value at several places far from all others.
     Missing(f64),
@@ -187,24 +169,20 @@ pub enum Reason {
     ZeroSignal,
     /// The sign is that of the other side, which has too few taps to be calibrated.
     OtherSide,
-    /// The sensor is at its end stop.
     Saturated,
     /// The signal is off by this number of decades: another unit.
     Unit(i32),
     /// The signal fits another distance, mm.
     LooksLikeDistance(f64),
-    /// The signal fits another drive.
     LooksLikeDrive(f64),
     /// Off the smooth surface through the other cells by this share.
     Off(f64),
-    /// A zero reading off its neighbours.
     ZeroOutlier,
     /// The pole is tilted: such a row serves the second gauge only.
     Tilted,
 }
 
 impl Reason {
-    /// Reason as one word.
     pub fn word(&self) -> &'static str {
         match self {
             Self::NotANumber => "not_a_number",
@@ -227,7 +205,6 @@ impl Reason {
         *self != Self::Tilted
     }
 
-    /// Reason with its evidence, for a table.
     pub fn text(&self, kind: Drive) -> String {
         let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
         let more = match self {
@@ -242,4 +219,94 @@ impl Reason {
         };
         format!("{}: {more}", self.word())
     }
+}
+
+/// Taps of one distance and one drive on one side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    pub i: usize,
+    pub j: usize,
+    pub taps: Vec<usize>,
+    pub a: f64,
+    pub drive: f64,
+    pub signal: f64,
+    /// Mean θ f in the theory of the spec.
+    pub linear: f64,
+    /// Sum of squares about the mean, corrected for distance and drive within the level.
+    pub squares: f64,
+    /// Expected sum of squares for a reading's variance of 1.
+    pub freedom: f64,
+    /// Variance of the mean in units of a reading's: 1/n plus the zeros' part.
+    pub share: f64,
+    /// Runs of zero readings below its mean: index, weight, variance in units of a reading's.
+    pub zeros: Vec<(usize, f64, f64)>,
+}
+
+impl Cell {
+    pub fn n(&self) -> f64 {
+        self.taps.len() as f64
+    }
+}
+
+/// Levels of distance and drive, and cells by distance, then drive, of the `wanted` taps.
+pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Groups; 2], Vec<Cell>) {
+    let levels = |axis: usize| Groups::levels(taps.iter().filter(|t| wanted(t)).map(|t| t.group[axis]));
+    let [distances, drives] = [0, 1].map(levels);
+    let mut grid: Vec<Vec<usize>> = vec![Vec::new(); distances.len() * drives.len()];
+    for (k, tap) in taps.iter().enumerate().filter(|(_, t)| wanted(t)) {
+        grid[distances.place(tap.group[0]) * drives.len() + drives.place(tap.group[1])].push(k);
+    }
+    let curve = rig.shared().theory.curve();
+    let linear = |t: &Tap| amount(rig.setup.drive, t.drive) * curve.value(t.a);
+    let cell = |(place, taps_here): (usize, Vec<usize>)| {
+        if taps_here.is_empty() {
+            return None;
+        }
+        let n = taps_here.len() as f64;
+        let mean = |f: &dyn Fn(&Tap) -> f64| taps_here.iter().map(|&k| f(&taps[k])).sum::<f64>() / n;
+        // Relative to the first value, so that the mean of equal values is exact.
+        let about = |f: &dyn Fn(&Tap) -> f64| {
+            let first = f(&taps[taps_here[0]]);
+            first + mean(&|t| f(t) - first)
+        };
+        let (signal, theory) = (about(&|t| t.signal.abs()), about(&linear));
+        let ratio = signal / theory;
+        let squares = n * mean(&|t| (t.signal.abs() - ratio * linear(t)).powi(2));
+        let (zeros, [of_mean, about_mean]) = zero_noise(taps_here.iter().map(|&k| &taps[k]));
+        Some(Cell {
+            i: place / drives.len(),
+            j: place % drives.len(),
+            a: about(&|t| t.a),
+            drive: about(&|t| t.drive),
+            signal,
+            linear: theory,
+            squares: if n > 1.0 { squares } else { 0.0 },
+            freedom: n - 1.0 + about_mean,
+            share: 1.0 / n + of_mean,
+            zeros,
+            taps: taps_here,
+        })
+    };
+    let cells = grid.into_iter().enumerate().filter_map(cell).collect();
+    ([distances, drives], cells)
+}
+
+/// Noise of the zero readings in a cell: runs with weights; variance of the mean and sum of squares about it, in units of a reading's variance.
+fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (Vec<(usize, f64, f64)>, [f64; 2]) {
+    let mut runs = std::collections::BTreeMap::<usize, (f64, f64, f64)>::new();
+    let mut n = 0.0;
+    for tap in taps {
+        n += 1.0;
+        for (run, weight, share) in tap.zeros {
+            if weight != 0.0 {
+                let sum = runs.entry(run).or_insert((0.0, 0.0, share));
+                *sum = (sum.0 + weight, sum.1 + weight * weight, share);
+            }
+        }
+    }
+    let add = |[mean, about]: [f64; 2], (sum, squares, share): &(f64, f64, f64)| {
+        [mean + share * (sum / n).powi(2), about + share * (squares - sum * sum / n).max(0.0)]
+    };
+    let noise = runs.values().fold([0.0; 2], add);
+    (runs.into_iter().map(|(run, (sum, _, share))| (run, sum / n, share)).collect(), noise)
 }

@@ -8,11 +8,10 @@
 use std::f64::consts::PI;
 use std::fmt;
 
-use super::c::size;
+use super::size;
 use crate::error::InputError;
 use crate::estimator::Known;
-use crate::locate::Locator;
-use crate::locate::opened::Opened;
+use crate::locate::{Locator, Opened};
 use crate::status::Status;
 
 /// Range of known distances beyond the calibration, in shares of its range. More than half of it beyond counts as outside.

@@ -7,8 +7,7 @@ use toml::Table;
 use toml::de::DeTable;
 
 use crate::error::{Error, InputError};
-use crate::estimator::Estimator;
-use crate::estimator::model::exact::Opener;
+use crate::estimator::{Estimator, Opener};
 use crate::locate::calibration::{Calibration, FORMAT, Second};
 use crate::locate::locator::{Locator, opener};
 use crate::measure::time::Lag;

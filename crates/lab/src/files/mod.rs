@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::backend::Backend;
 use crate::error::{Error, InputError};
-use crate::estimator::model::exact::Opener;
+use crate::estimator::Opener;
 use crate::locate::calibration::FORMAT;
 use crate::locate::{Calibration, Sensor};
 use crate::scene::{BackendChoice, Precision, RunOptions, Spec};

@@ -2,15 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::object::Objects;
-use super::stream::{self, Ask, UNRECORDED};
+use super::stream::{self, UNRECORDED};
 use super::tare::{Tare, doubt};
-use super::{Answerer, Calibration, Located, Locator, Sensor, Several};
+use super::{Answerer, Ask, Calibration, Located, Locator, Objects, Sensor, Several};
 use crate::error::{Error, InputError};
-use crate::estimator::Estimator;
-use crate::estimator::model::exact::Opener;
-use crate::sink::frame::Frame;
-use crate::sink::lab::LabTable;
+use crate::estimator::{Estimator, Opener};
+use crate::sink::{Frame, LabTable};
 use crate::status::Status;
 
 pub enum Answers {

@@ -1,12 +1,10 @@
 //! What a stroke leaves free: its zero, and friction and tilt of the object.
 
-use vibrissa_learned::joint::Nuisance;
-
-use super::Locator;
-use super::opened::Opened;
+use super::{Locator, Opened};
 use crate::error::{Error, InputError};
 use crate::scene::{BackendChoice, Contact, RunOptions, Setup, Side, TERMS, Tuple};
 use crate::taps::Taps;
+use vibrissa_learned::joint::Nuisance;
 
 /// Values of ln a and of the drive at which the change of a signal is computed.
 const GRID: [usize; 2] = [9, 9];

@@ -2,11 +2,11 @@
 
 use std::io::{BufRead, Read};
 
+use super::Ask;
 use super::rows::RowReader;
-use super::stream::Ask;
 use crate::error::{Error, InputError};
 use crate::measure::header::Comments;
-use crate::sink::lab::{LabRow, LabStream, LabTable};
+use crate::sink::{LabRow, LabStream, LabTable};
 use crate::text_file::LINE;
 
 /// Longest line that can be a reading, bytes.

@@ -1,19 +1,14 @@
 //! What answers readings.
 
-use super::calibration::Calibration;
-use super::opened::Opened;
 use super::pair::Twofold;
+use super::{Calibration, Opened};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
-use crate::estimator::model::exact::Opener;
-use crate::estimator::model::{Found, SAME};
-use crate::estimator::{Estimator, Known};
+use crate::estimator::{Estimator, Found, Known, Opener, SAME};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
-use crate::measure::time::Lag;
-use crate::measure::zero::{Tared, TaredBy};
-use crate::measure::{Rig, Unit};
+use crate::measure::{Lag, Rig, Tared, TaredBy, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
 use crate::status::Status;
 use vibrissa_learned::curve::OF_95;
@@ -118,7 +113,8 @@ impl Locator {
         for record in &c.sides {
             let side = Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)?;
             sides.push(side.ok_or_else(|| {
-                let held = Estimator::ALL.into_iter().filter(|e| e.is_in(record)).map(|e| e.name());
+                let held =
+                    Estimator::ALL.into_iter().filter(|e| e.bias_mm(record).is_some()).map(|e| e.name());
                 let error = InputError::new("this calibration does not hold this estimator").at(label, None);
                 let error = error.key("--estimator").value(estimator.name());
                 error.allowed(held.collect::<Vec<_>>().join(", "))

@@ -1,13 +1,11 @@
 //! Which drive the next tap of an object should have, and where its base should stand: those after which its distance is expected to be known best.
 
 use rayon::prelude::*;
-use vibrissa_learned::joint::{Joint, Object, Outlook, Tap};
 
-use super::Locator;
 use super::object::{doubts, limit};
-use super::opened::Opened;
-use super::rows::Reading;
+use super::{Locator, Opened, Reading};
 use crate::status::Status;
+use vibrissa_learned::joint::{Joint, Object, Outlook, Tap};
 
 /// Drives that are tried where the base stands.
 const TRIED: usize = 33;

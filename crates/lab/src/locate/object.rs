@@ -1,20 +1,16 @@
 //! Several taps of one object: after each tap, the distance that all of them so far tell.
 
 use indexmap::IndexMap;
-use vibrissa_core::normal::quantile;
-use vibrissa_learned::joint::{Object, Tap, Told};
 
 use super::free::Free;
-use super::opened::Opened;
-use super::pair::Spatial;
 use super::pairs::{PairObject, Parts};
-use super::rows::{Answerer, Reading};
-use super::stream::Ask;
 use super::tared::Once;
-use super::{Located, Locator};
+use super::{Answerer, Ask, Located, Locator, Opened, Reading, Spatial};
 use crate::error::{InputError, nearest};
-use crate::sink::lab::LabCell;
+use crate::sink::LabCell;
 use crate::status::Status;
+use vibrissa_core::normal::quantile;
+use vibrissa_learned::joint::{Object, Tap, Told};
 
 /// The column that names the object, where none is said.
 pub const NAME: &str = "object";

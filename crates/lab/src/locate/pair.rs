@@ -1,20 +1,68 @@
-//! Readings of two gauges 90° apart: distance, tilt, and where in space the contact is (model §6).
+//! Readings of two gauges 90° apart round the whisker: distance, tilt, and where in space the contact is (model §6).
+//! With the sign of the first gauge: r₁ = s₁ ε₁, r₂ = s₂ ε(90° + δ), δ the misalignment of the second gauge.
 
 use std::sync::{Mutex, PoisonError};
 
-use super::calibration::{Calibration, Second};
-use super::locator::{Located, Locator};
+use super::calibration::Second;
 use super::pairs::{Parts, covariance};
-use super::rows::Reading;
-use crate::curve::both::{Inverted, TwoReadings, inverse};
+use super::{Calibration, Located, Locator, Reading};
+use crate::curve::both::{self, Inverted, Inverter, TwoReadings, inverse};
+use crate::design::Design;
 use crate::error::{Error, SolveError};
-use crate::estimator::model::exact::{Extent, Opener};
-use crate::estimator::model::pair::{Pair, Transfer};
-use crate::estimator::model::{Found, SAME};
-use crate::estimator::{Estimator, Known, SideRecord};
-use crate::evaluate::Method;
+use crate::estimator::parameter::scene_with;
+use crate::estimator::surface::continued;
+use crate::estimator::{Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values};
+use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Skin};
+use crate::scene::{Direction, Setup};
 use crate::status::Status;
+
+/// Model of a calibrated whisker with two gauges.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    pub setup: Setup,
+    designs: [Design; 1],
+    /// Offsets added to a labelled distance, mm, and to a labelled drive.
+    offsets: [f64; 2],
+    /// Lean of the pole, degrees.
+    lean: f64,
+    reach: [f64; 2],
+}
+
+impl Pair {
+    /// Model of `rig` with the parameters `values`, over the distances of `at`, for poles that lean by `lean` degrees.
+    pub fn new(rig: &Rig, values: &Values, at: Extent, lean: f64) -> Result<Self, ModelError> {
+        let mut setup = scene_with(&rig.setup, values);
+        setup.gauge.side = at.side;
+        setup.gauge.second = true;
+        let (reach, tuple) = continued(rig, at.reach)?;
+        let design = Design::new(&setup, tuple);
+        if design.shared.is_none() {
+            return Err(ModelError::TooFar);
+        }
+        Ok(Self { setup, designs: [design], offsets: [values[2], values[1]], lean, reach })
+    }
+
+    pub fn evaluator(&self, method: Method) -> Evaluator<'_> {
+        Evaluator::new(&self.setup, method)
+    }
+
+    pub fn tap(&self, a: f64, tilt: f64, drive: f64) -> Task {
+        let ([a0, drive0], direction) = (self.offsets, Direction { tilt, lean: self.lean });
+        Task { design: 0, a: a + a0, direction, drive: drive + drive0 }
+    }
+
+    /// Mean strains of taps: of the centreline, of the first gauge, and 90° further, in the sign of the first; `None` without a solution.
+    pub fn strains(
+        &self,
+        evaluator: &mut Evaluator<'_>,
+        taps: &[Task],
+    ) -> Result<Vec<Option<[f64; 3]>>, SolveError> {
+        let outcomes = evaluator.run(&self.designs, taps)?;
+        let strains = outcomes.iter().map(|o| both::strains(&self.setup, o));
+        Ok(strains.map(|strains| strains.filter(|[axial, ..]| axial.is_finite())).collect())
+    }
+}
 
 /// A contact in space. The motor's axis is the origin, x lies along the whisker at first touch, y towards the object, z along the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,7 +102,10 @@ impl Spatial {
 
 pub(crate) struct Twofold {
     second: Second,
-    transfer: Transfer,
+    /// s₁ and s₂, reading per strain.
+    factors: [f64; 2],
+    /// δ, rad.
+    misalignment: f64,
     skin: Skin,
     /// Place of the side of the gauge among those that are answered.
     pub(super) side: usize,
@@ -83,8 +134,8 @@ impl Twofold {
             None => None,
         };
         let misalignment = second.misalignment_deg.to_radians();
-        let transfer = Transfer { factors: [factor, second.factor], misalignment };
-        Ok(Some(Self { second, transfer, skin: Skin::new(rig, None), side, model }))
+        let factors = [factor, second.factor];
+        Ok(Some(Self { second, factors, misalignment, skin: Skin::new(rig, None), side, model }))
     }
 
     /// The taps of the model that give the readings of `asked`, looked for first where these are; one thread after the other. Nothing without a model.
@@ -94,19 +145,38 @@ impl Twofold {
         let Some(method) = held.take() else { return Ok(Vec::new()) };
         let mut evaluator = pair.evaluator(method);
         let start = |s: &Solved| TwoReadings {
-            start: pair.tap(s.a, s.tilt.to_degrees(), s.drive),
+            start: pair.tap(s.found.a, s.tilt.to_degrees(), s.drive),
             readings: s.readings,
         };
         let asked: Vec<TwoReadings> = asked.iter().flatten().map(start).collect();
-        let found = pair.invert(&mut evaluator, &self.transfer, &asked);
+        let reading: both::Reading<'_> = &|strains| self.readings(strains);
+        let (setup, designs) = (&pair.setup, &pair.designs);
+        let mut inverter = Inverter { setup, evaluator: &mut evaluator, designs, reading, taps: 0 };
+        let found = inverter.invert(&asked, &|_| pair.reach);
         *held = Some(evaluator.into_method());
-        found
+        let mut found = found?;
+        found.iter_mut().flatten().for_each(|one| one.task.a -= pair.offsets[0]);
+        Ok(found)
+    }
+
+    /// r₁ and r₂ for [`Pair::strains`].
+    fn readings(&self, [axial, first, second]: [f64; 3]) -> [f64; 2] {
+        let (sin, cos) = self.misalignment.sin_cos();
+        let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
+        [self.factors[0] * first, self.factors[1] * strain_2]
+    }
+
+    /// ε₁ and ε₂ for r₁ and r₂, without the strain of the centreline.
+    fn strains(&self, readings: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.misalignment.sin_cos();
+        let first = readings[0] / self.factors[0];
+        [first, (readings[1] / self.factors[1] + first * sin) / cos]
     }
 
     /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).
     fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
-        let Transfer { factors: [s1, s2], misalignment } = self.transfer;
-        let [e1, e2] = self.transfer.strains(readings);
+        let ([s1, s2], misalignment) = (self.factors, self.misalignment);
+        let [e1, e2] = self.strains(readings);
         let (t, square) = (e2 / e1, e1 * e1 + e2 * e2);
         // d e₂ = d r₂/(s₂ cos δ) + tan δ d r₁/s₁.
         let (by_1, by_2) = (misalignment.tan() / s1, 1.0 / (s2 * misalignment.cos()));
@@ -122,10 +192,8 @@ struct Solved {
     readings: [f64; 2],
     drive: f64,
     status: Status,
-    /// Variance of the first reading that the calibration leaves.
-    variance: f64,
-    near: Option<f64>,
-    a: f64,
+    /// By linear theory; with the distance of the model, if that was inverted.
+    found: Found,
     /// rad.
     tilt: f64,
     /// d(a, β)/d(r₁, r₂).
@@ -151,7 +219,7 @@ impl Locator {
             let Ok(solved) = one else { continue };
             match found.and_then(|found| Some((found, inverse(found.slopes)?))) {
                 Some((Inverted { task, slopes }, inverse)) => {
-                    (solved.a, solved.tilt) = (task.a, task.direction.tilt.to_radians());
+                    (solved.found.a, solved.tilt) = (task.a, task.direction.tilt.to_radians());
                     (solved.inverse, solved.rising) = (inverse, slopes[0][0] > 0.0);
                 }
                 None => *one = Err(solved.status | Status::NO_ROOT),
@@ -174,7 +242,7 @@ impl Locator {
         if readings == [0.0; 2] {
             return Err(Status::NO_STRAIN);
         }
-        let per_strain = if self.unit.is_absolute() { [1.0; 2] } else { two.transfer.factors };
+        let per_strain = if self.unit.is_absolute() { [1.0; 2] } else { two.factors };
         let beyond =
             (readings[0] / per_strain[0]).hypot(readings[1] / per_strain[1]) > self.rig.strain_limit();
         let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
@@ -189,8 +257,7 @@ impl Locator {
         let known = Known { share: reading.shares[0], same_run: self.same_run };
         let found = side.answers.find(drive, upright, known).map_err(|why| status | why)?;
         let inverse = [of_a.map(|x| x / found.slope), of_tilt];
-        let Found { a, near, variance, .. } = found;
-        Ok(Solved { readings, drive, status, variance, near, a, tilt, inverse, rising: false })
+        Ok(Solved { readings, drive, status, found, tilt, inverse, rising: false })
     }
 
     /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.
@@ -199,9 +266,10 @@ impl Locator {
         let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
         let noises = [self.noise(), *noise];
         let zeros = [0, 1].map(|k| noises[k] * reading.shares[k].sqrt());
-        let of_model = (solved.variance * solved.tilt.cos().powi(4)).sqrt();
+        let Found { a, near, variance, .. } = solved.found;
+        let of_model = (variance * solved.tilt.cos().powi(4)).sqrt();
         let of_factor = solved.readings[1] * sigma_factor / factor;
-        let ratio = factor / two.transfer.factors[0];
+        let ratio = factor / two.factors[0];
         let of_misalignment = solved.readings[0] * ratio * sigma_misalignment_deg.to_radians();
         // Change of distance and tilt with an error of one gauge.
         let moved = |gauge: usize, error: f64| solved.inverse.map(|by| by[gauge] * error);
@@ -209,7 +277,7 @@ impl Locator {
         let [factor, misalignment] = [of_factor, of_misalignment].map(|error| moved(1, error));
         let bias = [side.bias_at(solved.drive), 0.0];
         let parts = Parts {
-            at: [solved.a, solved.tilt],
+            at: [a, solved.tilt],
             own: covariance(&[0, 1].map(|k| moved(k, noises[k]))),
             moved: [zero, model, factor, misalignment, bias, moved(0, zeros[0]), moved(1, zeros[1])],
         };
@@ -218,17 +286,17 @@ impl Locator {
         if !(sigma.is_finite() && sigma_tilt.is_finite()) {
             return Err(solved.status | Status::NO_ROOT);
         }
-        let more = || !self.rig.shared().theory.alone(solved.a);
+        let more = || !self.rig.shared().theory.alone(a);
         let ambiguous = if solved.rising && more() { Status::AMBIGUOUS } else { Status::OK };
-        let status = solved.status | ambiguous | side.doubts(solved.a, solved.near, sigma);
+        let status = solved.status | ambiguous | side.doubts(a, near, sigma);
         let (sin, cos) = solved.tilt.sin_cos();
-        let [x, out] = two.skin.place(solved.a);
+        let [x, out] = two.skin.place(a);
         let [along, narrower] = two.skin.slope();
         // Gradients of x, y, z over a and β.
         let by = [[along, 0.0], [narrower * cos, -out * sin], [narrower * sin, out * cos]];
-        let spread = |[a, b]: [f64; 2]| (a * a * aa + 2.0 * a * b * at + b * b * tt).max(0.0).sqrt();
+        let spread = |[p, q]: [f64; 2]| (p * p * aa + 2.0 * p * q * at + q * q * tt).max(0.0).sqrt();
         Ok(Spatial {
-            located: Located::normal(solved.a, sigma, status),
+            located: Located::normal(a, sigma, status),
             tilt: solved.tilt.to_degrees(),
             sigma_tilt: sigma_tilt.to_degrees(),
             correlation: at / (sigma * sigma_tilt),

@@ -52,23 +52,20 @@ pub(super) struct PairObject {
     pub count: usize,
 }
 
-struct Sums {
-    matrix: DMatrix<f64>,
-    vector: DVector<f64>,
+/// Normal matrix and vector.
+type Sums = (DMatrix<f64>, DVector<f64>);
+
+/// Of `n` numbers: nothing is known of the first two, of the others their prior.
+fn prior(n: usize) -> Sums {
+    let matrix = DMatrix::from_fn(n, n, |i, j| if i == j && i > 1 { 1.0 } else { 0.0 });
+    (matrix, DVector::zeros(n))
 }
 
-impl Sums {
-    /// Of `n` numbers: nothing is known of the first two, of the others their prior.
-    fn new(n: usize) -> Self {
-        let matrix = DMatrix::from_fn(n, n, |i, j| if i == j && i > 1 { 1.0 } else { 0.0 });
-        Self { matrix, vector: DVector::zeros(n) }
-    }
-
-    fn add(&mut self, rows: &DMatrix<f64>, weight: &Matrix2<f64>, at: Vector2<f64>) {
-        let weighted = rows.transpose() * weight;
-        self.matrix += &weighted * rows;
-        self.vector += &weighted * at;
-    }
+fn add((matrix, vector): &mut Sums, tap: &Parts, weight: &Matrix2<f64>) {
+    let rows = rows(tap, vector.len());
+    let weighted = rows.transpose() * weight;
+    *matrix += &weighted * rows;
+    *vector += &weighted * Vector2::from(tap.at);
 }
 
 /// By how much one tap is moved by each of so many numbers; by the zeros where those are numbers.
@@ -82,7 +79,7 @@ const ALIKE: f64 = 1e-6;
 
 impl PairObject {
     pub fn new() -> Self {
-        Self { sums: Sums::new(ALL), zero: None, taps: Vec::new(), count: 0 }
+        Self { sums: prior(ALL), zero: None, taps: Vec::new(), count: 0 }
     }
 
     /// Adds a tap above the zero with the number `zero`; whether it tells anything.
@@ -91,10 +88,10 @@ impl PairObject {
         if self.zero.replace(zero).is_some_and(|before| before != zero) {
             // The zeros before are done with: integrates over them, and their numbers are free for the new ones.
             for k in ZEROS..ALL {
-                integrate(&mut self.sums.matrix, &mut self.sums.vector, k);
+                integrate(&mut self.sums.0, &mut self.sums.1, k);
             }
         }
-        self.sums.add(&rows(&tap, ALL), &weight, Vector2::from(tap.at));
+        add(&mut self.sums, &tap, &weight);
         self.count += 1;
         if self.taps.len() == JUDGED {
             self.taps.remove(0);
@@ -105,8 +102,8 @@ impl PairObject {
 
     /// Distance, mm, and tilt, rad, that all taps tell, and their standard deviations.
     pub fn told(&self) -> Option<[[f64; 2]; 2]> {
-        let factor = self.sums.matrix.clone().cholesky()?;
-        let (at, covariance) = (factor.solve(&self.sums.vector), factor.inverse());
+        let factor = self.sums.0.clone().cholesky()?;
+        let (at, covariance) = (factor.solve(&self.sums.1), factor.inverse());
         let sigma = [0, 1].map(|k| covariance[(k, k)].sqrt());
         (at[0].is_finite() && sigma.iter().all(|s| *s > 0.0)).then_some([[at[0], at[1]], sigma])
     }
@@ -118,16 +115,16 @@ impl PairObject {
         }
         // The error of the zero counts with each tap.
         let own = |tap: &Parts| Matrix2::from(tap.with(&tap.moved[SHARED..]));
-        let mut sums = Sums::new(ZEROS);
+        let mut sums = prior(ZEROS);
         for tap in &self.taps {
-            sums.add(&rows(tap, ZEROS), &own(tap).try_inverse()?, Vector2::from(tap.at));
+            add(&mut sums, tap, &own(tap).try_inverse()?);
         }
-        let factor = sums.matrix.cholesky()?;
-        let (solved, covariance) = (factor.solve(&sums.vector), factor.inverse());
+        let factor = sums.0.cholesky()?;
+        let (solved, covariance) = (factor.solve(&sums.1), factor.inverse());
         let off = |tap: &Parts| {
             let h = rows(tap, ZEROS);
-            let left = DVector::from_column_slice(&tap.at) - &h * &solved;
-            let left = Vector2::new(left[0], left[1]);
+            let known = &h * &solved;
+            let left = Vector2::from(tap.at) - Vector2::new(known[0], known[1]);
             let known = &h * &covariance * h.transpose();
             let of_left = own(tap) - Matrix2::from_fn(|i, j| known[(i, j)]);
             Some((left.transpose() * of_left.try_inverse()? * left)[0].max(0.0).sqrt())

@@ -13,7 +13,7 @@ use crate::measure::header::{Comments, same};
 use crate::measure::time::Memory;
 use crate::measure::{Names, Unit};
 use crate::scene::{Drive, Signal};
-use crate::sink::lab::{LabCell, LabRow};
+use crate::sink::{LabCell, LabRow};
 use crate::status::Status;
 
 /// What answers readings: one whisker with one gauge or two, or a sensor with several channels.

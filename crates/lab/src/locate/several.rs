@@ -5,11 +5,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::calibration::Calibration;
-use super::locator::{Located, Locator};
+use super::{Calibration, Located, Locator};
 use crate::error::Error;
+use crate::estimator::Opener;
 use crate::estimator::least::{Minimum, by_values};
-use crate::estimator::model::exact::Opener;
 use crate::measure::names::Channel;
 use crate::scene::Signal;
 use crate::scene::channels::numbered;

@@ -5,24 +5,19 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::Locator;
-use super::group::Group;
-use super::object::{By, Objects};
-use super::pair::Spatial;
-use super::rows::{Answerer, Reading, RowReader};
-pub use super::tared::zeros;
+use super::rows::RowReader;
+use super::strokes::{self, Group};
 use super::tared::{Once, TaredRows};
+use super::{Answerer, By, Locator, Objects, Reading, Spatial};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
 use crate::fields::plain;
-use crate::measure::Names;
-use crate::measure::zero::Zero;
-use crate::sink::frame::Frame;
-use crate::sink::heading::{Heading, heading};
+use crate::measure::{Names, Zero};
 use crate::sink::heading::{Kind, Only, fact_in, kind};
-use crate::sink::lab::{LabCell, LabRow, LabStream, LabTable};
-use crate::sink::values::{Field, Values};
+use crate::sink::{Field, Frame, Heading, LabCell, LabRow, LabStream, LabTable, Values, heading};
 use crate::status::Status;
+
+pub use super::tared::zeros;
 
 /// Readings that are answered together at most.
 const TOGETHER: usize = 1 << 12;
@@ -303,7 +298,7 @@ fn put(
 /// Adds these columns to `answers`. The name of an object or a stroke is a word.
 pub fn add(answers: &mut Frame, names: &[&'static str]) {
     for name in names {
-        let is_name = [super::object::NAME, super::strokes::NAME].contains(name);
+        let is_name = [super::object::NAME, strokes::NAME].contains(name);
         answers.add(*name, Values::new(if is_name { Kind::Word } else { kind(name) }));
     }
 }

@@ -2,13 +2,13 @@
 
 use std::str::FromStr;
 
-use serde::de::{Deserialize, Deserializer, Error as _};
+use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::Locator;
 use crate::error::InputError;
 use crate::fields::{number, plain};
-use crate::measure::zero::{TaredBy, Zero};
+use crate::measure::{TaredBy, Zero};
 
 /// A zero of a calibration without zero readings is worth a word beyond so many standard deviations of a reading.
 const SEEN: f64 = 4.0;
@@ -117,16 +117,20 @@ pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
 }
 
 /// One finite number, or two, in the unit of the signal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(try_from = "Vec<f64>")]
 pub struct SaidZero(Vec<f64>);
 
-impl SaidZero {
-    /// One number, or two; `None` of other numbers, or as many.
-    pub fn new(values: Vec<f64>) -> Option<Self> {
-        let sound = [1, 2].contains(&values.len()) && values.iter().all(|x| x.is_finite());
-        sound.then_some(Self(values))
-    }
+impl TryFrom<Vec<f64>> for SaidZero {
+    type Error = &'static str;
 
+    fn try_from(values: Vec<f64>) -> Result<Self, Self::Error> {
+        let sound = [1, 2].contains(&values.len()) && values.iter().all(|x| x.is_finite());
+        sound.then_some(Self(values)).ok_or("this is no zero of such a signal")
+    }
+}
+
+impl SaidZero {
     /// The zero of each signal of `locators`, as many as there are.
     pub fn of<'l>(
         zero: Option<&Self>,
@@ -160,13 +164,8 @@ impl FromStr for SaidZero {
 
     fn from_str(said: &str) -> Result<Self, Self::Err> {
         let values: Option<Vec<f64>> = said.split(',').map(number).collect();
-        values.and_then(Self::new).ok_or("a number, or one for each of two signals: X,Y")
-    }
-}
-
-impl<'de> Deserialize<'de> for SaidZero {
-    fn deserialize<D: Deserializer<'de>>(numbers: D) -> Result<Self, D::Error> {
-        let zero = Self::new(Vec::deserialize(numbers)?);
-        zero.ok_or_else(|| D::Error::custom("this is no zero of such a signal"))
+        values
+            .and_then(|values| Self::try_from(values).ok())
+            .ok_or("a number, or one for each of two signals: X,Y")
     }
 }

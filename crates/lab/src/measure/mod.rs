@@ -15,6 +15,9 @@ pub mod unit;
 pub mod zero;
 
 pub use file::{Data, Row};
+pub use group::Groups;
 pub use names::Names;
 pub use rig::{Rig, Skin};
+pub use time::Lag;
 pub use unit::Unit;
+pub use zero::{Tared, TaredBy, Zero};

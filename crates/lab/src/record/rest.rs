@@ -1,7 +1,7 @@
 //! The noise of a record, which of its quiet parts are rests, and its level without contact.
 
 use super::Record;
-use crate::estimator::model::between as held;
+use crate::estimator::between as held;
 use crate::reduce::{distinct, median, range};
 
 /// Standard deviations of noise, and share of the largest signal, beyond which a sample is in contact.

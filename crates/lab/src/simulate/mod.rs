@@ -3,18 +3,16 @@
 
 pub mod object;
 mod row;
-pub mod stroke;
 pub mod strokes;
+
+use row::Recorder;
+use serde_json::{Value, json};
 
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
-use serde_json::{Value, json};
-
 use crate::scene::{Drive, Layout, Setup, Signal, Tuple};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use row::Recorder;
+use crate::sink::{Frame, heading};
 
 pub const SOURCE: &str = "synthetic";
 

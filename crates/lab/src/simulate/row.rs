@@ -7,26 +7,7 @@ use crate::measure::Rig;
 use crate::scene::Tuple;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::sampler::Sampler;
-use crate::sink::frame::Frame;
-use crate::sink::values::Field;
-
-pub(super) struct Dice {
-    seed: u64,
-    row: u32,
-}
-
-impl Dice {
-    fn uniform(&self, dimension: u32) -> f64 {
-        Sampler::Random.uniform(self.seed, dimension, self.row)
-    }
-
-    /// Two standard normal numbers, independent of each other, from two dimensions (Box and Muller 1958).
-    pub fn normal(&self, dimension: u32) -> [f64; 2] {
-        let size = (-2.0 * self.uniform(dimension).ln()).sqrt();
-        let turn = std::f64::consts::TAU * self.uniform(dimension + 1);
-        [size * turn.cos(), size * turn.sin()]
-    }
-}
+use crate::sink::{Field, Frame};
 
 /// Records rows of a table, each after the one before.
 pub(super) struct Recorder<'a> {
@@ -71,14 +52,21 @@ impl<'a> Recorder<'a> {
         rests
     }
 
-    pub fn dice(&self) -> Dice {
-        Dice { seed: self.settings.seed, row: self.row }
+    fn uniform(&self, dimension: u32) -> f64 {
+        Sampler::Random.uniform(self.settings.seed, dimension, self.row)
+    }
+
+    /// Two standard normal numbers of this row, independent of each other, from two dimensions (Box and Muller 1958).
+    pub fn normal(&self, dimension: u32) -> [f64; 2] {
+        let size = (-2.0 * self.uniform(dimension).ln()).sqrt();
+        let turn = std::f64::consts::TAU * self.uniform(dimension + 1);
+        [size * turn.cos(), size * turn.sin()]
     }
 
     /// The recorded values of the strains of both gauges (zero, noise, end stop, factor, unit), and whether a sensor that is there stopped.
     pub fn record(&mut self, strains: [f64; 2]) -> ([f64; 2], bool) {
         let (s, second) = (self.settings, self.rig.setup.gauge.second);
-        let noise = if s.noise > 0.0 { self.dice().normal(0).map(|z| s.noise * z) } else { [0.0; 2] };
+        let noise = if s.noise > 0.0 { self.normal(0).map(|z| s.noise * z) } else { [0.0; 2] };
         let stop = s.saturate.unwrap_or(f64::INFINITY);
         let drift = s.drift * f64::from(self.row);
         self.row = self.row.wrapping_add(1);
@@ -106,9 +94,8 @@ impl<'a> Recorder<'a> {
         let read = tap.map_or([0.0; MOST_CHANNELS], |(tap, spike)| {
             channels.read(self.rig.setup.felt(tap.wrench), tap.strain).map(|x| spike * x)
         });
-        let dice = self.dice();
         // The first five dimensions are those of one signal and of its faults.
-        let noise = channels.noise(&std::array::from_fn(|k| dice.normal(5 + 2 * k as u32)[0]));
+        let noise = channels.noise(&std::array::from_fn(|k| self.normal(5 + 2 * k as u32)[0]));
         self.row = self.row.wrapping_add(1);
         let value = |k: usize| self.settings.factor * (read[k] + noise[k]);
         ((0..channels.rows.len()).map(value).collect(), false)
@@ -126,10 +113,9 @@ impl<'a> Recorder<'a> {
             self.zero(at)?;
         }
         let memory = self.last.map(|strain| self.settings.hysteresis * strain);
-        let dice = self.dice();
-        let wrong = self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers;
-        let mislabelled = wrong && dice.uniform(3) < 0.5 && other != at.a;
-        let spike = if wrong && !mislabelled { 1.2 + 0.8 * dice.uniform(4) } else { 1.0 };
+        let wrong = self.settings.outliers > 0.0 && self.uniform(2) < self.settings.outliers;
+        let mislabelled = wrong && self.uniform(3) < 0.5 && other != at.a;
+        let spike = if wrong && !mislabelled { 1.2 + 0.8 * self.uniform(4) } else { 1.0 };
         let strains = [tap.strain, tap.strain_2];
         let shown = [0, 1].map(|k| spike * (strains[k] + memory[k]));
         let (values, stopped) = self.values(shown, Some((tap, spike)));

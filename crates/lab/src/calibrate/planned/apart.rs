@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use vibrissa_learned::curve::Spread;
 use vibrissa_learned::plan::Tap;
 
-use crate::estimator::model::exact::{Exact, Parameter};
-use crate::estimator::model::parameter::width;
+use crate::estimator::parameter::{spec_values, width};
+use crate::estimator::{Exact, Parameter};
 use crate::measure::Rig;
 use crate::scene::Drive;
 
@@ -34,7 +34,7 @@ pub struct Apart {
 
 /// Numbers that a calibration may have to determine.
 pub fn parameters(rig: &Rig) -> Vec<Parameter> {
-    let values = crate::estimator::model::exact::spec_values(&rig.setup);
+    let values = spec_values(&rig.setup);
     let known = |p: &Parameter| values[*p as usize].is_finite();
     let of_whisker = [Parameter::Mu, Parameter::Clamp, Parameter::Root];
     let of_rig = [Parameter::Factor, Parameter::DriveOffset, Parameter::DistanceOffset];

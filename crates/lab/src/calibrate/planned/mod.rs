@@ -15,7 +15,8 @@ use vibrissa_learned::plan::{Ask, Planner, Tap};
 
 use crate::error::{Error, InputError};
 use crate::estimator::learned::whisker;
-use crate::estimator::model::exact::{Exact, Extent, Opener, spec_values};
+use crate::estimator::parameter::spec_values;
+use crate::estimator::{Exact, Extent, Opener};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
 

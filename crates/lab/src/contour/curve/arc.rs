@@ -1,9 +1,9 @@
 //! A line or a circle, as one family: a place, a direction and a curvature, which is 0 of a line. Nothing is singular where one becomes the other.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::least::{FREE, by_values, slopes};
 
 use super::Sample;
+use vibrissa_learned::least::{FREE, by_values, slopes};
 
 /// Small changes of offset (mm), direction (rad), curvature (1/mm).
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
@@ -17,7 +17,7 @@ pub struct Arc {
     direction: f64,
     /// Offset to the left (mm), turn (rad) and, of a circle, curvature (1/mm), > 0 where the centre lies to the left.
     values: Vec<f64>,
-    covariance: DMatrix<f64>,
+    pub(super) covariance: DMatrix<f64>,
 }
 
 impl Arc {
@@ -145,9 +145,5 @@ impl Arc {
         let n = self.values.len();
         let found = by_values(&of, &self.values, &STEPS[..n], &vec![FREE; n], SETTLED)?;
         Some(Self { values: found.at, covariance: found.covariance, ..self.clone() })
-    }
-
-    pub fn scaled(self, factor: f64) -> Self {
-        Self { covariance: self.covariance * factor, ..self }
     }
 }

@@ -1,12 +1,11 @@
 //! Which curve: each kind drawn robustly, judged by what is left out.
 
 use indexmap::IndexMap;
-use vibrissa_core::reduce::median;
 
 use super::arc::Arc;
 use super::smooth::Smooth;
-use super::spot::Spot;
-use super::{Curve, Kind, Sample};
+use super::{Curve, Kind, Sample, Spot};
+use vibrissa_core::reduce::median;
 
 /// A point farther off than so many of its standard deviations, where those are as large as the points say, is an outlier.
 pub const OFF: f64 = 4.0;
@@ -275,7 +274,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         Some(kind) => all.iter().position(|d| d.kind == kind),
         None => judged.iter().position(|j| j.loss_more_than_best <= j.loss_more_se.max(WORTH)),
     };
-    let chosen = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
-    let curve = chosen.curve.clone().scaled(chosen.scale * chosen.scale);
-    Ok(Chosen { curve, judged, ..chosen })
+    let mut chosen = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
+    chosen.curve.scale(chosen.scale * chosen.scale);
+    Ok(Chosen { judged, ..chosen })
 }

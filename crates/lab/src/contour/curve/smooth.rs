@@ -2,11 +2,11 @@
 //! allow (P-splines: Eilers and Marx, Stat. Sci. 11:89, 1996).
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_core::reduce::sorted;
-use vibrissa_learned::least;
 
 use super::Sample;
 use super::arc::Arc;
+use vibrissa_core::reduce::sorted;
+use vibrissa_learned::least;
 
 /// Most intervals between knots.
 const INTERVALS: usize = 40;
@@ -17,11 +17,11 @@ const PASSES: usize = 3;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smooth {
-    base: Arc,
+    pub(super) base: Arc,
     pub(super) basis: Basis,
     /// Of the offset to the left of the base, mm.
     values: DVector<f64>,
-    covariance: DMatrix<f64>,
+    pub(super) covariance: DMatrix<f64>,
 }
 
 /// Cubic B-splines on even knots.
@@ -205,9 +205,5 @@ impl Smooth {
             Some(Self { values, covariance, ..self.clone() })
         };
         groups.iter().map(one).collect()
-    }
-
-    pub fn scaled(self, factor: f64) -> Self {
-        Self { covariance: self.covariance * factor, base: self.base.scaled(factor), ..self }
     }
 }

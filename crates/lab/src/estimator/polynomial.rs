@@ -3,14 +3,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::reduce::{range, sorted};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::Found;
-use crate::estimator::least::solve;
-use crate::measure::group::Groups;
+use super::least::solve;
+use super::{Answers, Found, Known};
+use crate::measure::Groups;
 use crate::physics::inverse::bracketed;
+use crate::reduce::{range, sorted};
+use crate::status::Status;
 
 /// Intervals of the range of signals at which the direction of the curve is checked.
 const LOOKS: usize = 24;
@@ -38,18 +39,15 @@ impl Form {
     }
 
     fn all(positions: usize, drives: usize) -> Vec<Self> {
-        let mut all = Vec::new();
-        for degree in 1..=DEGREES.min(positions.saturating_sub(2)).max(1) {
-            for log_a in [true, false] {
-                for log_drive in [false, true] {
-                    let drive_degree = degree.min(drives.saturating_sub(1));
-                    if drives > 1 || !log_drive {
-                        all.push(Self { degree, drive_degree, log_a, log_drive });
-                    }
-                }
-            }
-        }
-        all
+        let forms = |degree: usize| {
+            let form = move |(log_a, log_drive)| {
+                let drive_degree = degree.min(drives.saturating_sub(1));
+                Self { degree, drive_degree, log_a, log_drive }
+            };
+            [(true, false), (true, true), (false, false), (false, true)].map(form)
+        };
+        let degrees = 1..=DEGREES.min(positions.saturating_sub(2)).max(1);
+        degrees.flat_map(forms).filter(|form| drives > 1 || !form.log_drive).collect()
     }
 
     fn drive(&self, drive: f64) -> f64 {
@@ -99,14 +97,6 @@ pub struct Polynomial {
     /// 1 if the distance grows with the signal, −1 if it falls.
     pub sign: f64,
     pub reach: [f64; 2],
-}
-
-struct At {
-    a: f64,
-    /// da/d(ln signal), mm.
-    slope: f64,
-    /// Variance of a from the fit, mm².
-    variance: f64,
 }
 
 /// Sums over the points: products of the terms with each other, and in the last column with the target.
@@ -183,10 +173,8 @@ impl Polynomial {
             // Too few points for cross-validation: only the simplest form is allowed.
             return (form.degree == 1).then(|| vec![0.0]);
         }
-        let mut without = BTreeMap::new();
-        for (position, m) in &sums.positions {
-            without.insert(*position, solved(&sums.all - m)?.0);
-        }
+        let left = |(position, m): (&usize, &DMatrix<f64>)| Some((*position, solved(&sums.all - m)?.0));
+        let without: BTreeMap<_, _> = sums.positions.iter().map(left).collect::<Option<_>>()?;
         let squares = by_position(points, |p| {
             let (x, _) = form.terms(&sums.powers, sums.scale, p.signal.ln(), p.drive);
             let y: f64 = x.iter().zip(without[&p.position].iter()).map(|(x, c)| x * c).sum();
@@ -246,7 +234,7 @@ impl Polynomial {
         let mut sign = 0.0;
         for (drive, [lo, hi]) in ranges {
             for k in 0..=LOOKS {
-                let slope = self.at(lo + (hi - lo) * k as f64 / LOOKS as f64, *drive).slope;
+                let slope = self.at(lo + (hi - lo) * k as f64 / LOOKS as f64, *drive)[1];
                 if slope == 0.0 || !slope.is_finite() || (sign != 0.0 && slope.signum() != sign) {
                     return None;
                 }
@@ -258,7 +246,7 @@ impl Polynomial {
 
     /// Covariance of the coefficients, from the larger of the variances of taps and of positions: errors common to a position count once.
     fn spread(&self, points: &[Point], inverse: &DMatrix<f64>) -> Vec<Vec<f64>> {
-        let left = |p: &Point| self.form.target(p.a) - self.form.target(self.at(p.signal.ln(), p.drive).a);
+        let left = |p: &Point| self.form.target(p.a) - self.form.target(self.at(p.signal.ln(), p.drive)[0]);
         let n: f64 = points.iter().map(|p| p.n).sum();
         let m = self.coefficients.len() as f64;
         let of_taps = points.iter().map(|p| p.n * left(p).powi(2)).sum::<f64>() / (n - m).max(1.0);
@@ -270,7 +258,8 @@ impl Polynomial {
         inverse.row_iter().map(|row| row.iter().map(|x| variance * x).collect()).collect()
     }
 
-    fn at(&self, x: f64, drive: f64) -> At {
+    /// Distance (mm), da/d(ln signal) (mm) and the variance of a from the fit (mm²) where ln(signal) is x.
+    fn at(&self, x: f64, drive: f64) -> [f64; 3] {
         let powers = self.form.powers();
         let (terms, slopes) = self.form.terms(&powers, self.scale, x, drive);
         let dot = |t: &[f64]| t.iter().zip(&self.coefficients).map(|(t, c)| t * c).sum::<f64>();
@@ -280,22 +269,21 @@ impl Polynomial {
         let variance: f64 = terms.iter().zip(&self.covariance).map(of_row).sum();
         let a = self.form.distance(y);
         let per = if self.form.log_a { a } else { 1.0 };
-        At { a, slope: dy * per, variance: variance.max(0.0) * per * per }
+        [a, dy * per, variance.max(0.0) * per * per]
     }
+}
 
-    /// Distance for a `signal` > 0 at `drive`; `None` beyond its reach.
-    pub fn find(&self, drive: f64, signal: f64) -> Option<Found> {
-        let at = self.at(signal.ln(), drive);
-        let inside = at.a >= self.reach[0] && at.a <= self.reach[1];
-        if !inside || at.slope.signum() != self.sign || !at.a.is_finite() {
-            return None;
+impl Answers for Polynomial {
+    fn find(&self, drive: f64, signal: f64, _: Known) -> Result<Found, Status> {
+        let [a, slope, variance] = self.at(signal.ln(), drive);
+        if !(self.reach[0]..=self.reach[1]).contains(&a) || slope.signum() != self.sign {
+            return Err(Status::OUTSIDE_CALIBRATION);
         }
-        let slope = signal / at.slope;
-        Some(Found::root(at.a, None, slope, at.variance * slope * slope))
+        let slope = signal / slope;
+        Ok(Found::root(a, None, slope, variance * slope * slope))
     }
 
-    /// Signal at a (mm) and `drive`; NaN beyond the reach.
-    pub fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         if !(self.reach[0]..=self.reach[1]).contains(&a) {
             return f64::NAN;
         }
@@ -303,15 +291,19 @@ impl Polynomial {
         let [mid, half] = self.scale[0];
         let place = |k: usize| mid + 1.5 * half * (k as f64 / LOOKS as f64 - 1.0);
         let at = |k: usize| {
-            let here = self.at(place(k), drive);
-            (here.a - a, here.slope.signum() == self.sign)
+            let [here, slope, _] = self.at(place(k), drive);
+            (here - a, slope.signum() == self.sign)
         };
         let crossed = (0..2 * LOOKS).find(|&k| {
             let ((p, runs), (q, on)) = (at(k), at(k + 1));
             runs && on && (p <= 0.0) != (q <= 0.0)
         });
-        let miss = |x: f64| self.at(x, drive).a - a;
+        let miss = |x: f64| self.at(x, drive)[0] - a;
         crossed.map_or(f64::NAN, |k| bracketed(miss, place(k), place(k + 1)).exp())
+    }
+
+    fn variance(&self, a: f64, drive: f64, _: bool) -> f64 {
+        self.find(drive, self.expected(a, drive), Known::default()).map_or(f64::NAN, |f| f.variance)
     }
 }
 

@@ -1,15 +1,19 @@
-//! `paper`: the closed form f and one K̄ per drive (model §4): f(â) = K̄ |ε|/θ.
+//! The simple estimators. `paper`: the closed form f and one K̄ per drive (model §4): f(â) = K̄ |ε|/θ. `curve`: a smooth, monotone fit of distance over
+//! signal and drive, from the data alone.
+
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::cells::Cell;
 use super::held_out::Side;
-use super::model::{Found, between};
-use super::{known, positive};
+use super::polynomial::{Form, Point, Polynomial};
+use super::taps::Cell;
+use super::{Answers, Found, Known, between, known, positive};
 use crate::design::amount;
 use crate::measure::Rig;
 use crate::physics::inverse::Inverse;
 use crate::scene::{Drive, Theory};
+use crate::status::Status;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -75,27 +79,71 @@ impl Paper {
         Self { inverse, kind: rig.setup.drive, drives, k, variance }
     }
 
-    pub fn without(side: &Side<'_>, gone: &std::ops::Range<usize>) -> Option<Self> {
+    pub fn without(side: &Side<'_>, gone: &Range<usize>) -> Option<Self> {
         let [k, variance] = factors(side, |c| !gone.contains(&c.i))?;
         Some(Self::new(side.rig, side.drives, &k, &variance))
     }
+}
 
-    pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
+impl Answers for Paper {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let k = between(&self.drives, &self.k, drive);
         let amount = amount(self.kind, drive);
-        let roots = self.inverse.roots(k * reading / amount)?;
+        let roots = self.inverse.roots(k * reading / amount).ok_or(Status::NO_ROOT)?;
         let slope = amount * self.inverse.curve().slope(roots.far) / k;
         let variance = reading * reading * between(&self.drives, &self.variance, drive);
         // A distance on the near side may belong to one beyond the calibration.
         let near = roots.near.or(roots.unseen.then_some(roots.far));
-        Some(Found::root(roots.far, near, slope, variance))
+        Ok(Found::root(roots.far, near, slope, variance))
     }
 
-    pub fn expected(&self, a: f64, drive: f64) -> f64 {
+    fn expected(&self, a: f64, drive: f64) -> f64 {
         amount(self.kind, drive) * self.inverse.curve().value(a) / between(&self.drives, &self.k, drive)
     }
 
-    pub fn variance(&self, a: f64, drive: f64) -> f64 {
+    fn variance(&self, a: f64, drive: f64, _: bool) -> f64 {
         self.expected(a, drive).powi(2) * between(&self.drives, &self.variance, drive)
     }
+}
+
+/// Range beyond the positions, in shares of the last step: for answers, and for a position left out, which may be the last.
+const BEYOND: [f64; 2] = [0.5, 4.0];
+/// Up to this many taps, each counts with its own labels; with more, cells count with their means.
+const EACH: usize = 1000;
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SmoothRecord {
+    /// RMS error on distances left out.
+    pub held_out_rms_mm: Option<f64>,
+    /// Error on distances left out beyond the noise, per drive.
+    pub bias_mm: Vec<f64>,
+    pub fit: Polynomial,
+}
+
+impl SmoothRecord {
+    pub fn calibrated(side: &Side<'_>, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Option<Self> {
+        let fit = Polynomial::through(&points(side, None), form(side)?, BEYOND[0])?;
+        Some(Self { held_out_rms_mm, bias_mm, fit })
+    }
+}
+
+/// Form for all positions of `side`; it also serves with positions left out, so that the same form is judged and used.
+pub fn form(side: &Side<'_>) -> Option<Form> {
+    Polynomial::choose(&points(side, None))
+}
+
+pub fn without(side: &Side<'_>, gone: &Range<usize>, form: Option<Form>) -> Option<Polynomial> {
+    Polynomial::through(&points(side, Some(gone)), form?, BEYOND[1])
+}
+
+fn points(side: &Side<'_>, without: Option<&Range<usize>>) -> Vec<Point> {
+    let kept = || side.cells.iter().filter(|c| without.is_none_or(|gone| !gone.contains(&c.i)));
+    let point = |position, a, drive, signal, n| Point { a, drive, signal, position, n };
+    if kept().map(|c| c.taps.len()).sum::<usize>() > EACH {
+        return kept().map(|c| point(c.i, c.a, c.drive, c.signal, c.n())).collect();
+    }
+    let each = |c| move |k: &usize| (c, &side.taps[*k]);
+    let taps = kept().flat_map(|c: &Cell| c.taps.iter().map(each(c.i)));
+    taps.map(|(i, t)| point(i, t.a, t.drive, t.signal.abs(), 1.0)).collect()
 }

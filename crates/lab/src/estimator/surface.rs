@@ -2,8 +2,7 @@
 //! ε/(θ f), smooth and near 1, is interpolated in u = 1/a and the drive, at Chebyshev points of pieces that are halved until they are fine. f is a
 //! closed form, so its peak and its kink at the gauge's far end need no pieces.
 
-use super::ModelError;
-use super::exact::Extent;
+use super::{Extent, ModelError};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
@@ -63,21 +62,13 @@ impl Surface {
         setup.gauge.second = false;
         let (reach, tuple) = continued(rig, reach)?;
         let design = Design::new(&setup, tuple);
-        let Some(curve) = design.shared.as_ref().map(|s| s.model.clone()) else {
-            return Err(ModelError::TooFar);
-        };
-        let kind = setup.drive;
-        let mut solver = Solve {
-            curve: curve.clone(),
-            kind,
-            yields: setup.model.indentation,
-            designs: [design],
-            evaluator: Evaluator::new(&setup, method).sparing(hard[0]),
-            spare: hard[1],
-        };
-        let mut strips = Vec::new();
+        let curve = design.shared.as_ref().map(|s| s.model.clone()).ok_or(ModelError::TooFar)?;
         // A contact on the gauge is another branch of f.
         let edge = 1.0 / curve.gauge[1];
+        let (kind, yields, strips) = (setup.drive, setup.model.indentation, Vec::new());
+        let surface = Self { curve, kind, yields, reach, drives, strips, error: 0.0 };
+        let evaluator = Evaluator::new(&setup, method).sparing(hard[0]);
+        let mut solver = Solve { surface, designs: [design], evaluator, spare: hard[1] };
         let whole = [1.0 / reach[1], 1.0 / reach[0]];
         let [first, last] = whole;
         let cut = if edge > first && edge < last { vec![[first, edge], [edge, last]] } else { vec![whole] };
@@ -86,20 +77,21 @@ impl Surface {
             let may = depth < HALVINGS[1] && drives[0] < drives[1];
             let end = solver.end(whole, drives[1])?;
             let strip = if end > 0.0 && may { None } else { Some(solver.pieces(&cut, end, drives)?) };
-            match strip.filter(|pieces| !may || pieces.iter().all(|p| p.is_fine(1))) {
-                Some(pieces) => strips.push(Strip { drives, pieces, end }),
+            match strip.filter(|pieces| !may || pieces.iter().all(|p| p.tails[1] <= FINE)) {
+                Some(pieces) => solver.surface.strips.push(Strip { drives, pieces, end }),
                 None => {
-                    let mid = drive_at(solver.yields, drives, 0.0);
+                    let mid = solver.surface.drive_at(drives, 0.0);
                     open.extend([([mid, drives[1]], depth + 1), ([drives[0], mid], depth + 1)]);
                 }
             }
         }
-        if strips.iter().all(|s| s.pieces.is_empty()) {
+        let surface = solver.surface;
+        if surface.strips.iter().all(|s| s.pieces.is_empty()) {
             return Err(ModelError::Solve(SolveError::TooHard));
         }
-        let tails = strips.iter().flat_map(|s| &s.pieces).map(|p| p.tails[0] + p.tails[1]);
+        let tails = surface.strips.iter().flat_map(|s| &s.pieces).map(|p| p.tails[0] + p.tails[1]);
         let error = tails.filter(|t| t.is_finite()).fold(0.0, f64::max);
-        Ok(Self { curve, kind, yields: solver.yields, reach, drives, strips, error })
+        Ok(Self { error, ..surface })
     }
 
     /// Strain at a (mm) and drive; NaN without a solution.
@@ -107,7 +99,7 @@ impl Surface {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let (u, strip) = (1.0 / a, self.strip(drive));
         let Some(piece) = strip.piece(u) else { return f64::NAN };
-        let c = piece.at(place_of(self.yields, strip.drives, drive));
+        let c = piece.at(self.place_of(strip.drives, drive));
         amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
@@ -118,9 +110,9 @@ impl Surface {
         let (u, strip) = (1.0 / a, self.strip(at));
         let Some(piece) = strip.piece(u) else { return [f64::NAN; 2] };
         // Scaled drive, and its derivative by the drive.
-        let [lo, hi] = if self.yields { strip.drives.map(root) } else { strip.drives };
-        let by_root = if self.yields { 0.25 * root(at) / at } else { 1.0 };
-        let (y, dy) = (place_of(self.yields, strip.drives, at), 2.0 * by_root / (hi - lo));
+        let [lo, hi] = strip.drives.map(|end| self.base(end));
+        let by_root = if self.yields { 0.25 * self.base(at) / at } else { 1.0 };
+        let (y, dy) = (self.place_of(strip.drives, at), 2.0 * by_root / (hi - lo));
         let (x, dx) = (scaled(piece.u, u), 2.0 / (piece.u[1] - piece.u[0]));
         let (ratio, ratio_x) = series(&piece.at(y), x);
         let ((f, f_u), size) = (self.curve.at_inverse(u), amount(self.kind, at));
@@ -128,6 +120,21 @@ impl Surface {
         let moves = first < last && at == drive;
         let by_drive = amount(self.kind, 1.0) * f * ratio + size * f * series(&piece.slope(y), x).0 * dy;
         [by_a, if moves { by_drive } else { 0.0 }]
+    }
+
+    /// The drive in which polynomials are.
+    fn base(&self, drive: f64) -> f64 {
+        if self.yields { drive.sqrt().sqrt() } else { drive }
+    }
+
+    /// Drive scaled to −1 … 1 between `ends`.
+    fn place_of(&self, ends: [f64; 2], drive: f64) -> f64 {
+        scaled(ends.map(|end| self.base(end)), self.base(drive))
+    }
+
+    fn drive_at(&self, ends: [f64; 2], place: f64) -> f64 {
+        let base = placed(ends.map(|end| self.base(end)), place);
+        if self.yields { base.powi(4) } else { base }
     }
 
     fn strip(&self, drive: f64) -> &Strip {
@@ -138,24 +145,11 @@ impl Surface {
     pub fn at(&self, drive: f64) -> Curve {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let strip = self.strip(drive);
-        let y = place_of(self.yields, strip.drives, drive);
+        let y = self.place_of(strip.drives, drive);
         let cuts =
             strip.pieces.iter().map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y)) }, &p.looks));
         Curve::new(self.curve.clone(), amount(self.kind, drive), cuts, strip.end)
     }
-}
-
-/// Drive scaled to −1 … 1 between `ends`.
-fn place_of(yields: bool, ends: [f64; 2], drive: f64) -> f64 {
-    if yields { scaled(ends.map(root), root(drive)) } else { scaled(ends, drive) }
-}
-
-fn drive_at(yields: bool, ends: [f64; 2], place: f64) -> f64 {
-    if yields { placed(ends.map(root), place).powi(4) } else { placed(ends, place) }
-}
-
-fn root(drive: f64) -> f64 {
-    drive.sqrt().sqrt()
 }
 
 impl Strip {
@@ -188,14 +182,10 @@ impl Piece {
         }
         sums
     }
-
-    fn is_fine(&self, along: usize) -> bool {
-        self.tails[along] <= FINE
-    }
 }
 
 /// Distances of `reach` at which the whisker of `rig` can be tapped, and the whisker with its taper continued.
-pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
+pub(crate) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
     let shared = rig.shared();
     let tau = shared.taper.tau;
     let apex = match shared.model.end() {
@@ -214,9 +204,7 @@ pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple),
 }
 
 struct Solve<'a> {
-    curve: StrainCurve,
-    kind: Drive,
-    yields: bool,
+    surface: Surface,
     designs: [Design; 1],
     evaluator: Evaluator<'a>,
     spare: usize,
@@ -247,7 +235,7 @@ impl Solve<'_> {
             let solved = self.solve(&open.iter().map(|(u, _)| *u).collect::<Vec<_>>(), drives)?;
             let mut next = Vec::new();
             for (piece, (u, depth)) in solved.into_iter().zip(open) {
-                if piece.is_fine(0) || depth >= HALVINGS[0] {
+                if piece.tails[0] <= FINE || depth >= HALVINGS[0] {
                     done.push(piece);
                 } else {
                     let mid = 0.5 * (u[0] + u[1]);
@@ -263,7 +251,7 @@ impl Solve<'_> {
     fn solve(&mut self, us: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, ModelError> {
         let columns = if drives[0] < drives[1] { NODES[1] } else { 1 };
         let (xs, ys) = (points(NODES[0]), points(columns));
-        let ys: Vec<f64> = ys.into_iter().map(|y| drive_at(self.yields, drives, y)).collect();
+        let ys: Vec<f64> = ys.into_iter().map(|y| self.surface.drive_at(drives, y)).collect();
         let mut tasks = Vec::with_capacity(us.len() * NODES[0] * columns);
         for u in us {
             for x in &xs {
@@ -274,7 +262,8 @@ impl Solve<'_> {
         let outcomes = self.evaluator.run(&self.designs, &tasks)?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
         self.spare = self.spare.checked_sub(unsolved).ok_or(ModelError::Solve(SolveError::TooHard))?;
-        let linear = |t: &Task| amount(self.kind, t.drive) * self.curve.value(t.a);
+        let Surface { curve, kind, .. } = &self.surface;
+        let linear = |t: &Task| amount(*kind, t.drive) * curve.value(t.a);
         let ratios: Vec<f64> = outcomes.iter().zip(&tasks).map(|(o, t)| o.strain.abs() / linear(t)).collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
@@ -284,7 +273,7 @@ impl Solve<'_> {
             let across: f64 = c[columns.saturating_sub(2).max(1)..].iter().flatten().map(size).sum();
             let scale = c[0][0].abs();
             let columns = c.iter().map(|column| std::array::from_fn(|i| column[i])).collect();
-            let looks = std::array::from_fn(|k| self.curve.at_inverse(look(*u, k)).0);
+            let looks = std::array::from_fn(|k| curve.at_inverse(look(*u, k)).0);
             Piece { u: *u, columns, looks, tails: [along / scale, across / scale] }
         };
         Ok(us.iter().zip(ratios.chunks(NODES[0] * columns)).map(piece).collect())

@@ -6,7 +6,6 @@ use crate::error::InputError;
 use crate::measure::Rig;
 use crate::scene::{Clamp, Contact, Drive, Material, Setup};
 
-/// Parameter of the model that can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// s: reading per strain; 1 for an ideal gauge, in the unit of the reading otherwise.
@@ -33,17 +32,10 @@ pub enum Parameter {
 
 impl Parameter {
     /// All parameters of a calibration, in the order of [`Values`].
-    pub const ALL: [Self; 9] = [
-        Self::Factor,
-        Self::DriveOffset,
-        Self::DistanceOffset,
-        Self::Hub,
-        Self::Nu,
-        Self::Mu,
-        Self::Ratio,
-        Self::Clamp,
-        Self::Root,
-    ];
+    pub const ALL: [Self; 9] = {
+        use Parameter::*;
+        [Factor, DriveOffset, DistanceOffset, Hub, Nu, Mu, Ratio, Clamp, Root]
+    };
 
     /// Names and units for an angle and a displacement, domain, and the key of a spec that adds the parameter to the model.
     fn facts(self) -> ([&'static str; 2], [&'static str; 2], [f64; 2], &'static str) {
@@ -65,17 +57,14 @@ impl Parameter {
         }
     }
 
-    /// Name in files and on the command line.
     pub fn name(self, kind: Drive) -> &'static str {
         self.facts().0[kind as usize]
     }
 
-    /// Parameter with this name.
     pub fn named(name: &str, kind: Drive) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name(kind).eq_ignore_ascii_case(name))
     }
 
-    /// Unit as text.
     pub fn unit(self, kind: Drive) -> &'static str {
         self.facts().1[kind as usize]
     }
