@@ -336,7 +336,8 @@ impl Input {
             Self::Property(Property::Hub | Property::PoleRadius) => a,
             Self::Property(Property::Curvature) => 1.0 / a,
             Self::Property(Property::CurvatureSlope) => 1.0 / (a * a),
-            Self::Property(p) => p.get(setup).abs().max(0.1),
+            Self::Property(Property::Nu) => 0.5,
+            Self::Property(p) => p.get(setup).abs(),
         }
     }
 
