@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::built::{case, cases};
 use vibrissa::census::cases;
 use vibrissa::design::Design;
-use vibrissa::evaluate::{Evaluator, Gradient, Input, Method, OUTPUTS, Outcome, Task};
+use vibrissa::evaluate::{self, Evaluator, Gradient, Input, Method, OUTPUTS, Outcome, Task};
 use vibrissa::scene::{Clamp, Property, Setup, Tuple};
 use vibrissa::spec;
 
@@ -36,7 +36,7 @@ fn gradient(
     let (every, mut slopes): ([usize; OUTPUTS], _) =
         (std::array::from_fn(|k| k), vec![0.0; OUTPUTS * inputs.len()]);
     let tap = (std::slice::from_ref(design), std::slice::from_ref(task), std::slice::from_ref(outcome));
-    Gradient::new(setup, inputs).write(tap, &every, &mut slopes);
+    Gradient::new(setup, inputs, &evaluate::section(setup)).write(tap, &every, &mut slopes);
     std::array::from_fn(|k| slopes[k * inputs.len()..][..inputs.len()].to_vec())
 }
 
@@ -263,4 +263,45 @@ fn derivatives_next_to_the_clamp_are_told_of_an_upright_pole() {
             assert_eq!(with[m][2..], [0.0; 2], "{name}, output {m}");
         }
     }
+}
+
+#[test]
+fn derivatives_of_a_batch_are_those_of_its_taps() {
+    for (name, names) in [("mooney-alone", ["C10", "a", "theta"]), ("neo-tilted", ["nu", "tilt", "d"])] {
+        let setup = named(name);
+        let inputs = names.map(|n| Input::new(&setup, n).expect("an input"));
+        let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, drive: 4.0, ..Tuple::default() };
+        // A tap outside the domain among them.
+        let taps = [(30.0, 0.0), (25.0, 10.0), (0.0, 0.0), (6.5, 20.0), (30.0, 30.0)];
+        let taps = taps.map(|(a, tilt)| solve(&setup, Tuple { a, tilt, ..whisker }));
+        let designs: Vec<Design> = taps.iter().map(|(design, ..)| design.clone()).collect();
+        let tasks: Vec<Task> =
+            taps.iter().enumerate().map(|(i, (_, task, _))| Task { design: i as u32, ..*task }).collect();
+        let outcomes: Vec<Outcome> = taps.iter().map(|(.., outcome)| *outcome).collect();
+        let mut all = vec![0.0; taps.len() * inputs.len()];
+        let section = evaluate::section(&setup);
+        Gradient::new(&setup, &inputs, &section).write((&designs, &tasks, &outcomes), &[0], &mut all);
+        for ((design, task, outcome), all) in taps.iter().zip(all.chunks(inputs.len())) {
+            let [alone, ..] = gradient(&setup, design, task, outcome, &inputs);
+            for (alone, here) in alone.iter().zip(all) {
+                assert_eq!(alone.is_nan(), outcome.strain.is_nan(), "{name}: {task:?}");
+                let off = (alone - here).abs();
+                assert!(off.is_nan() || off <= 1e-9 * alone.abs(), "{name}: {alone} {here} {task:?}");
+            }
+        }
+    }
+}
+
+/// There the foil of only some of the taps beside it begins on the whisker.
+#[test]
+fn derivatives_next_to_an_end_of_the_domain_are_told() {
+    let foil = named("foil");
+    let l = foil.gauge.foil.expect("a foil").length;
+    let whisker = Tuple { D: 10.0, d: 10.0, L_a: 50.0, l: 2.0, a: 33.0, drive: 4.0, ..Tuple::default() };
+    let (setup, tuple) = (foil, Tuple { x_ss: 0.5 * (l - 2.0), ..whisker });
+    let inputs = ["x_ss", "l", "foil.length", "D"].map(|n| Input::new(&setup, n).expect("an input"));
+    let (design, task, outcome) = solve(&setup, tuple);
+    assert!(outcome.strain > 0.0, "{outcome:?}");
+    let [slopes, ..] = gradient(&setup, &design, &task, &outcome, &inputs);
+    assert!(slopes.iter().all(|slope| slope.is_finite()), "{slopes:?}");
 }

@@ -11,10 +11,10 @@ use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::{Error, InputError};
 use crate::evaluate::{
-    Evaluator, Gradient, Input, Method, Outcome, Task, closed, closed_gradient, is_closed,
+    Evaluator, Gradient, Input, Method, Outcome, Task, closed, closed_gradient, is_closed, section,
 };
-use crate::kernel::Ladder;
 use crate::kernel::frames::{Framed, Framing};
+use crate::kernel::{Ladder, Section};
 use crate::scene::{RunOptions, Setup, Tuple};
 
 /// Taps of a block on a CPU: a work item of the kernel.
@@ -29,6 +29,8 @@ pub struct Taps {
     workers: Mutex<Vec<Worker>>,
     /// Shared, as are its charts.
     ladder: OnceLock<Ladder>,
+    /// The section law for derivatives.
+    section: Section,
 }
 
 /// Refuses tilted and leaning poles where `setup` has no taps at them, with the reason as the error.
@@ -53,7 +55,8 @@ impl Taps {
     pub fn new(setup: Setup, options: &RunOptions) -> Result<Self, Error> {
         let choice = Choice::new(options)?;
         let framing = Framing::new(&setup).filter(|_| choice.backend.adapter.is_none());
-        Ok(Self { setup, choice, framing, workers: Mutex::default(), ladder: OnceLock::new() })
+        let section = section(&setup);
+        Ok(Self { setup, choice, framing, workers: Mutex::default(), ladder: OnceLock::new(), section })
     }
 
     /// The setup of all taps.
@@ -114,7 +117,8 @@ impl Taps {
         slopes: &mut [f64],
     ) -> Result<(), Error> {
         let mut places = beside(out, slopes, inputs.len() * numbers.len());
-        let (gradient, width) = (Gradient::new(&self.setup, inputs), inputs.len() * numbers.len());
+        let (gradient, width) =
+            (Gradient::new(&self.setup, inputs, &self.section), inputs.len() * numbers.len());
         self.in_blocks(&mut places, |at, places| {
             self.block(
                 |i| tap(at + i),

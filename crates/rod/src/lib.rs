@@ -130,14 +130,18 @@ fn climb(
 ) -> Vec<Solution> {
     let together = size > 1;
     let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
-    for (i, tap) in taps.iter().enumerate().step_by(size) {
-        let [x1, x2] = tap.rod.gauge;
-        let effects = Effects {
-            long: effects.distorting || x2 - x1 > LONG * tap.a,
-            tilt: tap.tilt.is_some(),
-            ..tap.rod.effects(effects)
-        };
-        classes.entry((effects, tap.rod.pieces.len())).or_default().push(i);
+    let kind = |tap: &Tap<'_>, long: bool| {
+        let effects = Effects { long, tilt: tap.tilt.is_some(), ..tap.rod.effects(effects) };
+        (effects, tap.rod.pieces.len())
+    };
+    for (k, group) in taps.chunks(size).enumerate() {
+        let [x1, x2] = group[0].rod.gauge;
+        let long = effects.distorting || x2 - x1 > LONG * group[0].a;
+        let first = kind(&group[0], long);
+        // One that is beyond a knot or an end of its foil is no neighbour.
+        if group.iter().all(|tap| kind(tap, long) == first) {
+            classes.entry(first).or_default().push(size * k);
+        }
     }
     let mut out = vec![Solution::FAILED; taps.len()];
     for ((effects, pieces), places) in classes {

@@ -121,7 +121,7 @@ impl Input {
     }
 }
 
-/// Derivatives by `inputs` of taps of `setup`.
+/// Derivatives by `inputs` of taps of `setup`, whose designs have no rigs of other kinds.
 pub struct Gradient<'a> {
     setup: &'a Setup,
     inputs: &'a [Input],
@@ -137,8 +137,14 @@ struct Moved {
     step: f64,
 }
 
-fn section(setup: &Setup) -> Section {
+/// The section law of `setup` for [`Gradient`], charted on first use.
+pub fn section(setup: &Setup) -> Section {
     Ladder::new(Precision::F64, &setup.model.material, TOLERANCE).section
+}
+
+fn tuple(design: &Design, task: &Task) -> Tuple {
+    let Task { a, drive, direction, .. } = *task;
+    Tuple { a, drive, tilt: direction.tilt, lean: direction.lean, ..design.tuple }
 }
 
 fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
@@ -147,15 +153,15 @@ fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
 }
 
 impl<'a> Gradient<'a> {
-    /// By `inputs`.
-    pub fn new(setup: &'a Setup, inputs: &'a [Input]) -> Self {
+    /// By `inputs`; `law` is [`section`] of `setup`.
+    pub fn new(setup: &'a Setup, inputs: &'a [Input], law: &Section) -> Self {
         let none = Tuple::default();
         let laws = |input: &Input| {
             let step = STEP * input.scale(setup, &none, 1.0);
             let at = |point: f64| section(&input.moved(setup, none, point * step).0);
             matches!(input, Input::Modulus(_)).then(|| POINTS.map(at))
         };
-        Self { setup, inputs, section: section(setup), laws: inputs.iter().map(laws).collect() }
+        Self { setup, inputs, section: law.clone(), laws: inputs.iter().map(laws).collect() }
     }
 
     /// Writes to `slopes` the derivatives of `wanted` of [`OUTPUTS`], ordered by tap, then number, then input; per mm, degree, or unit of the key. NaN
@@ -193,21 +199,27 @@ impl<'a> Gradient<'a> {
     ) -> Vec<(Moved, [f64; OUTPUTS])> {
         let (mut out, mut moved) = (Vec::new(), Vec::new());
         for (tap, (task, here)) in tasks.iter().zip(outcomes).enumerate() {
-            let Some(shared) = designs[tap].shared.as_ref() else { continue };
+            let inside = !here.strain_linear.is_nan();
+            let Some(shared) = designs[tap].shared.as_ref().filter(|_| inside) else { continue };
             let setup = designs[tap].setup(self.setup);
             let foil = shared.foil.iter().flat_map(|foil| foil.span);
+            let knots: Vec<f64> = shared.body.iter().flat_map(|body| body.knots()).copied().collect();
             let away = |end: f64| (here.arc - end).abs().min((task.a - end).abs()) / task.a;
-            let room: Vec<f64> = shared.gauge.into_iter().chain(foil).map(away).collect();
+            let room: Vec<f64> =
+                shared.gauge.into_iter().chain(foil).chain(knots.iter().copied()).map(away).collect();
+            let apart = |knot: &f64| shared.gauge.map(|end| (end - knot).abs() / task.a);
+            let beside = knots.iter().flat_map(apart).fold(1.0, f64::min);
             for (input, by) in self.inputs.iter().enumerate() {
+                let gauged = matches!(by, Input::Tuple(3 | 4));
                 // The near end stays where only the length of the grid changes.
                 let room = if *by == Input::Tuple(4) { &room[1..] } else { &room };
-                let room = room.iter().copied().fold(1.0, f64::min);
+                let room = room.iter().copied().fold(if gauged { beside } else { 1.0 }, f64::min);
                 let curved = matches!(by, Input::Property(Property::Curvature | Property::CurvatureSlope));
                 let kind = usize::from(!(curved || matches!(by, Input::Tuple(3..=5))));
                 // The law of a moved modulus is charted once for all taps.
                 let whole = matches!(by, Input::Modulus(_));
                 let share = if whole { 1.0 } else { (ROOM[kind] * room).clamp(LEAST[kind], 1.0) };
-                let step = share * STEP * by.scale(setup, &designs[tap].tuple, task.a);
+                let step = share * STEP * by.scale(setup, &tuple(&designs[tap], task), task.a);
                 let one = Moved { tap, input, step };
                 // Such taps are even in tilt and lean.
                 let tilts = matches!(by, Input::Tuple(6 | 7));
@@ -254,9 +266,7 @@ impl<'a> Gradient<'a> {
 
     /// The tap with the input moved by `step`, and its design, if that is another one.
     fn moved(&self, design: &Design, task: &Task, by: &Moved, step: f64) -> (Option<Design>, Task) {
-        let Task { a, drive, direction, .. } = *task;
-        let tuple = Tuple { a, drive, tilt: direction.tilt, lean: direction.lean, ..design.tuple };
-        let input = self.inputs[by.input];
+        let (tuple, input) = (tuple(design, task), self.inputs[by.input]);
         if let Input::Tuple(5..) = input {
             return (None, Task::of(task.design, &input.tuple(tuple, step)));
         }
@@ -282,9 +292,10 @@ impl<'a> Gradient<'a> {
             Contact::Coulomb(mu) => Grip::Slide(mu.copysign(here[i / GROUP].tangential_force)),
             _ => Grip::Slide(0.0),
         };
-        let mut run = |mut places: Vec<usize>, section: &Section| {
-            let Some(&last) = places.last() else { return };
-            places.resize(places.len().next_multiple_of(GROUP), last);
+        let mut run = |places: Vec<usize>, section: &Section| {
+            if places.is_empty() {
+                return;
+            }
             let tasks: Vec<Task> = places.iter().map(|&i| those[i]).collect();
             let grips: Vec<Grip> = places.iter().map(|&i| grip(i)).collect();
             let question =
@@ -292,7 +303,7 @@ impl<'a> Gradient<'a> {
             let every: Vec<usize> = (0..tasks.len()).collect();
             let found = Rods::new(&question, &every).solve(true, TOLERANCE, section);
             for ((&i, task), s) in places.iter().zip(&tasks).zip(found) {
-                let told = s.error <= TOLERANCE && s.load <= 1.0;
+                let told = s.error <= TOLERANCE;
                 out[i] = self.asked(designs, task).filter(|_| told).map(|asked| asked.outcome(s.found));
             }
         };
@@ -304,7 +315,9 @@ impl<'a> Gradient<'a> {
             run(of(&|i| law(i).is_none()), &self.section);
             for (input, laws) in self.laws.iter().enumerate() {
                 for (point, section) in laws.iter().flatten().enumerate() {
-                    run(of(&|i| moved[i / GROUP].input == input && i % GROUP == point), section);
+                    // Each in a group of its own.
+                    let those: Vec<usize> = of(&|i| moved[i / GROUP].input == input && i % GROUP == point);
+                    run(those.into_iter().flat_map(|i| [i; GROUP]).collect(), section);
                 }
             }
         }
@@ -322,6 +335,8 @@ impl Input {
                 let apex = (t.D - (t.D - t.d) * a / t.L_a) / slope;
                 if k == 5 { a.min(apex) } else { t.L_a.min(apex * t.L_a / a) }
             }
+            // The strain of the skin changes over a seventh of D from its clamp.
+            Self::Tuple(3) if setup.model.distorting => a.min(t.D / 7.0),
             Self::Tuple(3) => a,
             Self::Tuple(6 | 7) => 1_f64.to_degrees(),
             Self::Tuple(i) => t.to_array()[i],
@@ -333,9 +348,17 @@ impl Input {
             Self::Clamp | Self::Property(Property::Scale) => 1.0,
             Self::FoilLength => setup.gauge.foil.map_or(1.0, |foil| foil.length),
             Self::FoilWidth => setup.gauge.foil.map_or(1.0, |foil| foil.width),
+            // A contact that gives way, or rolls, does so on a radius above 0.
+            Self::Property(Property::PoleRadius) if setup.model.pole_radius > 0.0 => {
+                a.min(4.0 * setup.model.pole_radius)
+            }
             Self::Property(Property::Hub | Property::PoleRadius) => a,
-            Self::Property(Property::Curvature) => 1.0 / a,
-            Self::Property(Property::CurvatureSlope) => 1.0 / (a * a),
+            Self::Property(Property::Curvature) => 1.0 / a.max(0.01 * t.L_a),
+            Self::Property(Property::CurvatureSlope) => 1.0 / a.max(0.01 * t.L_a).powi(2),
+            Self::Property(p @ (Property::Bore | Property::Core)) => match p.get(setup) {
+                0.0 => 0.1 * t.D,
+                inner => inner.min((t.D - inner).abs()),
+            },
             Self::Property(Property::Nu) => 0.5,
             Self::Property(p) => p.get(setup).abs(),
         }

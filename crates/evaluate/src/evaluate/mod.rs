@@ -25,7 +25,7 @@ use crate::progress::{NEVER, go_on};
 use crate::reduce::Sweeps;
 use crate::scene::{Geometry, Layout, Material, Precision, Setup};
 use crate::status::Status;
-pub use gradient::{Gradient, Input, OUTPUTS};
+pub use gradient::{Gradient, Input, OUTPUTS, section};
 pub use guard::{Guard, doubts};
 use outcome::{Asked, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
