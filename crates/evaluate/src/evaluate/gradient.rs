@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::outcome::{Asked, by_reference, sign};
 use super::rod::Rods;
 use super::solve::Question;
-use super::{Outcome, Task};
+use super::{Outcome, Task, closed_gradient, is_closed};
 use crate::design::Design;
 use crate::kernel::{Ladder, Section};
 use crate::physics::onset::Grip;
@@ -185,6 +185,16 @@ impl<'a> Gradient<'a> {
                 for (row, &number) in wanted.iter().enumerate().filter(|(_, number)| !here[**number].is_nan())
                 {
                     slopes[tap * width + row * count + input] = found[number];
+                }
+            }
+            // Strains that have a closed form have its derivatives, to the bit.
+            let strain = wanted.iter().position(|number| *number == 0).filter(|_| is_closed(self.setup));
+            let Some(row) = strain else { return };
+            for (slopes, task) in slopes.chunks_mut(width).zip(tasks) {
+                let tap = tuple(&designs[task.design as usize], task);
+                let mut own = vec![0.0; count];
+                if closed_gradient(self.setup, &tap, self.inputs, &mut own).is_some() {
+                    slopes[row * count..][..count].copy_from_slice(&own);
                 }
             }
         });
