@@ -2,6 +2,7 @@
 
 mod gradient;
 mod guard;
+mod input;
 mod outcome;
 mod rigs;
 mod rod;
@@ -25,8 +26,9 @@ use crate::progress::{NEVER, go_on};
 use crate::reduce::Sweeps;
 use crate::scene::{Geometry, Layout, Material, Precision, Setup};
 use crate::status::Status;
-pub use gradient::{Gradient, Input, OUTPUTS, section};
+pub use gradient::{Gradient, OUTPUTS, section};
 pub use guard::{Guard, doubts};
+pub use input::Input;
 use outcome::{Asked, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
 use solve::Solved;
