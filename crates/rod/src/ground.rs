@@ -2,12 +2,11 @@
 
 use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::real::Real;
-use vibrissa_kernel::cpu::law::Law;
 
 use super::lane::Lane;
 use super::panel::Panel;
 use super::rule::{Rule, Turns, dot};
-use super::section::{Part, Whisker};
+use super::section::{Charted, Part, Whisker};
 use super::tilt::Axis;
 use super::vector::{Two, add, columns, cross, dot2, square, times};
 use super::{Effects, Tap};
@@ -21,7 +20,7 @@ pub struct Fixed<T, const N: usize, const S: usize> {
     /// Series of turns.
     pub turns: Turns<T>,
     /// Section law, if it is not Hooke's.
-    pub law: Option<Law<T>>,
+    pub law: Option<Charted<T>>,
     /// Gauss points on the gauge and their weights.
     pub gauge: Vec<(T, T)>,
     /// The same along a resting whisker.

@@ -17,6 +17,18 @@ pub trait Lane: Packed {
     /// Number `i`.
     fn one(&self, i: usize) -> Self::One;
 
+    /// The largest of a number and its derivatives.
+    #[inline(always)]
+    fn size(self) -> Self {
+        self.abs()
+    }
+
+    /// A number whose derivative is larger by `by`.
+    #[inline(always)]
+    fn grown(self, _by: Self) -> Self {
+        self
+    }
+
     /// self to the power n, 0 where self is not above 0.
     #[inline(always)]
     fn pow(self, n: Self) -> Self {
@@ -177,6 +189,17 @@ impl<P: Packed, const K: usize> Packed for Dual<P, K> {
 
 impl<P: Lane<One = f64>, const K: usize> Lane for Dual<P, K> {
     type One = One<K>;
+
+    #[inline]
+    fn size(self) -> Self {
+        let most = self.slope.into_iter().fold(self.value.abs(), |most, slope| most.max(slope.abs()));
+        Self { value: most, ..Self::default() }
+    }
+
+    #[inline]
+    fn grown(self, by: Self) -> Self {
+        Self { slope: self.slope.map(|slope| slope + by.value), ..self }
+    }
 
     #[inline]
     fn collect(mut of: impl FnMut(usize) -> One<K>) -> Self {

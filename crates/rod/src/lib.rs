@@ -19,6 +19,8 @@ mod panel;
 mod rod;
 mod rule;
 mod section;
+#[cfg(target_arch = "x86_64")]
+mod sloped;
 mod solve;
 mod tap;
 mod tilt;
@@ -32,13 +34,14 @@ use ground::{Fixed, Ground};
 use lane::Lane;
 pub use rod::{Piece, Rod};
 use rule::{Rule, Turns};
+use section::Charted;
 pub use tap::{Effects, Skin, Solution, Tap, Tilt};
 use vibrissa_core::physics::nodes::Nodes;
 use vibrissa_core::physics::number::Number;
-use vibrissa_core::physics::real::Dual as One;
+use vibrissa_core::physics::real::{Dual as One, Real};
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::cpu::law::Law;
-use vibrissa_kernel::cpu::{Instructions, Pack, Packed, Plain, Set, Vectors};
+use vibrissa_kernel::cpu::{Instructions, Pack, Plain, Set, Vectors};
 
 /// Nodes of a panel and of the stretch between a and c.
 type Rung = [usize; 2];
@@ -78,19 +81,13 @@ const PASSES: usize = 40;
 const GRAIN: usize = 128;
 const LANES: usize = 8;
 
-/// Taps of a group: half a pack.
-pub const GROUP: usize = 4;
-
-/// Tolerance of the iteration of groups, as a share of theirs.
-const SMOOTH: f64 = 0.01;
-
 struct Job<'a> {
     effects: Effects,
     rung: Rung,
     tolerance: f64,
-    /// True if the lanes of a pack stop after the same pass.
-    together: bool,
     chart: Option<&'a Chart>,
+    /// Charts beside it, with their weights in its derivative.
+    beside: &'a [(f64, &'a Chart)],
 }
 
 fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixed<T, N, SLIDE> {
@@ -103,7 +100,10 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
         rule: Rule::new(nodes),
         slide: Rule::new(slide),
         turns: Turns::new(TERMS),
-        law: job.chart.map(Law::new),
+        law: job.chart.map(|chart| Charted {
+            law: Law::new(chart),
+            beside: job.beside.iter().map(|(weight, chart)| (T::of(*weight), Law::new(chart))).collect(),
+        }),
         gauge: points(if job.effects.long { nodes / 2 + 3 } else { 4 }),
         path: points(8),
     }
@@ -111,64 +111,65 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
 
 /// Solves `taps`, each to `tolerance` where a rung reaches it; `chart` gives the section law where it is not Hooke's. `effects`: those of the model.
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
-    climb(taps, 1, effects, tolerance, chart)
+    // Newton's method is for taps that the lanes do not solve as asked.
+    let solve = |job: &Job<'_>, taps: &[Tap<'_>]| match job.rung[0] {
+        NEWTON => exactly(job, taps),
+        _ => block(job, taps),
+    };
+    climb(taps, effects, tolerance, (chart, &[]), &[[NEWTON, SLIDE]], solve)
 }
 
-/// The same for neighbours [`GROUP`] by [`GROUP`], which differ little: all with the same nodes and passes, so that their differences are those of a
-/// smooth function.
-pub fn groups(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
-    climb(taps, GROUP, effects, tolerance, chart)
-}
-
-/// Solves `taps` in groups of `size`, whose effects are those of their first and which climb the ladder together.
-fn climb(
-    taps: &[Tap<'_>],
-    size: usize,
+/// The same of taps with their derivatives by a number each. They share the error: a unit of the number changes a tap by its order. `beside`: charts of
+/// other laws, with their weights in the derivative of the law.
+pub fn slopes(
+    taps: &[Tap<'_, One<1>>],
     effects: Effects,
     tolerance: f64,
     chart: Option<&Chart>,
-) -> Vec<Solution> {
-    let together = size > 1;
+    beside: &[(f64, &Chart)],
+) -> Vec<Solution<One<1>>> {
+    climb(taps, effects, tolerance, (chart, beside), &[], dual_block)
+}
+
+/// Takes `taps` up the ladder, on which `last` follow the rungs of their whisker.
+fn climb<T: Real>(
+    taps: &[Tap<'_, T>],
+    effects: Effects,
+    tolerance: f64,
+    (chart, beside): (Option<&Chart>, &[(f64, &Chart)]),
+    last: &[Rung],
+    solve: impl Fn(&Job<'_>, &[Tap<'_, T>]) -> Vec<Solution<T>> + Sync,
+) -> Vec<Solution<T>> {
     let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
-    let kind = |tap: &Tap<'_>, long: bool| {
+    for (i, tap) in taps.iter().enumerate() {
+        let [x1, x2] = tap.rod.gauge;
+        let long = effects.distorting || (x2 - x1).value() > LONG * tap.a.value();
         let effects = Effects { long, tilt: tap.tilt.is_some(), ..tap.rod.effects(effects) };
-        (effects, tap.rod.pieces.len())
-    };
-    for (k, group) in taps.chunks(size).enumerate() {
-        let [x1, x2] = group[0].rod.gauge;
-        let long = effects.distorting || x2 - x1 > LONG * group[0].a;
-        let first = kind(&group[0], long);
-        // One that is beyond a knot or an end of its foil is no neighbour.
-        if group.iter().all(|tap| kind(tap, long) == first) {
-            classes.entry(first).or_default().push(size * k);
-        }
+        classes.entry((effects, tap.rod.pieces.len())).or_default().push(i);
     }
-    let mut out = vec![Solution::FAILED; taps.len()];
+    let mut out = vec![Solution::FAILED.map(T::of); taps.len()];
+    let error = |s: &Solution<T>| s.error.value();
     for ((effects, pieces), places) in classes {
         let all = if pieces < PIECES { FEW } else { MANY };
         let fine = if effects.wrench { CANCELLING } else { FINE.max(SHARE * tolerance) };
         let fine = fine.max(chart.map_or(0.0, |chart| CHARTED * chart.error)).min(tolerance);
-        // Newton's method is for taps that the lanes do not solve as asked.
-        let rungs = all.iter().map(|rung| (*rung, fine)).chain([([NEWTON, SLIDE], tolerance)]);
+        let rungs = all.iter().map(|rung| (*rung, fine)).chain(last.iter().map(|rung| (*rung, tolerance)));
         let mut open = places;
         for (rung, enough) in rungs {
-            open.retain(|&i| out[i..i + size].iter().any(|s| s.error.is_nan() || s.error > enough));
+            open.retain(|&i| error(&out[i]) > enough);
             if open.is_empty() {
                 break;
             }
-            let newton = rung[0] == NEWTON;
-            let stop = if together { SMOOTH * fine } else { fine };
-            let job = Job { effects, rung, tolerance: stop, together, chart };
-            let solve = |part: &[usize]| {
-                let those: Vec<Tap<'_>> = part.iter().flat_map(|&i| &taps[i..i + size]).copied().collect();
-                if newton { exactly(&job, &those) } else { block(&job, &those) }
+            let job = Job { effects, rung, tolerance: fine, chart, beside };
+            let part = |part: &[usize]| {
+                let those: Vec<Tap<'_, T>> = part.iter().map(|&i| taps[i]).collect();
+                solve(&job, &those)
             };
-            let solved: Vec<Vec<Solution>> = open.par_chunks(GRAIN).map(solve).collect();
-            let places = open.iter().flat_map(|&i| i..i + size);
-            for (i, new) in places.zip(solved.into_iter().flatten()) {
+            let solved: Vec<Vec<Solution<T>>> = open.par_chunks(GRAIN).map(part).collect();
+            for (&i, new) in open.iter().zip(solved.into_iter().flatten()) {
                 let sweeps = out[i].sweeps + new.sweeps;
                 // A finer rung may lose what a coarser one has found.
-                let kept = !together && out[i].error <= tolerance && new.error > tolerance;
+                let kept = error(&out[i]) <= tolerance && error(&new) > tolerance;
                 out[i] = Solution { sweeps, ..if kept { out[i] } else { new } };
             }
         }
@@ -193,6 +194,23 @@ fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
     }
 }
 
+fn dual_block(job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<Solution<One<1>>> {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(has) = Vectors::found() {
+        // SAFETY: the CPU has the vectors.
+        return unsafe { dual_wide(has, job, taps) };
+    }
+    packs::<lane::Dual<Pack<f64, 1, Plain>, 1>, 1>(job, taps)
+}
+
+/// # Safety
+/// As its first argument proves.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn dual_wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<Solution<One<1>>> {
+    packs::<sloped::Sloped, { sloped::NUMBERS }>(job, taps)
+}
+
 /// # Safety
 /// As its first argument proves.
 #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
@@ -202,13 +220,13 @@ unsafe fn wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
 #[inline(always)]
-fn packs<P: Lane<One = f64>, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+fn packs<P: Lane, const L: usize>(job: &Job<'_>, taps: &[Tap<'_, P::One>]) -> Vec<Solution<P::One>> {
     let fixed = fixed::<P::Scalar, MOST>(job);
     let mut out = Vec::with_capacity(taps.len());
     for taps in taps.chunks(L) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
         let mut ground = Ground::<P, MOST, SLIDE>::new(&fixed, job.effects, lane);
-        let solved = ground.solve(&fixed, (job.tolerance, PASSES, job.together), &lane);
+        let solved = ground.solve(&fixed, (job.tolerance, PASSES), &lane);
         out.extend((0..taps.len()).map(|i| solution(&solved, i)));
     }
     out
@@ -223,24 +241,15 @@ fn exactly(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
         let lane = |_: usize| &tap;
         let mut ground =
             Ground::<lane::Dual<Pack<f64, 1, Plain>, 2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
-        solution(&ground.solve_exactly(&fixed, (job.tolerance, PASSES), &lane), 0)
+        solution(&ground.solve_exactly(&fixed, (job.tolerance, PASSES), &lane), 0).map(|x| x.value)
     };
     taps.iter().map(solve).collect()
 }
 
-fn solution<P: Packed>(answer: &Solution<P>, i: usize) -> Solution {
-    let of = |x: P| x.lane(i);
-    let error = of(answer.error);
-    Solution {
-        strain: of(answer.strain),
-        axial: of(answer.axial),
-        turned: of(answer.turned),
-        normal: of(answer.normal),
-        tangential: of(answer.tangential),
-        arc: of(answer.arc),
-        wrench: answer.wrench.map(of),
-        error: if error.is_nan() { f64::INFINITY } else { error },
-        load: of(answer.load),
-        sweeps: of(answer.sweeps),
+fn solution<P: Lane>(answer: &Solution<P>, i: usize) -> Solution<P::One> {
+    let mut one = answer.map(|x| x.one(i));
+    if one.error.value().is_nan() {
+        one.error = P::One::of(f64::INFINITY);
     }
+    one
 }

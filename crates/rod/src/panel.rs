@@ -1,12 +1,11 @@
 //! A panel of the rod: its nodes, and one pass of the equations over it, from its end at the contact to that at the base.
 
 use vibrissa_kernel::cpu::Packed;
-use vibrissa_kernel::cpu::law::Law;
 
 use super::Effects;
 use super::lane::Lane;
 use super::rule::{Rule, Turns, dot};
-use super::section::{Part, Section, Whisker};
+use super::section::{Charted, Part, Section, Whisker};
 use super::vector::{Two, dot2};
 
 /// Sections at the nodes of a panel and its state; lengths in contact distances, forces in E a².
@@ -157,7 +156,7 @@ impl<P: Lane, const N: usize> Panel<P, N> {
     pub fn pass(
         &mut self,
         rule: &Rule<P::Scalar, N>,
-        (turns, law): (&Turns<P::Scalar>, Option<&Law<P::Scalar>>),
+        (turns, law): (&Turns<P::Scalar>, Option<&Charted<P::Scalar>>),
         effects: &Effects,
         (force, tangent): (Two<P>, Two<P>),
         (done, whole): (P, bool),

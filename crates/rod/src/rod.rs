@@ -46,25 +46,43 @@ pub struct Rod<T = f64> {
 impl<T: Copy> Rod<T> {
     /// `f` of each number.
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> Rod<U> {
-        let Self { length, curvature, root, moduli, nu, gauge, power, .. } = *self;
-        let piece = |p: &Piece<T>| Piece {
-            near: f(p.near),
-            far: f(p.far),
-            radius: p.radius.map(&f),
-            inner: p.inner.map(&f),
-            bends: f(p.bends),
-        };
-        Rod {
-            pieces: self.pieces.iter().map(piece).collect(),
-            length: f(length),
-            power: power.map(|power| power.map(&f)),
-            curvature: curvature.map(&f),
-            root: root.map(&f),
-            moduli: moduli.map(&f),
-            nu: f(nu),
-            gauge: gauge.map(&f),
-        }
+        self.with(self, |x, _| f(x)).expect("as many pieces")
     }
+
+    /// `f` of each number of both; `None` if they have not the same parts.
+    pub fn with<O: Copy, U>(&self, o: &Rod<O>, f: impl Fn(T, O) -> U) -> Option<Rod<U>> {
+        let power = match (self.power, o.power) {
+            (Some(x), Some(y)) => Some(each(x, y, &f)),
+            _ => None,
+        };
+        let piece = |(x, y): (&Piece<T>, &Piece<O>)| Piece {
+            near: f(x.near, y.near),
+            far: f(x.far, y.far),
+            radius: each(x.radius, y.radius, &f),
+            inner: each(x.inner, y.inner, &f),
+            bends: f(x.bends, y.bends),
+        };
+        let alike = self.pieces.len() == o.pieces.len() && self.power.is_some() == o.power.is_some();
+        alike.then(|| Rod {
+            pieces: self.pieces.iter().zip(&o.pieces).map(piece).collect(),
+            length: f(self.length, o.length),
+            power,
+            curvature: each(self.curvature, o.curvature, &f),
+            root: each(self.root, o.root, &f),
+            moduli: each(self.moduli, o.moduli, &f),
+            nu: f(self.nu, o.nu),
+            gauge: each(self.gauge, o.gauge, &f),
+        })
+    }
+}
+
+/// `f` of each pair.
+pub(crate) fn each<T: Copy, O: Copy, U, const N: usize>(
+    x: [T; N],
+    y: [O; N],
+    f: impl Fn(T, O) -> U,
+) -> [U; N] {
+    std::array::from_fn(|k| f(x[k], y[k]))
 }
 
 impl<T: Real> Rod<T> {

@@ -50,7 +50,7 @@ impl<T: Scalar, const N: usize> Rule<T, N> {
 pub fn dot<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[P; N]) -> P {
     let mut sum = P::splat(row[0]) * y[0];
     for j in 1..n {
-        sum = P::splat(row[j]).mul_add(y[j], sum);
+        sum = sum.plus(row[j], y[j]);
     }
     sum
 }

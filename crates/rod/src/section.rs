@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use vibrissa_kernel::cpu::Packed;
+use vibrissa_kernel::cpu::law::Law;
+use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 
 use super::Effects;
 use super::lane::Lane;
@@ -32,6 +33,26 @@ pub struct Whisker<P> {
     pub rest: P,
     /// 1/kG over that of model §3.
     pub softer: P,
+}
+
+/// A section law, and laws beside it with their weights in its derivative.
+pub struct Charted<T> {
+    pub law: Law<T>,
+    pub beside: Vec<(T, Law<T>)>,
+}
+
+impl<T: Scalar> Charted<T> {
+    /// As [`Law::section`].
+    #[inline(always)]
+    pub fn section<P: Lane<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
+        let [mut extra, mut chi, load] = self.law.section(t, b);
+        for (weight, law) in &self.beside {
+            let other = law.section(t, b);
+            extra = extra.grown(P::splat(*weight) * other[0]);
+            chi = chi.grown(P::splat(*weight) * other[1]);
+        }
+        [extra, chi, load]
+    }
 }
 
 /// A section: R, bends/EI, 1/EI, 1/EA and 1/kGA for E = 1.

@@ -92,12 +92,12 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         State { force: pick(next.force, state.force), other: pick(next.other, state.other) }
     }
 
-    /// Solves the pack in at most `most` passes; `together`: as many in each lane.
+    /// Solves the pack in at most `most` passes.
     #[inline(always)]
     pub fn solve<'a>(
         &mut self,
         fixed: &Fixed<P::Scalar, N, S>,
-        (tolerance, most, together): (f64, usize, bool),
+        (tolerance, most): (f64, usize),
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
     ) -> Solution<P>
     where
@@ -116,9 +116,10 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             let step =
                 [cross(closed.miss, closed.columns[1]) * det, cross(closed.columns[0], closed.miss) * det];
             // The moment at the gauge may still change where the force does no more.
-            let moved = (closed.carried.moment - moment).abs() * by_moment;
+            let moved = ((closed.carried.moment - moment) * by_moment).size();
             moment = closed.carried.moment;
-            let size = step[0].abs().max(by_other * step[1].abs()).max(if count > 1 { moved } else { zero });
+            let size =
+                step[0].size().max((by_other * step[1]).size()).max(if count > 1 { moved } else { zero });
             state = self.step(&state, step, done);
             pace.after(size, done);
             // A lane that is done keeps what it was found with, so that no tap depends on its neighbours.
@@ -129,9 +130,6 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             }
             if one.all_at_most(done) || count == most {
                 break;
-            }
-            if together {
-                done = zero;
             }
             closed = self.pass(fixed, &state, done);
         }
@@ -170,8 +168,8 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let shown = self.mean * cross([one, self.slope], force).abs() / measure;
         let rounding = of(ROUNDINGS * P::Scalar::ROUNDING) * (one + shown * x.abs());
         let mut error = left + self.truncated(fixed, force, measure) + rounding;
-        if let Some(law) = &fixed.law {
-            error = error + of(2.0 * law.error);
+        if let Some(charted) = &fixed.law {
+            error = error + of(2.0 * charted.law.error);
         }
         let second = match self.effects.stick {
             true => {

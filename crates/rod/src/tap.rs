@@ -9,6 +9,7 @@ use vibrissa_core::scene::{Contact, Material, Model, Side};
 use vibrissa_kernel::rule::limits::{ASTRAY, EDGE, HOPELESS};
 
 use super::Rod;
+use super::rod::each;
 
 /// Effects of the model and of the whiskers, equal for all taps of a pack; an effect that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -121,16 +122,38 @@ pub struct Tap<'a, T = f64> {
 }
 
 impl<T: Number> Tap<'_, T> {
+    fn numbers(&self) -> [T; 8] {
+        [self.a, self.hub, self.turn, self.lift, self.ratio, self.pole, self.softer, self.least]
+    }
+
     /// `f` of each number, for the whisker `rod`.
     pub fn map<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(T) -> U) -> Tap<'b, U> {
-        let Self { a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least, .. } = *self;
-        let skin =
-            skin.map(|skin| Skin { taper: skin.taper.map(&f), start: f(skin.start), halved: skin.halved });
-        let tilt = tilt.map(|tilt| Tilt { pole: tilt.pole.map(&f), azimuth: f(tilt.azimuth) });
-        let soft = soft.map(&f);
-        let [a, hub, turn, lift, ratio, pole, softer, least] =
-            [a, hub, turn, lift, ratio, pole, softer, least].map(f);
-        Tap { rod, a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least }
+        self.with(self, rod, |x, _| f(x)).expect("the same parts")
+    }
+
+    /// `f` of each number of both, for the whisker `rod`; `None` if only one has a skin or a tilted pole.
+    pub fn with<'b, O: Number, U>(
+        &self,
+        o: &Tap<'_, O>,
+        rod: &'b Rod<U>,
+        f: impl Fn(T, O) -> U,
+    ) -> Option<Tap<'b, U>> {
+        let skin = match (self.skin, o.skin) {
+            (Some(x), Some(y)) => {
+                Some(Skin { taper: x.taper.with(&y.taper, &f), start: f(x.start, y.start), halved: x.halved })
+            }
+            _ => None,
+        };
+        let tilt = match (self.tilt, o.tilt) {
+            (Some(x), Some(y)) => {
+                Some(Tilt { pole: x.pole.with(&y.pole, &f), azimuth: f(x.azimuth, y.azimuth) })
+            }
+            _ => None,
+        };
+        let [a, hub, turn, lift, ratio, pole, softer, least] = each(self.numbers(), o.numbers(), &f);
+        let soft = each(self.soft, o.soft, &f);
+        let alike = self.skin.is_some() == o.skin.is_some() && self.tilt.is_some() == o.tilt.is_some();
+        alike.then_some(Tap { rod, a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least })
     }
 }
 
@@ -157,6 +180,17 @@ pub struct Solution<T = f64> {
     pub load: T,
     /// Number of passes over the rod.
     pub sweeps: T,
+}
+
+impl<T: Copy> Solution<T> {
+    /// `f` of each number.
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Solution<U> {
+        let Self { strain, axial, turned, normal, tangential, arc, wrench, error, load, sweeps } = *self;
+        let wrench = wrench.map(&f);
+        let [strain, axial, turned, normal, tangential, arc, error, load, sweeps] =
+            [strain, axial, turned, normal, tangential, arc, error, load, sweeps].map(f);
+        Solution { strain, axial, turned, normal, tangential, arc, wrench, error, load, sweeps }
+    }
 }
 
 impl Solution {

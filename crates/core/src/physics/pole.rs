@@ -39,15 +39,16 @@ pub struct Planar<T = f64> {
 }
 
 impl<T: Copy> Pole<T> {
-    /// `f` of each number.
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Pole<U> {
+    /// `f` of each number of both.
+    pub fn with<O: Copy, U>(&self, o: &Pole<O>, f: impl Fn(T, O) -> U) -> Pole<U> {
+        let each = |x: Space<T>, y: Space<O>| std::array::from_fn(|k| f(x[k], y[k]));
         Pole {
-            point: self.point.map(&f),
-            along: self.along.map(&f),
-            farther: f(self.farther),
-            distance: f(self.distance),
-            touched: Vector { x: f(self.touched.x), y: f(self.touched.y) },
-            slope: f(self.slope),
+            point: each(self.point, o.point),
+            along: each(self.along, o.along),
+            farther: f(self.farther, o.farther),
+            distance: f(self.distance, o.distance),
+            touched: Vector { x: f(self.touched.x, o.touched.x), y: f(self.touched.y, o.touched.y) },
+            slope: f(self.slope, o.slope),
         }
     }
 }

@@ -1,5 +1,7 @@
-//! Derivatives of outcomes by the inputs of taps. An input is moved by ±h and ±2h; the solver of every whisker solves these four taps with the same
-//! nodes and passes, so that their differences are those of a smooth function.
+//! Derivatives of outcomes by the inputs of taps: the solver of every whisker takes dual numbers. What leads from an input to the solver's numbers, and
+//! from its solution to an outcome, are closed forms: their derivatives are differences of four taps.
+
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
@@ -11,23 +13,23 @@ use super::{Outcome, Task, closed_gradient, is_closed};
 use crate::design::Design;
 use crate::kernel::{Ladder, Section};
 use crate::physics::onset::Grip;
-use crate::scene::{Contact, Geometry, Precision, Property, Setup, Tuple};
-use vibrissa_rod::GROUP;
+use crate::scene::{Contact, Geometry, Precision, Setup, Tuple};
 
 /// Outputs with derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
 pub const OUTPUTS: usize = 9;
 
-/// Step of an input over its scale. By four taps, the fifth derivative and rounding each show as some 1e-11 of the first.
+/// Step of closed forms and laws over the scale of an input: the fifth derivative and rounding show as some 1e-11 of the first.
 const STEP: f64 = 1e-3;
 
-/// Steps at which a tap is solved, and their weights in the derivative.
-const POINTS: [f64; GROUP] = [2.0, 1.0, -1.0, -2.0];
-const WEIGHTS: [f64; GROUP] = [-1.0 / 12.0, 8.0 / 12.0, -8.0 / 12.0, 1.0 / 12.0];
+/// Steps at which they are taken, from that of the tap itself on, and their weights in the derivative.
+pub(super) const POINTS: [[f64; 2]; EACH] =
+    [[0.0, 0.0], [2.0, -1.0 / 12.0], [1.0, 8.0 / 12.0], [-1.0, -8.0 / 12.0], [-2.0, 1.0 / 12.0]];
+pub(super) const EACH: usize = 5;
 
-/// Largest share of the step per distance, over a, of the contact from an end of gauge or foil, where strains have a kink: of inputs that move one
-/// against the other, and of others. Its least share: rounding then shows more than the kink.
-const ROOM: [f64; 2] = [2.0, 500.0];
-const LEAST: [f64; 2] = [1e-4, 1e-2];
+/// Largest share of the step per distance, over a, of the contact from an end of the gauge, where linear theory has a kink; and its least share, where
+/// rounding shows more than the kink.
+const ROOM: f64 = 400.0;
+const LEAST: f64 = 1e-4;
 
 /// Largest error of the taps, relative to their strain.
 const TOLERANCE: f64 = 1e-9;
@@ -39,15 +41,17 @@ const FEW: usize = 32;
 pub struct Gradient<'a> {
     setup: &'a Setup,
     inputs: &'a [Input],
-    /// The section law, and for each modulus of a hyperelastic law those at the steps.
+    /// The section law.
     section: Section,
-    laws: Vec<Option<[Section; GROUP]>>,
+    /// For each input, if it is a modulus of a hyperelastic law: the laws beside, with their weights in the derivative by the input over its scale.
+    laws: Vec<Vec<(f64, Section)>>,
 }
 
-/// An input of a tap, moved by steps of this size.
+/// An input of a tap, its scale, and the step over that.
 struct Moved {
     tap: usize,
     input: usize,
+    scale: f64,
     step: f64,
 }
 
@@ -71,9 +75,12 @@ impl<'a> Gradient<'a> {
     pub fn new(setup: &'a Setup, inputs: &'a [Input], law: &Section) -> Self {
         let none = Tuple::default();
         let laws = |input: &Input| {
-            let step = STEP * input.scale(setup, &none, 1.0);
-            let at = |point: f64| section(&input.moved(setup, none, point * step).0);
-            matches!(input, Input::Modulus(_)).then(|| POINTS.map(at))
+            let scale = input.scale(setup, &none, 1.0);
+            let at = |[point, weight]: &[f64; 2]| {
+                (weight / STEP, section(&input.moved(setup, none, point * STEP * scale).0))
+            };
+            let hyperelastic = matches!(input, Input::Modulus(_));
+            if hyperelastic { POINTS[1..].iter().map(at).collect() } else { Vec::new() }
         };
         Self { setup, inputs, section: law.clone(), laws: inputs.iter().map(laws).collect() }
     }
@@ -123,28 +130,18 @@ impl<'a> Gradient<'a> {
     ) -> Vec<(Moved, [f64; OUTPUTS])> {
         let (mut out, mut moved) = (Vec::new(), Vec::new());
         for (tap, (task, here)) in tasks.iter().zip(outcomes).enumerate() {
-            let inside = !here.strain_linear.is_nan();
-            let Some(shared) = designs[tap].shared.as_ref().filter(|_| inside) else { continue };
+            if here.strain_linear.is_nan() {
+                continue;
+            }
             let setup = designs[tap].setup(self.setup);
-            let foil = shared.foil.iter().flat_map(|foil| foil.span);
-            let knots: Vec<f64> = shared.body.iter().flat_map(|body| body.knots()).copied().collect();
-            let away = |end: f64| (here.arc - end).abs().min((task.a - end).abs()) / task.a;
-            let room: Vec<f64> =
-                shared.gauge.into_iter().chain(foil).chain(knots.iter().copied()).map(away).collect();
-            let apart = |knot: &f64| shared.gauge.map(|end| (end - knot).abs() / task.a);
-            let beside = knots.iter().flat_map(apart).fold(1.0, f64::min);
+            let ends = designs[tap].shared.iter().flat_map(|shared| shared.gauge);
+            let room = ends.map(|end| (task.a - end).abs() / task.a).fold(1.0, f64::min);
             for (input, by) in self.inputs.iter().enumerate() {
-                let gauged = matches!(by, Input::Tuple(3 | 4));
-                // The near end stays where only the length of the grid changes.
-                let room = if *by == Input::Tuple(4) { &room[1..] } else { &room };
-                let room = room.iter().copied().fold(if gauged { beside } else { 1.0 }, f64::min);
-                let curved = matches!(by, Input::Property(Property::Curvature | Property::CurvatureSlope));
-                let kind = usize::from(!(curved || matches!(by, Input::Tuple(3..=5))));
+                let scale = by.scale(setup, &tuple(&designs[tap], task), task.a);
                 // The law of a moved modulus is charted once for all taps.
-                let whole = matches!(by, Input::Modulus(_));
-                let share = if whole { 1.0 } else { (ROOM[kind] * room).clamp(LEAST[kind], 1.0) };
-                let step = share * STEP * by.scale(setup, &tuple(&designs[tap], task), task.a);
-                let one = Moved { tap, input, step };
+                let kept = matches!(by, Input::Modulus(_));
+                let step = if kept { STEP } else { STEP * (ROOM * room).clamp(LEAST, 1.0) };
+                let one = Moved { tap, input, scale, step };
                 // Such taps are even in tilt and lean.
                 let tilts = matches!(by, Input::Tuple(6 | 7));
                 match tilts && task.direction.is_upright() && !setup.gauge.second {
@@ -153,32 +150,36 @@ impl<'a> Gradient<'a> {
                 }
             }
         }
-        let mut those = Vec::with_capacity(GROUP * moved.len());
+        let mut those = Vec::with_capacity(EACH * moved.len());
         for by in &moved {
-            for point in POINTS {
-                let (other, task) = self.moved(&designs[by.tap], &tasks[by.tap], by, point * by.step);
+            those.push(Task { design: by.tap as u32, ..tasks[by.tap] });
+            for [point, _] in &POINTS[1..] {
+                let (other, task) =
+                    self.moved(&designs[by.tap], &tasks[by.tap], by, point * by.step * by.scale);
                 let place = if other.is_some() { designs.len() } else { by.tap };
                 designs.extend(other);
                 those.push(Task { design: place as u32, ..task });
             }
         }
-        let here: Vec<&Outcome> = moved.iter().map(|by| &outcomes[by.tap]).collect();
-        let found = self.solved(&designs, &those, &moved, &here);
-        for (k, by) in moved.into_iter().enumerate() {
-            let group = GROUP * k..GROUP * (k + 1);
-            let told = found[group.clone()].iter().all(Option::is_some);
-            let mut slope = [0.0; OUTPUTS];
-            for (i, weight) in group.zip(WEIGHTS) {
-                let asked = self.asked(&designs, &those[i]);
+        let found = self.solved(&designs, &those, &moved, outcomes);
+        for ((by, those), found) in moved.into_iter().zip(those.chunks(EACH)).zip(found) {
+            let here = &outcomes[by.tap];
+            let (mut slope, mut value) = ([0.0; OUTPUTS], [0.0; OUTPUTS]);
+            for (k, [_, weight]) in POINTS.into_iter().enumerate() {
+                let asked = self.asked(&designs, &those[k]);
                 let linear = asked.map_or(f64::NAN, |asked| sign(asked.setup) * asked.linear);
-                let solved = match here[k].arc.is_nan() {
-                    true => None,
-                    false if told => found[i],
-                    false => asked.map(by_reference).filter(|o| o.sticking == here[k].sticking),
+                let solved = match (here.arc.is_nan(), found) {
+                    (true, _) => None,
+                    (false, Some(found)) => Some(found[k]),
+                    (false, None) => asked.map(by_reference).filter(|o| o.sticking == here.sticking),
                 };
                 let all = numbers(&Outcome { strain_linear: linear, ..solved.unwrap_or(Outcome::NOTHING) });
-                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight / by.step * x);
+                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight / (by.step * by.scale) * x);
+                if k == 0 {
+                    value = all;
+                }
             }
+            slope[2] = of_k(&value, &slope);
             out.push((by, slope));
         }
         out
@@ -198,53 +199,56 @@ impl<'a> Gradient<'a> {
         (Some(design.beside(&setup, tuple)), Task::of(task.design, &tuple))
     }
 
-    /// Outcomes of `those` by the solver of every whisker, or by closed forms.
+    /// Outcomes of the taps next to those of `moved`, to the first order; `None` where only the reference has them. `tasks`: each tap and those next to it.
     fn solved(
         &self,
         designs: &[Design],
-        those: &[Task],
+        tasks: &[Task],
         moved: &[Moved],
-        here: &[&Outcome],
-    ) -> Vec<Option<Outcome>> {
+        outcomes: &[Outcome],
+    ) -> Vec<Option<[Outcome; EACH]>> {
+        let mut out = vec![None; moved.len()];
         let setup = self.setup;
-        let mut out = vec![None; those.len()];
         if setup.model.geometry == Geometry::Linear {
-            return those.iter().map(|task| self.asked(designs, task).map(by_reference)).collect();
+            return out;
         }
-        let grip = |i: usize| match designs[those[i].design as usize].setup(setup).model.contact {
-            _ if here[i / GROUP].sticking => Grip::Stick,
-            Contact::Coulomb(mu) => Grip::Slide(mu.copysign(here[i / GROUP].tangential_force)),
+        let here = |i: usize| &outcomes[moved[i].tap];
+        let grip = |k: usize| match designs[tasks[k].design as usize].setup(setup).model.contact {
+            _ if here(k / EACH).sticking => Grip::Stick,
+            Contact::Coulomb(mu) => Grip::Slide(mu.copysign(here(k / EACH).tangential_force)),
             _ => Grip::Slide(0.0),
         };
-        let mut run = |places: Vec<usize>, section: &Section| {
-            if places.is_empty() {
-                return;
-            }
-            let tasks: Vec<Task> = places.iter().map(|&i| those[i]).collect();
-            let grips: Vec<Grip> = places.iter().map(|&i| grip(i)).collect();
+        let laws = |i: usize| self.laws[moved[i].input].as_slice();
+        let mut classes: BTreeMap<(bool, Option<usize>), Vec<usize>> = BTreeMap::new();
+        for i in (0..moved.len()).filter(|i| !here(*i).arc.is_nan()) {
+            let law = (!laws(i).is_empty()).then_some(moved[i].input);
+            classes.entry((here(i).sticking, law)).or_default().push(i);
+        }
+        for places in classes.values() {
+            let all = || places.iter().flat_map(|i| EACH * i..EACH * (i + 1));
+            let tasks: Vec<Task> = all().map(|k| tasks[k]).collect();
+            let grips: Vec<Grip> = all().map(grip).collect();
             let question =
                 Question { setup, designs, tasks: &tasks, grips: &grips, charted: false, beyond: true };
             let every: Vec<usize> = (0..tasks.len()).collect();
-            let found = Rods::new(&question, &every).solve(true, TOLERANCE, section);
-            for ((&i, task), s) in places.iter().zip(&tasks).zip(found) {
-                let told = s.error <= TOLERANCE;
-                out[i] = self.asked(designs, task).filter(|_| told).map(|asked| asked.outcome(s.found));
-            }
-        };
-        for stick in [false, true] {
-            let open = |i: &usize| !here[i / GROUP].arc.is_nan() && here[i / GROUP].sticking == stick;
-            let law = |i: &usize| self.laws[moved[i / GROUP].input].as_ref();
-            let of =
-                |keep: &dyn Fn(&usize) -> bool| (0..those.len()).filter(|i| open(i) && keep(i)).collect();
-            run(of(&|i| law(i).is_none()), &self.section);
-            for (input, laws) in self.laws.iter().enumerate() {
-                for (point, section) in laws.iter().flatten().enumerate() {
-                    // A group is one tap, four times: neighbours have other effects.
-                    let those: Vec<usize> = of(&|i| moved[i / GROUP].input == input && i % GROUP == point);
-                    run(those.into_iter().flat_map(|i| [i; GROUP]).collect(), section);
-                }
+            let steps: Vec<f64> = places.iter().map(|&i| moved[i].step).collect();
+            let laws = laws(places[0]);
+            let found = Rods::new(&question, &every).beside(&steps, TOLERANCE, &self.section, laws);
+            for (&i, found) in places.iter().zip(found) {
+                out[i] = found;
             }
         }
         out
     }
+}
+
+/// The derivative of K − 1, K = θ f ε₁/(ε₁² + ε₂²), from those of the strains: close to an end of the gauge K changes faster than they do.
+fn of_k(value: &[f64; OUTPUTS], slope: &[f64; OUTPUTS]) -> f64 {
+    let [first, linear, _, _, _, _, second, ..] = *value;
+    let (both, turned) = match second.is_nan() {
+        true => (first * first, first * slope[0]),
+        false => (first * first + second * second, first * slope[0] + second * slope[6]),
+    };
+    let k = linear * first / both;
+    k * (slope[1] / linear + slope[0] / first - 2.0 * turned / both)
 }

@@ -115,8 +115,9 @@ impl Input {
                 a.min(4.0 * setup.model.pole_radius)
             }
             Self::Property(Property::Hub | Property::PoleRadius) => a,
-            Self::Property(Property::Curvature) => 1.0 / a.max(0.01 * t.L_a),
-            Self::Property(Property::CurvatureSlope) => 1.0 / a.max(0.01 * t.L_a).powi(2),
+            // Three times as much: linear theory of a curved whisker is less exact than that of a straight one.
+            Self::Property(Property::Curvature) => 3.0 / a.max(0.01 * t.L_a),
+            Self::Property(Property::CurvatureSlope) => 3.0 / a.max(0.01 * t.L_a).powi(2),
             Self::Property(p @ (Property::Bore | Property::Core)) => match p.get(setup) {
                 0.0 => 0.1 * t.D,
                 inner => inner.min((t.D - inner).abs()),

@@ -3,15 +3,18 @@
 use rayon::prelude::*;
 
 use super::Outcome;
+use super::gradient::{EACH, POINTS};
 use super::outcome::{Asked, reading, sign};
 use super::solve::{Question, Solved};
 use crate::design::{Shared, radians};
 use crate::kernel::Section;
+use crate::physics::number::Number;
 use crate::physics::onset::Grip;
 use crate::physics::pole::Pole;
+use crate::physics::real::Dual;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
 use crate::scene::{Contact, Drive, Geometry, Setup};
-use vibrissa_rod::{Effects, GROUP, Rod, Skin, Solution, Tap, Tilt, groups, solve};
+use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt, slopes, solve};
 
 /// True if it solves all taps of `setup`.
 pub(super) fn takes_all(setup: &Setup) -> bool {
@@ -47,38 +50,89 @@ impl<'a> Rods<'a> {
         Self { question, open, designs, rods }
     }
 
-    /// Their solutions; `section`: the law of the material, where it is not Hooke's. `grouped`: by [`groups`].
-    pub fn solve(&self, grouped: bool, tolerance: f64, section: &Section) -> Vec<Solved> {
-        let stick = self.question.stick();
+    /// The effects of all these taps.
+    fn effects(&self) -> Effects {
         let setup = self.question.setup;
-        let model = &setup.model;
-        let effects = Effects::of(model, setup.gauge.side, stick);
-        let effects = Effects { wrench: setup.asks_wrench(), ..effects };
-        let mut framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
-        if grouped {
-            for group in framed.chunks_mut(GROUP).filter(|group| group.iter().any(Option::is_none)) {
-                group.fill(None);
-            }
-        }
+        let effects = Effects::of(&setup.model, setup.gauge.side, self.question.stick());
+        Effects { wrench: setup.asks_wrench(), ..effects }
+    }
+
+    /// Their solutions; `section`: the law of the material, where it is not Hooke's.
+    pub fn solve(&self, tolerance: f64, section: &Section) -> Vec<Solved> {
+        let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
         let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
         let section = if taps.is_empty() { None } else { section.chart() };
-        let solve = if grouped { groups } else { solve };
-        let solved = solve(&taps, effects, tolerance, section);
-        let mut next = taps.iter().zip(solved);
+        let mut next = taps.iter().zip(solve(&taps, self.effects(), tolerance, section));
         let solved: Vec<_> = framed.iter().map(|tap| tap.and_then(|_| next.next())).collect();
         let one = |(&i, solved): (&usize, &Option<(&Tap<'_>, Solution)>)| {
             let lost = Solved { grip: self.question.grips[i], ..Solved::LOST };
-            // Only the reference can roll a contact along a skin whose slope changes.
-            let known = solved.filter(|(tap, _)| !(effects.roll && tap.rod.turns(model.surface)));
-            known.and_then(|(tap, s)| self.told(i, tap, &s)).unwrap_or(lost)
+            solved.and_then(|(tap, s)| self.told(i, tap, &s)).unwrap_or(lost)
         };
         self.open.par_iter().zip(&solved).map(one).collect()
     }
 
+    /// Outcomes of taps next to others, to the first order: each other tap is followed by those at [`POINTS`] of one of `steps`. `None` without the
+    /// tolerance. `laws`: those beside `section`, with their weights in the derivative.
+    pub fn beside(
+        &self,
+        steps: &[f64],
+        tolerance: f64,
+        section: &Section,
+        laws: &[(f64, Section)],
+    ) -> Vec<Option<[Outcome; EACH]>> {
+        let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
+        let sum = |step: f64, weight: f64| {
+            move |sum: Dual<1>, x: f64| match x == sum.value {
+                true => sum,
+                false => Dual { slope: [sum.slope[0] + weight / step * (x - sum.value)], ..sum },
+            }
+        };
+        let group = |k: usize| -> Option<[Tap<'_>; EACH]> {
+            let mut group = [framed[EACH * k]?; EACH];
+            for (tap, framed) in group.iter_mut().zip(&framed[EACH * k..]) {
+                *tap = (*framed)?;
+            }
+            Some(group)
+        };
+        let rod = |k: usize| {
+            let group = group(k)?;
+            group.iter().zip(POINTS).try_fold(group[0].rod.map(Dual::of), |rod, (tap, [_, weight])| {
+                rod.with(tap.rod, sum(steps[k], weight))
+            })
+        };
+        let rods: Vec<Option<Rod<Dual<1>>>> = (0..steps.len()).map(rod).collect();
+        let tap = |k: usize| {
+            let (group, rod) = (group(k)?, rods[k].as_ref()?);
+            group.iter().zip(POINTS).try_fold(group[0].map(rod, Dual::of), |all, (tap, [_, weight])| {
+                all.with(tap, rod, sum(steps[k], weight))
+            })
+        };
+        let duals: Vec<Option<Tap<'_, Dual<1>>>> = (0..steps.len()).map(tap).collect();
+        let taps: Vec<Tap<'_, Dual<1>>> = duals.iter().flatten().copied().collect();
+        let chart = if taps.is_empty() { None } else { section.chart() };
+        let laws: Vec<_> = laws.iter().filter_map(|(weight, law)| Some((*weight, law.chart()?))).collect();
+        let mut solved = slopes(&taps, self.effects(), tolerance, chart, &laws).into_iter();
+        let one = |(k, dual): (usize, &Option<Tap<'_, Dual<1>>>)| {
+            let s = dual.and_then(|_| solved.next()).filter(|s| s.error.value <= tolerance)?;
+            let mut out = [Outcome::NOTHING; POINTS.len()];
+            for (m, (out, [point, _])) in out.iter_mut().zip(POINTS).enumerate() {
+                let i = EACH * k + m;
+                let near = s.map(|x| x.value + point * steps[k] * x.slope[0]);
+                *out = self.question.asked(i)?.outcome(self.told(i, &framed[i]?, &near)?.found);
+            }
+            Some(out)
+        };
+        duals.iter().enumerate().map(one).collect()
+    }
+
     /// The solution `s` of the tap at place `i`; `None` where its plane of bending does not touch the pole.
     fn told(&self, i: usize, tap: &Tap<'_>, s: &Solution) -> Option<Solved> {
-        let asked = self.question.asked(i)?;
-        let Asked { setup, shared, task, linear, .. } = asked;
+        let Asked { setup, shared, task, linear, .. } = self.question.asked(i)?;
+        let effects = self.effects();
+        // Only the reference can roll a contact along a skin whose slope changes.
+        if effects.roll && tap.rod.turns(setup.model.surface) {
+            return None;
+        }
         let (mut azimuth, mut slide) = (0.0, 0.0);
         if let Some(Tilt { pole, .. }) = tap.tilt {
             azimuth = pole.azimuth(s.turned + normal(setup, tap.rod))?;

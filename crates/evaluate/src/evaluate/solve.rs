@@ -186,7 +186,7 @@ impl Evaluator<'_> {
         if open.is_empty() {
             return Ok(solved);
         }
-        let found = Rods::new(question, &open).solve(false, *tolerance, &ladder.section);
+        let found = Rods::new(question, &open).solve(*tolerance, &ladder.section);
         for (&i, new) in open.iter().zip(found) {
             let Solved { sweeps, unsure, .. } = solved[i];
             solved[i] = Solved { sweeps: sweeps + new.sweeps, unsure, ..new };

@@ -102,6 +102,12 @@ pub trait Packed:
     /// self · b + c.
     fn mul_add(self, b: Self, c: Self) -> Self;
 
+    /// self + `k` · `y`.
+    #[inline(always)]
+    fn plus(self, k: Self::Scalar, y: Self) -> Self {
+        Self::splat(k).mul_add(y, self)
+    }
+
     /// Square root.
     fn sqrt(self) -> Self;
 
