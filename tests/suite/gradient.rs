@@ -225,6 +225,27 @@ fn named(name: &str) -> Setup {
     cases::all().iter().find(|c| c.name == name).expect("a model").setup.clone()
 }
 
+/// Derivatives of strain and K of a cylinder, whose contact is at `a`, by x_ss, l, a and D.
+fn of_cylinder(setup: &Setup, a: f64) -> [Vec<f64>; 2] {
+    let whisker = Tuple { D: 10.0, d: 10.0, L_a: 50.0, x_ss: 10.0, l: 5.0, ..Tuple::default() };
+    let (design, task, outcome) = solve(setup, Tuple { a, drive: 3.0, ..whisker });
+    let inputs = ["x_ss", "l", "a", "D"].map(|name| Input::new(setup, name).expect("an input"));
+    let [strain, _, k, ..] = gradient(setup, &design, &task, &outcome, &inputs);
+    [strain, k]
+}
+
+#[test]
+fn derivatives_of_a_contact_at_an_end_of_the_gauge_are_those_next_to_it() {
+    for name in ["timoshenko", "surface"] {
+        let setup = named(name);
+        let (at, next) = (of_cylinder(&setup, 15.0), of_cylinder(&setup, 15.0 * (1.0 + 1e-7)));
+        for (at, next) in at.iter().flatten().zip(next.iter().flatten()) {
+            assert!((at - next).abs() <= 1e-3 * next.abs(), "{name}: {at} at the end, {next} next to it");
+        }
+        assert_eq!(of_cylinder(&setup, 10.0)[0], [0.0; 4], "{name}: a silent gauge");
+    }
+}
+
 #[test]
 fn k_does_not_depend_on_the_length_of_a_gauge_that_the_contact_barely_reaches() {
     for name in ["timoshenko", "shear", "neo-alone"] {

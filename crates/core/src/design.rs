@@ -162,12 +162,14 @@ impl Design {
         Self { tuple, shared, own: None }
     }
 
-    /// The design of `tuple` in `setup`, for numbers next to those of this one: beyond the ends of the domain, too.
-    pub fn beside(&self, setup: &Setup, tuple: Tuple) -> Self {
+    /// The design of `tuple`, with its setup if that is `moved`, for numbers next to those of this one: beyond the ends of the domain, too.
+    pub fn beside(&self, setup: &Setup, tuple: Tuple, moved: Option<Setup>) -> Self {
+        let own = moved.map(Arc::new).or_else(|| self.own.clone());
+        let setup = own.as_deref().unwrap_or(setup);
         let (body, gauge) = parts(setup, &tuple, true);
         let whisker = (taper(&tuple), tuple.L_a);
         let curves = |known: &Shared| Shared::new(setup, whisker, body, (gauge, setup.hub), Some(known.peak));
-        Self { tuple, shared: self.shared.as_ref().map(curves), own: Some(Arc::new(setup.clone())) }
+        Self { tuple, shared: self.shared.as_ref().map(curves), own }
     }
 
     /// Factor of K in tables with the elongation convention, mm: x2 − x1, NaN without a whisker; `None` if K has no unit.

@@ -17,7 +17,7 @@ pub trait Lane: Packed {
     /// Number `i`.
     fn one(&self, i: usize) -> Self::One;
 
-    /// The largest of a number and its derivatives.
+    /// The largest magnitude of a number and its derivatives.
     #[inline(always)]
     fn size(self) -> Self {
         self.abs()

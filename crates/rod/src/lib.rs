@@ -6,7 +6,7 @@
 //! the contact at c a short panel moves with c. A pass takes M from the last ψ, and ψ from that M; the closure then gives a step of P and of c (or of T).
 //! The unknown shape is the difference to linear theory under the same force; the integrals of linear theory do not change while a tap is iterated.
 //!
-//! Taps whose estimated error exceeds the tolerance go on to more nodes, and at last to Newton's method with the derivatives of the passes.
+//! Taps whose estimated error exceeds the tolerance go on to more nodes, and at last, without derivatives, to Newton's method with the derivatives of the passes.
 
 // Index loops vectorise over lanes.
 #![allow(clippy::needless_range_loop)]
@@ -119,8 +119,8 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     climb(taps, effects, tolerance, (chart, &[]), &[[NEWTON, SLIDE]], solve)
 }
 
-/// The same of taps with their derivatives by a number each. They share the error: a unit of the number changes a tap by its order. `beside`: charts of
-/// other laws, with their weights in the derivative of the law.
+/// The same of taps with their derivatives by a number each, without Newton's method. Values and derivatives are iterated to the same tolerance: a unit of
+/// the number must change a tap by as much as the tap itself. `beside`: charts of other laws, with their weights in the derivative of the law.
 pub fn slopes(
     taps: &[Tap<'_, One<1>>],
     effects: Effects,

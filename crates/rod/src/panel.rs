@@ -134,7 +134,8 @@ impl<P: Lane, const N: usize> Panel<P, N> {
         let [far, length, q] = self.place;
         let length = length.if_less(zero, length, zero.if_less(length, length, one));
         // share = (far − s)/length = q² w (1 + y)/(y² (1 + q)): 1/y² = 1 + share (1/q² − 1).
-        let share = ((far - to) / length).max(zero).min(P::of(1.5));
+        // At a tie the place counts: its derivative is not 0.
+        let share = zero.max((far - to) / length).min(P::of(1.5));
         let part = (to - from) / length;
         let grows = one / (q * q) - one;
         let [first, last] = [share, share + part].map(|share| (one + share * grows).max(P::of(1e-9)).sqrt());

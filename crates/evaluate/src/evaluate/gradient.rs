@@ -26,12 +26,12 @@ pub(super) const POINTS: [[f64; 2]; EACH] =
     [[0.0, 0.0], [2.0, -1.0 / 12.0], [1.0, 8.0 / 12.0], [-1.0, -8.0 / 12.0], [-2.0, 1.0 / 12.0]];
 pub(super) const EACH: usize = 5;
 
-/// Largest share of the step per distance, over a, of the contact from an end of the gauge, where linear theory has a kink; and its least share, where
-/// rounding shows more than the kink.
+/// Largest share of the step per distance, over a, at which linear theory has a kink: of the contact or of an end of the gauge from the other, or from a
+/// knot of the profile. And its least share: rounding then shows more than the kink.
 const ROOM: f64 = 400.0;
 const LEAST: f64 = 1e-4;
 
-/// Largest error of the taps, relative to their strain.
+/// Largest error of the taps, relative to their strain: at 1e-8, derivatives by inputs of little effect are off by 4e-8 of their own.
 const TOLERANCE: f64 = 1e-9;
 
 /// Taps of a thread.
@@ -73,14 +73,13 @@ fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
 impl<'a> Gradient<'a> {
     /// By `inputs`; `law` is [`section`] of `setup`.
     pub fn new(setup: &'a Setup, inputs: &'a [Input], law: &Section) -> Self {
-        let none = Tuple::default();
         let laws = |input: &Input| {
-            let scale = input.scale(setup, &none, 1.0);
+            let scale = input.scale(setup, &Tuple::default(), 1.0);
             let at = |[point, weight]: &[f64; 2]| {
-                (weight / STEP, section(&input.moved(setup, none, point * STEP * scale).0))
+                Some((weight / STEP, section(&input.moved(setup, point * STEP * scale)?)))
             };
             let hyperelastic = matches!(input, Input::Modulus(_));
-            if hyperelastic { POINTS[1..].iter().map(at).collect() } else { Vec::new() }
+            if hyperelastic { POINTS[1..].iter().filter_map(at).collect() } else { Vec::new() }
         };
         Self { setup, inputs, section: law.clone(), laws: inputs.iter().map(laws).collect() }
     }
@@ -134,8 +133,12 @@ impl<'a> Gradient<'a> {
                 continue;
             }
             let setup = designs[tap].setup(self.setup);
-            let ends = designs[tap].shared.iter().flat_map(|shared| shared.gauge);
-            let room = ends.map(|end| (task.a - end).abs() / task.a).fold(1.0, f64::min);
+            let Some(shared) = &designs[tap].shared else { continue };
+            let [x1, x2] = shared.gauge;
+            let knots = shared.body.iter().flat_map(|body| body.knots()).copied();
+            let kinks = knots.flat_map(|knot| [task.a - knot, x1 - knot, x2 - knot]);
+            let kinks = kinks.chain([task.a - x1, task.a - x2]);
+            let room = kinks.map(|kink| kink.abs() / task.a).fold(1.0, f64::min);
             for (input, by) in self.inputs.iter().enumerate() {
                 let scale = by.scale(setup, &tuple(&designs[tap], task), task.a);
                 // The law of a moved modulus is charted once for all taps.
@@ -171,13 +174,15 @@ impl<'a> Gradient<'a> {
                 let solved = match (here.arc.is_nan(), found) {
                     (true, _) => None,
                     (false, Some(found)) => Some(found[k]),
+                    (false, None) if k == 0 => Some(*here),
                     (false, None) => asked.map(by_reference).filter(|o| o.sticking == here.sticking),
                 };
                 let all = numbers(&Outcome { strain_linear: linear, ..solved.unwrap_or(Outcome::NOTHING) });
-                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight / (by.step * by.scale) * x);
                 if k == 0 {
                     value = all;
+                    continue;
                 }
+                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight / (by.step * by.scale) * x);
             }
             slope[2] = of_k(&value, &slope);
             out.push((by, slope));
@@ -191,12 +196,11 @@ impl<'a> Gradient<'a> {
 
     /// The tap with the input moved by `step`, and its design, if that is another one.
     fn moved(&self, design: &Design, task: &Task, by: &Moved, step: f64) -> (Option<Design>, Task) {
-        let (tuple, input) = (tuple(design, task), self.inputs[by.input]);
-        if let Input::Tuple(5..) = input {
-            return (None, Task::of(task.design, &input.tuple(tuple, step)));
-        }
-        let (setup, tuple) = input.moved(design.setup(self.setup), tuple, step);
-        (Some(design.beside(&setup, tuple)), Task::of(task.design, &tuple))
+        let input = self.inputs[by.input];
+        let tuple = input.tuple(tuple(design, task), step);
+        let whisker = || design.beside(self.setup, tuple, input.moved(design.setup(self.setup), step));
+        let same = matches!(input, Input::Tuple(5..));
+        ((!same).then(whisker), Task::of(task.design, &tuple))
     }
 
     /// Outcomes of the taps next to those of `moved`, to the first order; `None` where only the reference has them. `tasks`: each tap and those next to it.

@@ -115,7 +115,7 @@ impl Input {
                 a.min(4.0 * setup.model.pole_radius)
             }
             Self::Property(Property::Hub | Property::PoleRadius) => a,
-            // Three times as much: linear theory of a curved whisker is less exact than that of a straight one.
+            // Three times what bends a whisker by a radian: linear theory of a curved whisker has more rounding than that of a straight one.
             Self::Property(Property::Curvature) => 3.0 / a.max(0.01 * t.L_a),
             Self::Property(Property::CurvatureSlope) => 3.0 / a.max(0.01 * t.L_a).powi(2),
             Self::Property(p @ (Property::Bore | Property::Core)) => match p.get(setup) {
@@ -137,12 +137,15 @@ impl Input {
         t
     }
 
-    /// Setup and tap with this input moved by `step`.
-    pub(super) fn moved(self, setup: &Setup, t: Tuple, step: f64) -> (Setup, Tuple) {
+    /// `setup` with this input moved by `step`; `None` if it is a number of the tap.
+    pub(super) fn moved(self, setup: &Setup, step: f64) -> Option<Setup> {
+        if let Self::Tuple(_) = self {
+            return None;
+        }
         let mut setup = setup.clone();
         let foil = setup.gauge.foil.as_mut();
         match self {
-            Self::Tuple(_) => return (setup, self.tuple(t, step)),
+            Self::Tuple(_) => {}
             Self::Modulus(i) => setup.model.material.moduli()[i] += step,
             Self::Clamp => {
                 if let Clamp::At(c0) = &mut setup.model.clamp {
@@ -161,6 +164,6 @@ impl Input {
                 setup.built = built.map(Into::into);
             }
         }
-        (setup, t)
+        Some(setup)
     }
 }

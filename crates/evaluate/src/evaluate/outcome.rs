@@ -253,7 +253,8 @@ impl Asked<'_> {
         Some(Outcome { sweeps: sweeps as f32, ..self.outcome(s.found) })
     }
 
-    fn unread(&self, arc: f64) -> bool {
+    /// True if a contact at `arc` bends no part of the gauge.
+    pub fn unread(&self, arc: f64) -> bool {
         self.setup.signal == Signal::Strain && off_gauge(self.shared.gauge[0], self.task.a, arc)
     }
 
@@ -265,11 +266,15 @@ impl Asked<'_> {
 
     /// The outcome of a tap `found` without its words, whose strains are as on the contact side.
     pub fn outcome(&self, found: Outcome) -> Outcome {
+        self.outcome_where(found, self.unread(found.arc))
+    }
+
+    /// The same, where it is known whether the gauge shows `no_strain`.
+    pub fn outcome_where(&self, found: Outcome, no_strain: bool) -> Outcome {
         let Self { setup, shared, linear, .. } = *self;
         if is_behind(found.arc) {
             return self.unsolved(Status::NOT_CONVERGED);
         }
-        let no_strain = self.unread(found.arc);
         let shown = |strain: f64| if no_strain && !strain.is_nan() { 0.0 } else { strain };
         let strain = if no_strain { 0.0 } else { found.strain };
         let strain_2 = if setup.gauge.second { shown(found.strain_2) } else { f64::NAN };

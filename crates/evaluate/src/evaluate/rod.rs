@@ -71,8 +71,8 @@ impl<'a> Rods<'a> {
         self.open.par_iter().zip(&solved).map(one).collect()
     }
 
-    /// Outcomes of taps next to others, to the first order: each other tap is followed by those at [`POINTS`] of one of `steps`. `None` without the
-    /// tolerance. `laws`: those beside `section`, with their weights in the derivative.
+    /// Outcomes of taps in groups of [`EACH`], to the first order: a tap, and those next to it at [`POINTS`] of one of `steps`. `None` where the solver does
+    /// not meet the tolerance. `laws`: those beside `section`, with their weights in the derivative.
     pub fn beside(
         &self,
         steps: &[f64],
@@ -96,6 +96,9 @@ impl<'a> Rods<'a> {
         };
         let rod = |k: usize| {
             let group = group(k)?;
+            if group.iter().all(|tap| std::ptr::eq(tap.rod, group[0].rod)) {
+                return Some(group[0].rod.map(Dual::of));
+            }
             group.iter().zip(POINTS).try_fold(group[0].rod.map(Dual::of), |rod, (tap, [_, weight])| {
                 rod.with(tap.rod, sum(steps[k], weight))
             })
@@ -110,22 +113,27 @@ impl<'a> Rods<'a> {
         let duals: Vec<Option<Tap<'_, Dual<1>>>> = (0..steps.len()).map(tap).collect();
         let taps: Vec<Tap<'_, Dual<1>>> = duals.iter().flatten().copied().collect();
         let chart = if taps.is_empty() { None } else { section.chart() };
-        let laws: Vec<_> = laws.iter().filter_map(|(weight, law)| Some((*weight, law.chart()?))).collect();
+        let charts: Option<Vec<_>> = laws.iter().map(|(weight, law)| Some((*weight, law.chart()?))).collect();
+        let Some(laws) = charts else { return vec![None; steps.len()] };
         let mut solved = slopes(&taps, self.effects(), tolerance, chart, &laws).into_iter();
         let one = |(k, dual): (usize, &Option<Tap<'_, Dual<1>>>)| {
             let s = dual.and_then(|_| solved.next()).filter(|s| s.error.value <= tolerance)?;
-            let mut out = [Outcome::NOTHING; POINTS.len()];
+            let mut out = [Outcome::NOTHING; EACH];
+            let own = self.question.asked(EACH * k)?;
+            let no_strain = own.unread(own.shared.start + s.arc.value);
             for (m, (out, [point, _])) in out.iter_mut().zip(POINTS).enumerate() {
                 let i = EACH * k + m;
                 let near = s.map(|x| x.value + point * steps[k] * x.slope[0]);
-                *out = self.question.asked(i)?.outcome(self.told(i, &framed[i]?, &near)?.found);
+                let found = self.told(i, &framed[i]?, &near)?.found;
+                *out = self.question.asked(i)?.outcome_where(found, no_strain);
             }
             Some(out)
         };
         duals.iter().enumerate().map(one).collect()
     }
 
-    /// The solution `s` of the tap at place `i`; `None` where its plane of bending does not touch the pole.
+    /// The solution `s` of the tap at place `i`; `None` outside the domain, where its plane of bending does not touch the pole, and where only the reference
+    /// can roll the contact.
     fn told(&self, i: usize, tap: &Tap<'_>, s: &Solution) -> Option<Solved> {
         let Asked { setup, shared, task, linear, .. } = self.question.asked(i)?;
         let effects = self.effects();
@@ -189,7 +197,9 @@ impl<'a> Rods<'a> {
         }
         let mut tilt = None;
         // A contact that sticks on an edge stays in the plane of rotation. One that would roll along the pole too, or slide with friction, is not modelled.
-        if !(task.direction.is_upright() || grip == Grip::Stick && model.pole_radius == 0.0) {
+        // Taps next to an upright one may be tilted: they have one form.
+        let upright = task.direction.is_upright() && !(self.question.beyond && setup.gauge.second);
+        if !(upright || grip == Grip::Stick && model.pole_radius == 0.0) {
             if grip != Grip::Slide(0.0) || model.indentation || setup.built.is_some() {
                 return None;
             }
