@@ -6,7 +6,7 @@
 //! the contact at c a short panel moves with c. A pass takes M from the last ψ, and ψ from that M; the closure then gives a step of P and of c (or of T).
 //! The unknown shape is the difference to linear theory under the same force; the integrals of linear theory do not change while a tap is iterated.
 //!
-//! Taps whose estimated error exceeds the tolerance go on to more nodes, and at last, without derivatives, to Newton's method with the derivatives of the passes.
+//! Taps whose estimated error exceeds the tolerance go on to more nodes, and at last, if no derivatives are asked, to Newton's method.
 
 // Index loops vectorise over lanes.
 #![allow(clippy::needless_range_loop)]
@@ -86,7 +86,7 @@ struct Job<'a> {
     rung: Rung,
     tolerance: f64,
     chart: Option<&'a Chart>,
-    /// Charts beside it, with their weights in its derivative.
+    /// Charts of nearby moduli, with their weights in its derivative.
     beside: &'a [(f64, &'a Chart)],
 }
 
@@ -120,7 +120,8 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
 }
 
 /// The same of taps with their derivatives by a number each, without Newton's method. Values and derivatives are iterated to the same tolerance: a unit of
-/// the number must change a tap by as much as the tap itself. `beside`: charts of other laws, with their weights in the derivative of the law.
+/// the number must change a tap by as much as the tap itself. `beside`: charts of laws of nearby moduli, with their weights in the
+/// derivative of the law.
 pub fn slopes(
     taps: &[Tap<'_, One<1>>],
     effects: Effects,

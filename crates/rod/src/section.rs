@@ -35,7 +35,7 @@ pub struct Whisker<P> {
     pub softer: P,
 }
 
-/// A section law, and laws beside it with their weights in its derivative.
+/// A section law, and laws of nearby moduli with their weights in its derivative.
 pub struct Charted<T> {
     pub law: Law<T>,
     pub beside: Vec<(T, Law<T>)>,

@@ -21,9 +21,10 @@ pub const OUTPUTS: usize = 9;
 /// Step of closed forms and laws over the scale of an input: the fifth derivative and rounding show as some 1e-11 of the first.
 const STEP: f64 = 1e-3;
 
-/// Steps at which they are taken, from that of the tap itself on, and their weights in the derivative.
+/// Steps at which they are taken, first that of the tap itself, and their weights in the derivative.
 pub(super) const POINTS: [[f64; 2]; EACH] =
     [[0.0, 0.0], [2.0, -1.0 / 12.0], [1.0, 8.0 / 12.0], [-1.0, -8.0 / 12.0], [-2.0, 1.0 / 12.0]];
+/// Number of these.
 pub(super) const EACH: usize = 5;
 
 /// Largest share of the step per distance, over a, at which linear theory has a kink: of the contact or of an end of the gauge from the other, or from a
@@ -31,7 +32,7 @@ pub(super) const EACH: usize = 5;
 const ROOM: f64 = 400.0;
 const LEAST: f64 = 1e-4;
 
-/// Largest error of the taps, relative to their strain: at 1e-8, derivatives by inputs of little effect are off by 4e-8 of their own.
+/// Largest error of the taps, relative to their strain. At 1e-8 the derivatives by inputs of little effect have errors of 4e-8.
 const TOLERANCE: f64 = 1e-9;
 
 /// Taps of a thread.
@@ -43,7 +44,7 @@ pub struct Gradient<'a> {
     inputs: &'a [Input],
     /// The section law.
     section: Section,
-    /// For each input, if it is a modulus of a hyperelastic law: the laws beside, with their weights in the derivative by the input over its scale.
+    /// For each input that is a modulus of a hyperelastic law: the laws of nearby moduli, with their weights in the derivative by the input over its scale.
     laws: Vec<Vec<(f64, Section)>>,
 }
 

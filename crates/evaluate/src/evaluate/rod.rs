@@ -72,7 +72,7 @@ impl<'a> Rods<'a> {
     }
 
     /// Outcomes of taps in groups of [`EACH`], to the first order: a tap, and those next to it at [`POINTS`] of one of `steps`. `None` where the solver does
-    /// not meet the tolerance. `laws`: those beside `section`, with their weights in the derivative.
+    /// not meet the tolerance. `laws`: those of nearby moduli, with their weights in the derivative.
     pub fn beside(
         &self,
         steps: &[f64],
