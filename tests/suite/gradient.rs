@@ -239,10 +239,15 @@ fn derivatives_of_a_contact_at_an_end_of_the_gauge_are_those_next_to_it() {
     for name in ["timoshenko", "surface"] {
         let setup = named(name);
         let (at, next) = (of_cylinder(&setup, 15.0), of_cylinder(&setup, 15.0 * (1.0 + 1e-7)));
-        for (at, next) in at.iter().flatten().zip(next.iter().flatten()) {
-            assert!((at - next).abs() <= 1e-3 * next.abs(), "{name}: {at} at the end, {next} next to it");
+        for (at, next) in at.iter().zip(&next) {
+            let largest = next.iter().fold(0.0_f64, |most, slope| most.max(slope.abs()));
+            for (at, next) in at.iter().zip(next) {
+                let off = (at - next).abs();
+                assert!(off <= 1e-3 * largest, "{name}: {at} at the end, {next} next to it");
+            }
         }
-        assert_eq!(of_cylinder(&setup, 10.0)[0], [0.0; 4], "{name}: a silent gauge");
+        let silent = of_cylinder(&setup, 10.0);
+        assert!(silent[0].iter().all(|slope| *slope == 0.0), "{name}: a silent gauge, {silent:?}");
     }
 }
 

@@ -13,7 +13,7 @@ use super::{Outcome, Task, closed_gradient, is_closed};
 use crate::design::Design;
 use crate::kernel::{Ladder, Section};
 use crate::physics::onset::Grip;
-use crate::scene::{Contact, Geometry, Precision, Setup, Tuple};
+use crate::scene::{Contact, Geometry, Precision, Property, Setup, Tuple};
 
 /// Outputs with derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
 pub const OUTPUTS: usize = 9;
@@ -55,6 +55,9 @@ struct Moved {
     scale: f64,
     step: f64,
 }
+
+/// Outcomes of a group of taps to the first order, and the derivatives of P, T and the arc from where the rod begins, by the input over its scale.
+type Beside = ([Outcome; EACH], [f64; 3]);
 
 /// The section law of `setup` for [`Gradient`], charted on first use.
 pub fn section(setup: &Setup) -> Section {
@@ -137,14 +140,19 @@ impl<'a> Gradient<'a> {
             let Some(shared) = &designs[tap].shared else { continue };
             let [x1, x2] = shared.gauge;
             let knots = shared.body.iter().flat_map(|body| body.knots()).copied();
-            let kinks = knots.flat_map(|knot| [task.a - knot, x1 - knot, x2 - knot]);
-            let kinks = kinks.chain([task.a - x1, task.a - x2]);
-            let room = kinks.map(|kink| kink.abs() / task.a).fold(1.0, f64::min);
+            let kinks = knots.flat_map(|knot| [task.a - knot, x1 - knot, x2 - knot]).chain([task.a - x2]);
+            let far = kinks.map(|kink| kink.abs() / task.a).fold(1.0, f64::min);
+            let near = far.min((task.a - x1).abs() / task.a);
             for (input, by) in self.inputs.iter().enumerate() {
                 let scale = by.scale(setup, &tuple(&designs[tap], task), task.a);
-                // The law of a moved modulus is charted once for all taps.
-                let kept = matches!(by, Input::Modulus(_));
-                let step = if kept { STEP } else { STEP * (ROOM * room).clamp(LEAST, 1.0) };
+                let room = match by {
+                    Input::Tuple(3 | 5) => near,
+                    // These move no contact over the near end of the gauge.
+                    Input::Tuple(..=4) | Input::Clamp | Input::FoilLength => far,
+                    Input::Property(Property::Scale) => far,
+                    _ => 1.0,
+                };
+                let step = STEP * (ROOM * room).clamp(LEAST, 1.0);
                 let one = Moved { tap, input, scale, step };
                 // Such taps are even in tilt and lean.
                 let tilts = matches!(by, Input::Tuple(6 | 7));
@@ -168,13 +176,13 @@ impl<'a> Gradient<'a> {
         let found = self.solved(&designs, &those, &moved, outcomes);
         for ((by, those), found) in moved.into_iter().zip(those.chunks(EACH)).zip(found) {
             let here = &outcomes[by.tap];
-            let (mut slope, mut value) = ([0.0; OUTPUTS], [0.0; OUTPUTS]);
+            let (mut slope, mut value, mut start) = ([0.0; OUTPUTS], [0.0; OUTPUTS], 0.0);
             for (k, [_, weight]) in POINTS.into_iter().enumerate() {
                 let asked = self.asked(&designs, &those[k]);
                 let linear = asked.map_or(f64::NAN, |asked| sign(asked.setup) * asked.linear);
                 let solved = match (here.arc.is_nan(), found) {
                     (true, _) => None,
-                    (false, Some(found)) => Some(found[k]),
+                    (false, Some((found, _))) => Some(found[k]),
                     (false, None) if k == 0 => Some(*here),
                     (false, None) => asked.map(by_reference).filter(|o| o.sticking == here.sticking),
                 };
@@ -183,9 +191,15 @@ impl<'a> Gradient<'a> {
                     value = all;
                     continue;
                 }
-                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight / (by.step * by.scale) * x);
+                let weight = weight / (by.step * by.scale);
+                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight * x);
+                start += weight * asked.map_or(0.0, |asked| asked.shared.start);
             }
             slope[2] = of_k(&value, &slope);
+            if let Some((_, [normal, friction, arc])) = found.filter(|_| !here.arc.is_nan()) {
+                [slope[3], slope[4]] = [normal, friction].map(|x| x / by.scale);
+                slope[5] = arc / by.scale + start;
+            }
             out.push((by, slope));
         }
         out
@@ -211,7 +225,7 @@ impl<'a> Gradient<'a> {
         tasks: &[Task],
         moved: &[Moved],
         outcomes: &[Outcome],
-    ) -> Vec<Option<[Outcome; EACH]>> {
+    ) -> Vec<Option<Beside>> {
         let mut out = vec![None; moved.len()];
         let setup = self.setup;
         if setup.model.geometry == Geometry::Linear {

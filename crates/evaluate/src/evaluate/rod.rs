@@ -72,14 +72,15 @@ impl<'a> Rods<'a> {
     }
 
     /// Outcomes of taps in groups of [`EACH`], to the first order: a tap, and those next to it at [`POINTS`] of one of `steps`. `None` where the solver does
-    /// not meet the tolerance. `laws`: those of nearby moduli, with their weights in the derivative.
+    /// not meet the tolerance. With the derivatives of P, T and the arc from where the rod begins, by the
+    /// input over its scale. `laws`: those of nearby moduli, with their weights in the derivative.
     pub fn beside(
         &self,
         steps: &[f64],
         tolerance: f64,
         section: &Section,
         laws: &[(f64, Section)],
-    ) -> Vec<Option<[Outcome; EACH]>> {
+    ) -> Vec<Option<([Outcome; EACH], [f64; 3])>> {
         let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
         let sum = |step: f64, weight: f64| {
             move |sum: Dual<1>, x: f64| match x == sum.value {
@@ -127,7 +128,7 @@ impl<'a> Rods<'a> {
                 let found = self.told(i, &framed[i]?, &near)?.found;
                 *out = self.question.asked(i)?.outcome_where(found, no_strain);
             }
-            Some(out)
+            Some((out, [s.normal, s.tangential, s.arc].map(|x| x.slope[0])))
         };
         duals.iter().enumerate().map(one).collect()
     }
