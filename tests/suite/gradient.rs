@@ -318,7 +318,7 @@ fn derivatives_of_a_batch_are_those_of_its_taps() {
     }
 }
 
-/// There the foil of only some of the taps beside it begins on the whisker.
+/// There the foil begins on the whisker for only some of the neighbouring taps.
 #[test]
 fn derivatives_next_to_an_end_of_the_domain_are_told() {
     let foil = named("foil");

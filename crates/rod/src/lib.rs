@@ -87,7 +87,7 @@ struct Job<'a> {
     tolerance: f64,
     chart: Option<&'a Chart>,
     /// Charts of nearby moduli, with their weights in its derivative.
-    beside: &'a [(f64, &'a Chart)],
+    nearby: &'a [(f64, &'a Chart)],
 }
 
 fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixed<T, N, SLIDE> {
@@ -102,7 +102,7 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
         turns: Turns::new(TERMS),
         law: job.chart.map(|chart| Charted {
             law: Law::new(chart),
-            beside: job.beside.iter().map(|(weight, chart)| (T::of(*weight), Law::new(chart))).collect(),
+            nearby: job.nearby.iter().map(|(weight, chart)| (T::of(*weight), Law::new(chart))).collect(),
         }),
         gauge: points(if job.effects.long { nodes / 2 + 3 } else { 4 }),
         path: points(8),
@@ -120,16 +120,16 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
 }
 
 /// The same of taps with their derivatives by a number each, without Newton's method. Values and derivatives are iterated to the same tolerance: a unit of
-/// the number must change a tap by as much as the tap itself. `beside`: charts of laws of nearby moduli, with their weights in the
+/// the number must change a tap by as much as the tap itself. `nearby`: charts of laws of nearby moduli, with their weights in the
 /// derivative of the law.
 pub fn slopes(
     taps: &[Tap<'_, One<1>>],
     effects: Effects,
     tolerance: f64,
     chart: Option<&Chart>,
-    beside: &[(f64, &Chart)],
+    nearby: &[(f64, &Chart)],
 ) -> Vec<Solution<One<1>>> {
-    climb(taps, effects, tolerance, (chart, beside), &[], dual_block)
+    climb(taps, effects, tolerance, (chart, nearby), &[], dual_block)
 }
 
 /// Takes `taps` up the ladder, on which `last` follow the rungs of their whisker.
@@ -137,7 +137,7 @@ fn climb<T: Real>(
     taps: &[Tap<'_, T>],
     effects: Effects,
     tolerance: f64,
-    (chart, beside): (Option<&Chart>, &[(f64, &Chart)]),
+    (chart, nearby): (Option<&Chart>, &[(f64, &Chart)]),
     last: &[Rung],
     solve: impl Fn(&Job<'_>, &[Tap<'_, T>]) -> Vec<Solution<T>> + Sync,
 ) -> Vec<Solution<T>> {
@@ -161,7 +161,7 @@ fn climb<T: Real>(
             if open.is_empty() {
                 break;
             }
-            let job = Job { effects, rung, tolerance: fine, chart, beside };
+            let job = Job { effects, rung, tolerance: fine, chart, nearby };
             let part = |part: &[usize]| {
                 let those: Vec<Tap<'_, T>> = part.iter().map(|&i| taps[i]).collect();
                 solve(&job, &those)

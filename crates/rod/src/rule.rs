@@ -80,7 +80,7 @@ pub struct Turns<T> {
 }
 
 impl<T: Scalar> Turns<T> {
-    /// Series of so many terms.
+    /// Both series with `terms` terms each.
     pub fn new(terms: usize) -> Self {
         let of = |first| series(terms, first).into_iter().map(T::of).collect();
         Self { one_minus_cos: of(2), x_minus_sin: of(3) }

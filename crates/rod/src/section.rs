@@ -18,7 +18,7 @@ pub struct Part<P> {
     pub bends: P,
 }
 
-/// What all sections of a whisker share.
+/// Numbers that all sections of a whisker share.
 #[derive(Debug, Clone, Copy)]
 pub struct Whisker<P> {
     /// E of the core over that of the skin.
@@ -38,15 +38,15 @@ pub struct Whisker<P> {
 /// A section law, and laws of nearby moduli with their weights in its derivative.
 pub struct Charted<T> {
     pub law: Law<T>,
-    pub beside: Vec<(T, Law<T>)>,
+    pub nearby: Vec<(T, Law<T>)>,
 }
 
 impl<T: Scalar> Charted<T> {
-    /// As [`Law::section`].
+    /// e₀ − t, χ and load of [`Law::section`], with the derivatives by the laws of nearby moduli.
     #[inline(always)]
     pub fn section<P: Lane<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
         let [mut extra, mut chi, load] = self.law.section(t, b);
-        for (weight, law) in &self.beside {
+        for (weight, law) in &self.nearby {
             let other = law.section(t, b);
             extra = extra.grown(P::splat(*weight) * other[0]);
             chi = chi.grown(P::splat(*weight) * other[1]);
