@@ -5,7 +5,6 @@ use std::ops::{Add, Div, Mul, Sub};
 use super::axis::{AXES, Axis, FIRST_PLACE, Quantity};
 use crate::physics::body::Body;
 use crate::physics::chebyshev::{coefficients, placed, points};
-use crate::physics::real::Vector;
 use crate::scene::Setup;
 use crate::scene::built::Profile;
 
@@ -63,7 +62,8 @@ impl Weight {
                 return 1.0;
             }
             let arm = body.rest(a) - body.rest(x);
-            arm.perp_dot(Vector::from_angle(body.rest_angle(a)).perp()) / (a - x)
+            let (sin, cos) = body.rest_angle(a).sin_cos();
+            (arm.x * cos + arm.y * sin) / (a - x)
         };
         let along = |x: f64| {
             let section = body.section(x, middle);

@@ -119,7 +119,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let [k0, k1] = [pack(&|t| t.rod.curvature[0] * t.a), pack(&|t| t.rod.curvature[1] * t.a * t.a)];
         let whisker = Whisker {
             core: pack(&|t| t.rod.moduli[1] / t.rod.moduli[0]),
-            quarter: pack(&|t| t.rod.nu * 0.5 + 0.75),
+            quarter: pack(&|t| t.rod.nu * P::One::of(0.5) + P::One::of(0.75)),
             curvature: [k0, k1],
             power: std::array::from_fn(power),
             rest: zero - (k0 + of(0.5) * k1),

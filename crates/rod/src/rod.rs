@@ -98,35 +98,35 @@ impl<T: Real> Rod<T> {
     pub fn turns(&self, surface: bool) -> bool {
         self.curvature != [T::of(0.0); 2] || surface && self.power.is_some()
     }
+}
 
+impl Rod {
     /// A cone that begins at the end of its clamp, with a gauge.
-    pub fn cone(taper: &Taper<T>, [modulus, nu]: [T; 2], gauge: [T; 2], foil: Option<&Bonded<T>>) -> Self {
-        let zero = T::of(0.0);
+    pub fn cone(taper: &Taper, [modulus, nu]: [f64; 2], gauge: [f64; 2], foil: Option<&Bonded>) -> Self {
         let edges = foil.map_or(Vec::new(), |foil| foil.span.to_vec());
-        let radius = |s: T| [taper.radius(s), -taper.tan_alpha];
+        let radius = |s: f64| [taper.radius(s), -taper.tan_alpha];
         Self {
-            pieces: pieces(edges, foil, |near, _| (radius(near), [zero; 2])),
-            length: T::of(f64::INFINITY),
+            pieces: pieces(edges, foil, |near, _| (radius(near), [0.0; 2])),
+            length: f64::INFINITY,
             power: None,
-            curvature: [zero; 2],
-            root: [zero; 3],
-            moduli: [modulus, zero],
+            curvature: [0.0; 2],
+            root: [0.0; 3],
+            moduli: [modulus, 0.0],
             nu,
             gauge,
         }
     }
 
     /// The whisker `body` with a gauge.
-    pub fn built(body: &Body<T>, gauge: [T; 2], foil: Option<&Bonded<T>>) -> Self {
+    pub fn built(body: &Body, gauge: [f64; 2], foil: Option<&Bonded>) -> Self {
         let mut edges = body.knots().to_vec();
         edges.extend(foil.iter().flat_map(|foil| foil.span));
         let length = body.length;
-        let one = T::of(1.0);
         let (root, power) = (body.built.root, body.power());
-        let piece = |near: T, far: T| {
-            let far = Real::min(far, length);
-            let within = 0.5 * (near.value() + far.value());
-            let line = |at: &dyn Fn(T) -> T| [at(near), (at(far) - at(near)) / (far - near)];
+        let piece = |near: f64, far: f64| {
+            let far = far.min(length);
+            let within = 0.5 * (near + far);
+            let line = |at: &dyn Fn(f64) -> f64| [at(near), (at(far) - at(near)) / (far - near)];
             let radius = match power {
                 // Beyond the tip the diameter stays constant.
                 Some(_) => line(&|s| body.radius(s, within)),
@@ -139,7 +139,7 @@ impl<T: Real> Rod<T> {
             length,
             power: power.map(|[base, tip, n]| [base, tip, n, length]),
             curvature: body.built.curvature,
-            root: [root.k_theta, root.k_x, root.k_y].map(|k| one / k),
+            root: [root.k_theta, root.k_x, root.k_y].map(|k| 1.0 / k),
             moduli: [body.modulus, body.core_modulus()],
             nu: body.nu,
             gauge,
@@ -147,23 +147,21 @@ impl<T: Real> Rod<T> {
     }
 }
 
-fn pieces<T: Real>(
-    mut edges: Vec<T>,
-    foil: Option<&Bonded<T>>,
-    of: impl Fn(T, T) -> ([T; 2], [T; 2]),
-) -> Vec<Piece<T>> {
-    let (zero, one) = (T::of(0.0), T::of(1.0));
-    edges.retain(|s| s.value() > 0.0);
-    edges.push(zero);
-    edges.sort_by(|a, b| a.value().total_cmp(&b.value()));
-    edges.dedup_by_key(|s| s.value());
-    edges.push(T::of(f64::INFINITY));
-    let piece = |ends: &[T]| {
+fn pieces(
+    mut edges: Vec<f64>,
+    foil: Option<&Bonded>,
+    of: impl Fn(f64, f64) -> ([f64; 2], [f64; 2]),
+) -> Vec<Piece> {
+    edges.retain(|s| *s > 0.0);
+    edges.push(0.0);
+    edges.sort_by(f64::total_cmp);
+    edges.dedup();
+    edges.push(f64::INFINITY);
+    let piece = |ends: &[f64]| {
         let (near, far) = (ends[0], ends[1]);
         let (radius, inner) = of(near, far);
-        let under =
-            foil.filter(|foil| foil.span[0].value() <= near.value() && near.value() < foil.span[1].value());
-        Piece { near, far, radius, inner, bends: under.map_or(one, |foil| one - foil.stiffening) }
+        let under = foil.filter(|foil| foil.span[0] <= near && near < foil.span[1]);
+        Piece { near, far, radius, inner, bends: under.map_or(1.0, |foil| 1.0 - foil.stiffening) }
     };
     edges.windows(2).map(piece).collect()
 }

@@ -1,8 +1,7 @@
 //! A tap as the solver takes it, and its answer.
 
 use vibrissa_core::physics::number::Number;
-use vibrissa_core::physics::pole::Pole;
-use vibrissa_core::physics::real::Real;
+use vibrissa_core::physics::pole::Space;
 use vibrissa_core::physics::solid::{HALVED, is_solid};
 use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::{Contact, Material, Model, Side};
@@ -75,9 +74,9 @@ pub struct Skin<T = f64> {
     pub halved: f64,
 }
 
-impl<T: Real> Skin<T> {
+impl Skin {
     /// The skin of `model` on the cone `taper`, measured from the face of its clamp, whose rod begins at `start`.
-    pub fn new(model: &Model<T>, taper: &Taper<T>, start: T) -> Self {
+    pub fn new(model: &Model, taper: &Taper, start: f64) -> Self {
         let halved = if matches!(model.material, Material::Hooke(_)) { 0.0 } else { HALVED };
         Self { taper: *taper, start, halved }
     }
@@ -86,8 +85,10 @@ impl<T: Real> Skin<T> {
 /// A pole that is not upright (model §6).
 #[derive(Debug, Clone, Copy)]
 pub struct Tilt<T = f64> {
-    /// The pole, mm.
-    pub pole: Pole<T>,
+    /// A point of its axis, mm.
+    pub point: Space<T>,
+    /// Direction of its axis.
+    pub along: Space<T>,
     /// Azimuth φ of a plane in which the pole can be touched, rad: that in which the iteration begins.
     pub azimuth: T,
 }
@@ -146,7 +147,8 @@ impl<T: Number> Tap<'_, T> {
         };
         let tilt = match (self.tilt, o.tilt) {
             (Some(x), Some(y)) => {
-                Some(Tilt { pole: x.pole.with(&y.pole, &f), azimuth: f(x.azimuth, y.azimuth) })
+                let (point, along) = (each(x.point, y.point, &f), each(x.along, y.along, &f));
+                Some(Tilt { point, along, azimuth: f(x.azimuth, y.azimuth) })
             }
             _ => None,
         };

@@ -39,8 +39,8 @@ impl<P: Lane> Axis<P> {
         };
         let length = P::collect(|i| lane(i).a);
         Self {
-            point: std::array::from_fn(|k| of(&|tilt| tilt.pole.point[k]) / length),
-            along: std::array::from_fn(|k| of(&|tilt| tilt.pole.along[k])),
+            point: std::array::from_fn(|k| of(&|tilt| tilt.point[k]) / length),
+            along: std::array::from_fn(|k| of(&|tilt| tilt.along[k])),
             first: [of(&|tilt| tilt.azimuth.sin_cos().1), of(&|tilt| tilt.azimuth.sin_cos().0)],
         }
     }

@@ -43,7 +43,7 @@ pub struct StrainCurve<T = f64> {
     pub shear: T,
     /// b1 = 1/(1 − τ x1), b2 = 1/(1 − τ x2).
     pub b: [T; 2],
-    built: Option<Flexure<T>>,
+    built: Option<Flexure>,
 }
 
 impl<T: Real> StrainCurve<T> {
@@ -55,15 +55,47 @@ impl<T: Real> StrainCurve<T> {
         Self { taper, gauge, hub, drive, shear, b, built: None }
     }
 
+    /// f and df/du at u = 1/a, for 0 ≤ u < 1/x1, of a cone clamped at its base; 0 beyond.
+    #[inline(always)]
+    pub fn of_cone(&self, u: T) -> (T, T) {
+        let one = T::of(1.0);
+        let ([x1, x2], [b1, b2]) = (self.gauge, self.b);
+        if (x1 * u).value() >= 1.0 {
+            return (T::of(0.0), T::of(0.0));
+        }
+        let quarter = T::of(0.75) * self.taper.D;
+        let (p, dp) = if (x2 * u).value() <= 1.0 {
+            let c = quarter * b1 * b2;
+            let t = x1 * b1 + x2 * b2;
+            let (m, n) = (u - self.taper.tau, b1 * (one - x1 * u) + b2 * (one - x2 * u));
+            (c * m * n, c * (n - t * m))
+        } else {
+            // The contact is on the gauge: no moment beyond it. C₁ (1 − x1 u)²
+            let c = quarter * b1 * b1 / (x2 - x1);
+            let m = one - x1 * u;
+            (c * m * m, c * T::of(-2.0) * x1 * m)
+        };
+        // Factor of the drive and its derivative.
+        let (w, dw) = match self.drive {
+            Drive::Angle => (self.hub * u + one, self.hub),
+            Drive::Displacement => (u, one),
+        };
+        let (q, dq) = (p * w, dp * w + p * dw);
+        let s = self.shear * u * u + one;
+        (q / s, (dq - q * T::of(2.0) * self.shear * u / s) / s)
+    }
+}
+
+impl StrainCurve {
     /// The curve of `signal` for the whisker `body`.
-    pub fn built(self, body: &Arc<Body<T>>, signal: Signal) -> Self {
+    pub fn built(self, body: &Arc<Body>, signal: Signal) -> Self {
         let Self { gauge, hub, drive, shear, .. } = self;
-        let built = Flexure::new(Arc::clone(body), signal, gauge, (hub, drive), shear.value() != 0.0);
+        let built = Flexure::new(Arc::clone(body), signal, gauge, (hub, drive), shear != 0.0);
         Self { built: Some(built), ..self }
     }
 
     /// The farthest contact that it covers, mm; `None` for a clamped cone, which continues beyond its tip.
-    pub fn end(&self) -> Option<T> {
+    pub fn end(&self) -> Option<f64> {
         self.built.as_ref().map(|built| built.body.reach())
     }
 
@@ -78,81 +110,51 @@ impl<T: Real> StrainCurve<T> {
     }
 
     /// f and df/du at u = 1/a, for 0 ≤ u < 1/x1; 0 beyond.
-    pub fn at_inverse(&self, u: T) -> (T, T) {
+    pub fn at_inverse(&self, u: f64) -> (f64, f64) {
         let Some(built) = &self.built else { return self.of_cone(u) };
-        let a = T::of(1.0) / u;
+        let a = 1.0 / u;
         let [f, slope] = built.value(a);
         (f, -slope * a * a)
     }
 
-    /// [`Self::at_inverse`] of a cone clamped at its base.
-    #[inline(always)]
-    pub fn of_cone(&self, u: T) -> (T, T) {
-        let one = T::of(1.0);
-        let ([x1, x2], [b1, b2]) = (self.gauge, self.b);
-        if (x1 * u).value() >= 1.0 {
-            return (T::of(0.0), T::of(0.0));
-        }
-        let quarter = self.taper.D * 0.75;
-        let (p, dp) = if (x2 * u).value() <= 1.0 {
-            let c = quarter * b1 * b2;
-            let t = x1 * b1 + x2 * b2;
-            let (m, n) = (u - self.taper.tau, b1 * (one - x1 * u) + b2 * (one - x2 * u));
-            (c * m * n, c * (n - t * m))
-        } else {
-            // The contact is on the gauge: no moment beyond it. C₁ (1 − x1 u)²
-            let c = quarter * b1 * b1 / (x2 - x1);
-            let m = one - x1 * u;
-            (c * m * m, c * -2.0 * x1 * m)
-        };
-        // Factor of the drive and its derivative.
-        let (w, dw) = match self.drive {
-            Drive::Angle => (self.hub * u + 1.0, self.hub),
-            Drive::Displacement => (u, one),
-        };
-        let (q, dq) = (p * w, dp * w + p * dw);
-        let s = self.shear * u * u + 1.0;
-        (q / s, (dq - q * 2.0 * self.shear * u / s) / s)
-    }
-
     /// Mean strain per radian (or per mm) for a contact at `a` mm; 0 at or inside the gauge's near end.
-    pub fn value(&self, a: T) -> T {
-        self.at_inverse(T::of(1.0) / a).0
+    pub fn value(&self, a: f64) -> f64 {
+        self.at_inverse(1.0 / a).0
     }
 
     /// f for a → ∞: above 0 for a widening cone; for a built whisker extrapolated beyond its tip by the ratio of the cone.
-    pub fn farthest(&self) -> T {
-        let (zero, widens) = (T::of(0.0), self.taper.tau.value() < 0.0);
+    pub fn farthest(&self) -> f64 {
+        let widens = self.taper.tau < 0.0;
         match self.end() {
-            _ if !widens || !self.reads_strain() => zero,
-            None => self.of_cone(zero).0,
-            Some(end) => self.value(end) * self.of_cone(zero).0 / self.of_cone(T::of(1.0) / end).0,
+            _ if !widens || !self.reads_strain() => 0.0,
+            None => self.of_cone(0.0).0,
+            Some(end) => self.value(end) * self.of_cone(0.0).0 / self.of_cone(1.0 / end).0,
         }
     }
 
     /// df/da, per radian (or mm) and mm.
-    pub fn slope(&self, a: T) -> T {
-        -self.at_inverse(T::of(1.0) / a).1 / (a * a)
+    pub fn slope(&self, a: f64) -> f64 {
+        -self.at_inverse(1.0 / a).1 / (a * a)
     }
 
     /// Contact force per unit of drive, N/rad (or N/mm), modulus `e` in MPa. Eq. 4 with shear.
-    pub fn force(&self, e: T, a: T) -> T {
+    pub fn force(&self, e: f64, a: f64) -> f64 {
         if let Some(built) = &self.built {
             return built.force(a);
         }
-        let v = T::of(1.0) - self.taper.tau * a;
+        let v = 1.0 - self.taper.tau * a;
         let reach = match self.drive {
             Drive::Angle => a + self.hub,
-            Drive::Displacement => T::of(1.0),
+            Drive::Displacement => 1.0,
         };
         e * (3.0 * PI) * self.taper.D.powi(4) * v * reach / (a.powi(3) * 64.0) / (self.shear / (a * a) + 1.0)
     }
 
     /// Wrench on the root per unit of drive: M₀, N mm, F_x and F_y, N.
-    pub fn wrench(&self, e: T, a: T) -> [T; 3] {
+    pub fn wrench(&self, e: f64, a: f64) -> [f64; 3] {
         match &self.built {
             Some(built) => built.wrench(a),
-            None => [-a, T::of(0.0), T::of(-1.0)].map(|x| x * self.force(e, a)),
+            None => [-a, 0.0, -1.0].map(|x| x * self.force(e, a)),
         }
     }
 }

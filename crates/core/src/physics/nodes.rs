@@ -2,8 +2,6 @@
 
 use std::sync::OnceLock;
 
-use super::real::Real;
-
 /// Tables of an n-point rule.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nodes {
@@ -76,7 +74,7 @@ impl Nodes {
 }
 
 /// Calls `f` with twelve points between `from` and `to` and their weights.
-pub fn each<T: Real>(from: T, to: T, mut f: impl FnMut(T, T)) {
+pub fn each(from: f64, to: f64, mut f: impl FnMut(f64, f64)) {
     let (Nodes { points, weights, .. }, length) = (Nodes::of(12), to - from);
     for (point, weight) in points.iter().zip(weights) {
         f(from + length * *point, length * *weight);

@@ -2,87 +2,72 @@
 //! Base frame, after the turn: t₀ along the whisker at its clamp, y₁ towards the object in the plane of rotation, z the motor's axis; its origin is
 //! that axis, or the clamp where the object moves. The rod bends in the plane of t₀ and m = cos φ y₁ + sin φ z.
 
-use super::real::{Real, Vector};
+use glam::DVec2;
+
 use super::taper::Taper;
 use crate::scene::model::{Drive, Model};
 
 /// A vector of space: along t₀, y₁ and z.
-pub type Space<T> = [T; 3];
+pub type Space<T = f64> = [T; 3];
 
-fn dot<T: Real>([a, b, c]: Space<T>, [x, y, z]: Space<T>) -> T {
+fn dot([a, b, c]: Space, [x, y, z]: Space) -> f64 {
     a * x + b * y + c * z
 }
 
 /// A pole after the base has turned, or after it has moved itself, in the base frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Pole<T = f64> {
+pub struct Pole {
     /// A, a point of its axis, mm.
-    pub point: Space<T>,
+    pub point: Space,
     /// u, the direction of its axis.
-    pub along: Space<T>,
+    pub along: Space,
     /// |A|² − |A|² at first touch, mm².
-    farther: T,
-    distance: T,
-    touched: Vector<T>,
-    slope: T,
+    farther: f64,
+    distance: f64,
+    touched: DVec2,
+    slope: f64,
 }
 
 /// The planar tap in a plane of bending.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Planar<T = f64> {
+pub struct Planar {
     /// Distance a′ at which the undeflected whisker would touch, mm.
-    pub distance: T,
+    pub distance: f64,
     /// Tap angle, rad.
-    pub angle: T,
+    pub angle: f64,
     /// λ: place of the contact on the pole's axis, from that of first touch, mm.
-    pub slide: T,
+    pub slide: f64,
 }
 
-impl<T: Copy> Pole<T> {
-    /// `f` of each number of both.
-    pub fn with<O: Copy, U>(&self, o: &Pole<O>, f: impl Fn(T, O) -> U) -> Pole<U> {
-        let each = |x: Space<T>, y: Space<O>| std::array::from_fn(|k| f(x[k], y[k]));
-        Pole {
-            point: each(self.point, o.point),
-            along: each(self.along, o.along),
-            farther: f(self.farther, o.farther),
-            distance: f(self.distance, o.distance),
-            touched: Vector { x: f(self.touched.x, o.touched.x), y: f(self.touched.y, o.touched.y) },
-            slope: f(self.slope, o.slope),
-        }
-    }
-}
-
-impl<T: Real> Pole<T> {
+impl Pole {
     /// The pole of `tilt` β and `lean` γ, rad, at the distance `a` of a `taper`, mm, for an `amount` of the `drive`: θ, rad, or δ, mm. `hub` is r₀, mm,
     /// without meaning for a displacement; `model` gives the contact on the surface, and ρ.
     pub fn new(
-        taper: &Taper<T>,
-        model: &Model<T>,
-        (drive, hub): (Drive, T),
-        [tilt, lean]: [T; 2],
-        (a, amount): (T, T),
+        taper: &Taper,
+        model: &Model,
+        (drive, hub): (Drive, f64),
+        [tilt, lean]: [f64; 2],
+        (a, amount): (f64, f64),
     ) -> Self {
-        let (zero, one) = (T::of(0.0), T::of(1.0));
         let [height, sin, cos] = taper.touched(a, model.surface);
-        let slope = if model.surface { taper.tan_alpha } else { zero };
+        let slope = if model.surface { taper.tan_alpha } else { 0.0 };
         let (hub, turn, moved) = match drive {
-            Drive::Angle => (hub, amount, zero),
-            Drive::Displacement => (zero, zero, amount),
+            Drive::Angle => (hub, amount, 0.0),
+            Drive::Displacement => (0.0, 0.0, amount),
         };
-        let touched = Vector::new(a + hub + model.pole_radius * sin, height + model.pole_radius * cos);
-        let (tilt, lean) = (Vector::from_angle(tilt), Vector::from_angle(lean));
+        let touched = DVec2::new(a + hub + model.pole_radius * sin, height + model.pole_radius * cos);
+        let (tilt, lean) = (DVec2::from_angle(tilt), DVec2::from_angle(lean));
         // Towards the object (cos β y + sin β z), and across it.
-        let (out, across) = ([zero, tilt.x, tilt.y], [zero, -tilt.y, tilt.x]);
-        let along = |k: usize, x: T| lean.x * across[k] + lean.y * (cos * x - sin * out[k]);
-        let start = |k: usize, x: T| touched.x * x + touched.y * out[k];
+        let (out, across) = ([0.0, tilt.x, tilt.y], [0.0, -tilt.y, tilt.x]);
+        let along = |k: usize, x: f64| lean.x * across[k] + lean.y * (cos * x - sin * out[k]);
+        let start = |k: usize, x: f64| touched.x * x + touched.y * out[k];
         let (sin_t, cos_t) = turn.sin_cos();
-        let turned = |[x, y, z]: Space<T>| [cos_t * x + sin_t * y, cos_t * y - sin_t * x, z];
-        let begun = [start(0, one), start(1, zero), start(2, zero)];
+        let turned = |[x, y, z]: Space| [cos_t * x + sin_t * y, cos_t * y - sin_t * x, z];
+        let begun = [start(0, 1.0), start(1, 0.0), start(2, 0.0)];
         let [x, y, z] = turned(begun);
         Self {
             point: [x, y - moved, z],
-            along: turned([along(0, one), along(1, zero), along(2, zero)]),
+            along: turned([along(0, 1.0), along(1, 0.0), along(2, 0.0)]),
             farther: moved * (moved - begun[1] * 2.0),
             distance: a,
             touched,
@@ -90,35 +75,34 @@ impl<T: Real> Pole<T> {
         }
     }
 
-    /// λ, mm, of a contact in the plane of azimuth `phi`, rad.
-    pub fn slide(&self, phi: T) -> T {
-        let (sin, cos) = phi.sin_cos();
-        let normal = [T::of(0.0), -sin, cos];
-        -dot(self.point, normal) / dot(self.along, normal)
-    }
-
     /// The planar tap in the plane of azimuth `phi`, rad; `None` if the pole lies along that plane, or is too near to be touched.
-    pub fn planar(&self, phi: T) -> Option<Planar<T>> {
+    pub fn planar(&self, phi: f64) -> Option<Planar> {
         let (sin, cos) = phi.sin_cos();
-        let (m, slide) = ([T::of(0.0), cos, sin], self.slide(phi));
+        let (m, slide) = ([0.0, cos, sin], slide(self.point, self.along, phi));
         let seen = std::array::from_fn(|k| self.point[k] + slide * self.along[k]);
         let (x, y) = (seen[0], dot(seen, m));
         // |q(a + step)|² = |C|²: the whisker's radius falls with the slope.
         let grown = self.farther + slide * (dot(self.point, self.along) * 2.0 + slide);
         let (square, half) = (self.slope * self.slope + 1.0, self.touched.x - self.slope * self.touched.y);
         let step = grown / (half + (half * half + square * grown).sqrt());
-        let touched = self.touched + Vector::new(T::of(1.0), -self.slope) * step;
-        let at = Vector::new(x, y);
+        let touched = self.touched + DVec2::new(1.0, -self.slope) * step;
+        let at = DVec2::new(x, y);
         let angle = at.perp_dot(touched).atan2(at.dot(touched));
         let planar = Planar { distance: self.distance + step, angle, slide };
-        let sound = planar.distance.value() > 0.0 && planar.angle.value() > 0.0;
-        (sound && slide.value().is_finite()).then_some(planar)
+        let sound = planar.distance > 0.0 && planar.angle > 0.0;
+        (sound && slide.is_finite()).then_some(planar)
     }
+}
 
-    /// The azimuth where a contact with its normal at `psi`, rad, from y₁ pushes square to the pole, (sin ψ t₀ + cos ψ m)·u = 0, if any.
-    pub fn azimuth(&self, psi: T) -> Option<T> {
-        let [x, y, z] = self.along;
-        let sine = -psi.tan() * x / y.hypot(z);
-        (sine.value().abs() <= 1.0).then(|| sine.asin() - y.atan2(z))
-    }
+/// λ, mm, of a contact in the plane of azimuth `phi`, rad, with a pole `along` u through `point` A.
+pub fn slide(point: Space, along: Space, phi: f64) -> f64 {
+    let (sin, cos) = phi.sin_cos();
+    let normal = [0.0, -sin, cos];
+    -dot(point, normal) / dot(along, normal)
+}
+
+/// The azimuth where a contact with its normal at `psi`, rad, from y₁ pushes square to a pole along u, (sin ψ t₀ + cos ψ m)·u = 0, if any.
+pub fn azimuth([x, y, z]: Space, psi: f64) -> Option<f64> {
+    let sine = -psi.tan() * x / y.hypot(z);
+    (sine.abs() <= 1.0).then(|| sine.asin() - y.atan2(z))
 }

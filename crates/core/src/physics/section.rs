@@ -6,7 +6,6 @@ use std::array::from_fn;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use super::real::Real;
 use crate::scene::Material;
 
 /// `N` points y over the diameter of the unit disc, and weights 2 w of the quadrature.
@@ -38,11 +37,11 @@ const LAST_STEP: f64 = 1e-8;
 
 /// Deformation of a section, dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SectionStrain<T = f64> {
+pub struct SectionStrain {
     /// Strain e₀ of the centreline.
-    pub axial: T,
+    pub axial: f64,
     /// k = κR: bending strain of the outer fibre.
-    pub bending: T,
+    pub bending: f64,
 }
 
 impl SectionStrain {
@@ -55,16 +54,16 @@ impl SectionStrain {
 
 /// Uniaxial law of one material.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SectionLaw<T = f64> {
+pub enum SectionLaw {
     /// Linear elasticity with Young's modulus E, MPa: e₀ = N/(EA), κ = M/(EI).
-    Linear(T),
+    Linear(f64),
     /// An incompressible hyperelastic solid.
-    Hyperelastic(Hyperelastic<T>),
+    Hyperelastic(Hyperelastic),
 }
 
 /// s = 2 (λ − λ⁻²)(C10 + C01/λ + 2 C20 (I₁ − 3) + 3 C30 (I₁ − 3)²), I₁ = λ² + 2/λ, λ = 1 + e; C10, C01, C20, C30 in MPa.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hyperelastic<T = f64>([T; 4]);
+pub struct Hyperelastic([f64; 4]);
 
 struct Resultants {
     n: f64,
@@ -74,22 +73,21 @@ struct Resultants {
     m_bending: f64,
 }
 
-impl<T: Real> SectionLaw<T> {
+impl SectionLaw {
     /// The law of `material`.
-    pub fn new(material: &Material<T>) -> Self {
-        let zero = T::of(0.0);
+    pub fn new(material: &Material) -> Self {
         let coefficients = match *material {
             Material::Hooke(e) => return Self::Linear(e),
-            Material::NeoHookean(e) => [e / 6.0, zero, zero, zero],
-            Material::MooneyRivlin([c10, c01]) => [c10, c01, zero, zero],
-            Material::Yeoh([c10, c20, c30]) => [c10, zero, c20, c30],
+            Material::NeoHookean(e) => [e / 6.0, 0.0, 0.0, 0.0],
+            Material::MooneyRivlin([c10, c01]) => [c10, c01, 0.0, 0.0],
+            Material::Yeoh([c10, c20, c30]) => [c10, 0.0, c20, c30],
         };
         Self::Hyperelastic(Hyperelastic(coefficients))
     }
 
     /// Young's modulus of small strains, MPa.
     #[inline(always)]
-    pub fn modulus(&self) -> T {
+    pub fn modulus(&self) -> f64 {
         match self {
             Self::Linear(e) => *e,
             Self::Hyperelastic(Hyperelastic([c10, c01, ..])) => (*c10 + *c01) * 6.0,
@@ -102,38 +100,33 @@ impl<T: Real> SectionLaw<T> {
     }
 
     /// The deformation under n = N/R², m = M/R³, MPa, on the unloaded branch, also outside [`STRAIN_RANGE`]; `None` past a vanishing tangent.
-    pub fn deform(&self, n: T, m: T) -> Option<SectionStrain<T>> {
+    pub fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
         match self {
             Self::Linear(e) => Some(linear(*e, n, m)),
-            Self::Hyperelastic(law) => {
-                let bare = Hyperelastic(law.0.map(T::value)).deform(n.value(), m.value())?;
-                Some(SectionStrain { axial: T::of(bare.axial), bending: T::of(bare.bending) })
-            }
+            Self::Hyperelastic(law) => law.deform(n, m),
         }
     }
 }
 
 #[inline(always)]
-fn linear<T: Real>(e: T, n: T, m: T) -> SectionStrain<T> {
+fn linear(e: f64, n: f64, m: f64) -> SectionStrain {
     let pi_e = e * PI;
     SectionStrain { axial: n / pi_e, bending: m * 4.0 / pi_e }
 }
 
-impl<T: Real> Hyperelastic<T> {
+impl Hyperelastic {
     /// Nominal uniaxial stress and its slope, MPa, at the strain `e` > −1; free of cancellation at e = 0.
     #[inline(always)]
-    pub fn stress(&self, e: T) -> (T, T) {
+    pub fn stress(&self, e: f64) -> (f64, f64) {
         let [c10, c01, c20, c30] = self.0;
-        let inverse = T::of(1.0) / (e + 1.0);
+        let inverse = 1.0 / (e + 1.0);
         let g = e * (e * (e + 3.0) + 3.0) * inverse * inverse;
         let j = e * e * (e + 3.0) * inverse;
         let w = c10 + c01 * inverse + j * (c20 * 2.0 + c30 * 3.0 * j);
         let slope = -c01 * inverse * inverse + g * 2.0 * (c20 * 2.0 + c30 * 6.0 * j);
         (g * 2.0 * w, ((inverse.powi(3) * 2.0 + 1.0) * w + g * slope) * 2.0)
     }
-}
 
-impl Hyperelastic {
     /// One Newton step from `near`; `None` past a vanishing tangent.
     fn step(&self, near: SectionStrain, n: f64, m: f64) -> Option<SectionStrain> {
         let r = self.resultants(near);

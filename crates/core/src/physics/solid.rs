@@ -5,7 +5,7 @@
 use std::f64::consts::PI;
 
 use super::inverse::bracketed;
-use super::real::{Dual, Real};
+use super::real::Real;
 use super::taper::Taper;
 use crate::scene::{Clamp, Contact, Foil, Model};
 
@@ -30,21 +30,21 @@ const STIFFER: f64 = 0.185;
 
 /// Model of a clamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held<T = f64> {
+pub struct Held {
     /// Start of the free rod from the face of the clamp, in D.
-    pub c0: T,
+    pub c0: f64,
     /// k over that of model §3.
     pub shear: f64,
     /// b and c of clamps with four numbers.
     rest: Option<[f64; 2]>,
 }
 
-impl<T: Real> Held<T> {
+impl Held {
     /// The clamp of `model`. Four numbers need shear, and a contact without friction; without shear they keep c₀ alone.
-    pub fn new(model: &Model<T>) -> Self {
+    pub fn new(model: &Model) -> Self {
         let one = |c0| Self { c0, shear: ONE / TIMOSHENKO, rest: None };
         let free = matches!(model.contact, Contact::Frictionless);
-        let n = T::of(0.5) - model.nu;
+        let n = 0.5 - model.nu;
         let moved = |c0: f64, clamp: usize| n * (n * VOLUME[clamp][1] + VOLUME[clamp][0]) + c0;
         let four = |clamp: usize, [c0, k, b, c]: [f64; 4]| match (model.shear, free) {
             (true, true) => Self { c0: moved(c0, clamp), shear: k / TIMOSHENKO, rest: Some([b, c]) },
@@ -52,8 +52,8 @@ impl<T: Real> Held<T> {
             (false, _) => Self { c0: moved(c0, clamp), shear: 1.0, rest: None },
         };
         match model.clamp {
-            Clamp::Rigid => Self { c0: T::of(0.0), shear: 1.0, rest: None },
-            Clamp::At(c0) if c0.value() == 0.0 => Self { c0, shear: 1.0, rest: None },
+            Clamp::Rigid => Self { c0: 0.0, shear: 1.0, rest: None },
+            Clamp::At(c0) if c0 == 0.0 => Self { c0, shear: 1.0, rest: None },
             Clamp::Bonded => four(0, BONDED),
             Clamp::Glued => four(1, GLUED),
             Clamp::Socket => one(moved(ONES[2], 2)),
@@ -62,14 +62,14 @@ impl<T: Real> Held<T> {
     }
 
     /// Start of the free rod, mm from the face of the clamp.
-    pub fn start(&self, taper: &Taper<T>) -> T {
+    pub fn start(&self, taper: &Taper) -> f64 {
         self.c0 * taper.D
     }
 
     /// 1/(kG) of `model`, 1/MPa; 0 without shear. k is in proportion to that of model §3.
-    pub fn shear_compliance(&self, model: &Model<T>) -> T {
+    pub fn shear_compliance(&self, model: &Model) -> f64 {
         if !model.shear {
-            return T::of(0.0);
+            return 0.0;
         }
         let nu = model.nu;
         let k = (nu + 1.0) * (self.shear * 6.0) / (nu * 6.0 + 7.0);
@@ -77,13 +77,13 @@ impl<T: Real> Held<T> {
     }
 
     /// Compliance of the contact at `a` along its normal, mm/N, in addition to that of the rod.
-    fn compliance(&self, taper: &Taper<T>, model: &Model<T>, a: T) -> T {
-        let Some([b, c]) = self.rest else { return T::of(0.0) };
+    fn compliance(&self, taper: &Taper, model: &Model, a: f64) -> f64 {
+        let Some([b, c]) = self.rest else { return 0.0 };
         let e = model.material.e0();
-        let [from, to] = [T::of(b), self.c0].map(|x| x * taper.D);
+        let [from, to] = [b, self.c0].map(|x| x * taper.D);
         let slack = (to - from) / (taper.radius(from) * PI * taper.radius(to));
         let cos = taper.cos_alpha();
-        cos * cos * slack * self.shear_compliance(model) + T::of(c) / (e * taper.radius(a))
+        cos * cos * slack * self.shear_compliance(model) + c / (e * taper.radius(a))
     }
 }
 
@@ -94,43 +94,41 @@ pub fn is_solid(model: &Model) -> bool {
 
 /// A contact that gives way along its normal: δ(P), mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Soft<T = f64> {
-    hertz: T,
-    linear: T,
+pub struct Soft {
+    hertz: f64,
+    linear: f64,
 }
 
-impl<T: Real> Soft<T> {
+impl Soft {
     /// The contact at `a` of the whisker `taper`, measured from the face of its clamp; `None` if it does not give way.
-    pub fn new(model: &Model<T>, taper: &Taper<T>, a: T) -> Option<Self> {
+    pub fn new(model: &Model, taper: &Taper, a: f64) -> Option<Self> {
         let mut linear = Held::new(model).compliance(taper, model, a);
-        let mut hertz = T::of(0.0);
+        let mut hertz = 0.0;
         if model.indentation {
             let (e, radius) = (model.material.e0(), taper.radius(a));
-            let plane = e / (T::of(1.0) - model.nu * model.nu);
-            hertz = crossed(radius, model.pole_radius) * plane.powf(T::of(-2.0 / 3.0));
-            linear = linear - T::of(STIFFER) / (e * radius);
+            let plane = e / (1.0 - model.nu * model.nu);
+            hertz = crossed(radius, model.pole_radius) * plane.powf(-2.0 / 3.0);
+            linear -= STIFFER / (e * radius);
         }
-        (hertz.value() != 0.0 || linear.value() != 0.0).then_some(Self { hertz, linear })
+        (hertz != 0.0 || linear != 0.0).then_some(Self { hertz, linear })
     }
 
     /// δ(P) as Hertz's part in P^⅔ and the part in P, of P in N; where they have opposite signs δ stays at its largest value beyond that.
-    pub fn parts(&self) -> [T; 2] {
+    pub fn parts(&self) -> [f64; 2] {
         [self.hertz, self.linear]
     }
 
     /// δ under a force P, N; an odd function.
-    pub fn depth(&self, force: T) -> T {
+    pub fn depth(&self, force: f64) -> f64 {
         // Hertz's δ less a linear one would fall beyond this force, far outside the range of both.
-        let most = match self.hertz.value() > 0.0 && self.linear.value() < 0.0 {
+        let most = match self.hertz > 0.0 && self.linear < 0.0 {
             true => (self.hertz * -2.0 / (self.linear * 3.0)).powi(3),
-            false => T::of(f64::INFINITY),
+            false => f64::INFINITY,
         };
-        let size = Real::min(force.abs(), most);
-        (self.hertz * (size * size).cbrt() + self.linear * size) * force.value().signum()
+        let size = force.abs().min(most);
+        (self.hertz * (size * size).cbrt() + self.linear * size) * force.signum()
     }
-}
 
-impl Soft {
     /// The force at which `stiffness`⁻¹ P + δ(P) = `way`; `stiffness` in N/mm, `way` > 0 in mm.
     pub fn force(&self, stiffness: f64, way: f64) -> f64 {
         // In the cube root of the force δ has no steep end.
@@ -150,41 +148,38 @@ impl Soft {
 }
 
 /// δ/(P/E*)^⅔ of crossed cylinders of radii r and q, mm^(-⅓): Hertz's ellipse (Johnson, *Contact Mechanics*, §4.2).
-fn crossed<T: Real>(r: T, q: T) -> T {
-    let ratio = Real::max(r / q, q / r);
+fn crossed(r: f64, q: f64) -> f64 {
+    let ratio = (r / q).max(q / r);
     let mean = (r * q).sqrt();
-    let unit = (T::of(9.0) / (mean * 16.0)).cbrt();
-    if ratio.value() < 1.0 + 1e-6 {
+    let unit = (9.0 / (mean * 16.0)).cbrt();
+    if ratio < 1.0 + 1e-6 {
         return unit;
     }
-    let whole = ratio.value();
-    let lowest = whole.powf(-0.75).min(0.999) * 0.5;
-    let s = bracketed(|s| (ellipse(s).0 / whole).ln(), lowest, 1.0 - 1e-8);
-    let Dual { slope: [slope], .. } = ellipse(Dual::<1>::seed(s, 0, 1.0)).0;
-    let s = ratio.chain(s, || 1.0 / slope);
+    let lowest = ratio.powf(-0.75).min(0.999) * 0.5;
+    let s = bracketed(|s| (ellipse(s).0 / ratio).ln(), lowest, 1.0 - 1e-8);
     let (_, k, e, e2) = ellipse(s);
-    let f1 = (T::of(4.0) / (e2 * PI) * s * s.sqrt() * ((e / (s * s) - k) * (k - e)).sqrt()).cbrt();
+    let f1 = (4.0 / (e2 * PI) * s * s.sqrt() * ((e / (s * s) - k) * (k - e)).sqrt()).cbrt();
     unit * 2.0 / PI * s.sqrt() / f1 * k
 }
 
 /// B/A of Hertz's ellipse with b/a = `s` ≤ 1, which falls to 1 at s = 1; K, E and their parameter.
-fn ellipse<T: Real>(s: T) -> (T, T, T, T) {
-    let e2 = Real::max(T::of(1.0) - s * s, T::of(0.0));
+fn ellipse(s: f64) -> (f64, f64, f64, f64) {
+    let e2 = (1.0 - s * s).max(0.0);
     let (k, e) = elliptic(e2);
     ((e / (s * s) - k) / (k - e), k, e, e2)
 }
 
 /// Complete elliptic integrals K and E of the parameter m = e², by the arithmetic–geometric mean.
-fn elliptic<T: Real>(m: T) -> (T, T) {
-    let (mut a, mut b, mut sum, mut power) = (T::of(1.0), (T::of(1.0) - m).sqrt(), m * 0.5, 0.5);
+fn elliptic(m: f64) -> (f64, f64) {
+    let (mut a, mut b, mut sum, mut power) = (1.0, (1.0 - m).sqrt(), m * 0.5, 0.5);
     for _ in 0..8 {
         let c = (a - b) * 0.5;
         (a, b) = ((a + b) * 0.5, (a * b).sqrt());
         power *= 2.0;
-        sum = sum + c * power * c;
+        sum += c * power * c;
     }
-    let k = T::of(0.5 * PI) / a;
-    (k, k * (T::of(1.0) - sum))
+    let k = 0.5 * PI / a;
+    (k, k * (1.0 - sum))
 }
 
 /// Strain of the skin next to the clamp against that of the rod: A, p, B, c₁, c₂ of model §8 b). Within 0.33 % for x ≥ 0.24 D, a − x ≥ 1.2 D.
@@ -195,27 +190,27 @@ pub const HALVED: f64 = 0.55 / 4.0;
 
 /// Strain of the skin at x: the factor of the rod's bending strain, and the strain per N of shear force. `e`: the modulus, MPa.
 pub fn distorted<T: Real>(taper: &Taper<T>, e: T, x: T) -> [T; 2] {
-    let [bending, lever] = distorted_linear(taper, x);
-    [bending, lever * 4.0 / (e * PI * taper.radius(x).powi(3))]
+    let ([bending, lever], radius) = (distorted_linear(taper, x), taper.radius(x));
+    [bending, lever * T::of(4.0) / (e * T::of(PI) * (radius * radius * radius))]
 }
 
 /// [`distorted`] at the linear limit: for a contact at a the strain of the skin at x is the rod's times s₀ + s₁/(a − x), s₁ a length.
 pub fn distorted_linear<T: Real>(taper: &Taper<T>, x: T) -> [T; 2] {
-    let [a, p, b, c1, c2] = SKIN;
+    let [a, p, b, c1, c2] = SKIN.map(T::of);
     let t = taper.tan_alpha;
-    let near = (x * -p / taper.D).exp();
+    let near = (x * (T::of(0.0) - p) / taper.D).exp();
     [T::of(1.0) - near * a + t * c2 * t, taper.D * b * near + t * c1 * taper.radius(x)]
 }
 
 /// A foil on a whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bonded<T = f64> {
+pub struct Bonded {
     /// Range in which it stiffens the rod, mm from the face of the clamp.
-    pub span: [T; 2],
+    pub span: [f64; 2],
     /// T: its reading over the strain of the bare skin at the same force.
-    pub transfer: T,
+    pub transfer: f64,
     /// χ: the rod under it bends 1 − χ times as much.
-    pub stiffening: T,
+    pub stiffening: f64,
 }
 
 /// ln(λ/L) in 1, y, y², y³, y⁴, q, q², qy, qy², u, uy, uq: model §8 e). ±1.6 % for D 10, widths of 0.28 D, L 0.4 … 1 D.
@@ -231,28 +226,27 @@ const STIFFER_WIDER: [f64; 3] = [0.5, -0.29, 0.06];
 /// D and L of that fit, mm.
 const FITTED: [f64; 2] = [10.0, 6.3];
 
-impl<T: Real> Bonded<T> {
+impl Bonded {
     /// `foil` centred on the grid `gauge`, mm, of a whisker with the modulus `e`, MPa.
-    pub fn new(foil: &Foil<T>, taper: &Taper<T>, gauge: [T; 2], e: T) -> Self {
-        let one = T::of(1.0);
+    pub fn new(foil: &Foil, taper: &Taper, gauge: [f64; 2], e: f64) -> Self {
         let middle = (gauge[0] + gauge[1]) * 0.5;
         let half = foil.length * 0.5 * taper.cos_alpha();
         let (l, radius) = (foil.length, taper.radius(middle));
         let y = (foil.stiffness / (e * l)).log10();
-        let q = (l / FITTED[1] * (T::of(FITTED[0]) / taper.D)).ln();
+        let q = (l / FITTED[1] * (FITTED[0] / taper.D)).ln();
         let u = taper.tan_alpha * l / radius;
-        let terms = [one, y, y * y, y.powi(3), y.powi(4), q, q * q, q * y, q * y * y, u, u * y, u * q];
-        let sum = TRANSFER.iter().zip(terms).fold(T::of(0.0), |sum, (c, x)| sum + x * *c);
+        let terms = [1.0, y, y * y, y.powi(3), y.powi(4), q, q * q, q * y, q * y * y, u, u * y, u * q];
+        let sum = TRANSFER.iter().zip(terms).fold(0.0, |sum, (c, x)| sum + x * *c);
         let lambda = l * sum.exp();
         let width = foil.width / (taper.D * WIDTH);
-        let transfer = one / (foil.stiffness / (e * lambda) * width.powf(T::of(WIDER)) + 1.0);
+        let transfer = 1.0 / (foil.stiffness / (e * lambda) * width.powf(WIDER) + 1.0);
         let (z, [own, by_length, by_width]) = (l / radius, STIFFER_WIDER);
         let power = q * by_length + own + width.ln() * by_width;
         let stiffening = (z * 0.229 - 0.008 - z * 0.0216 * z)
-            * (one - transfer)
-            * (one - transfer * 0.065 + transfer * 0.393 * transfer)
+            * (1.0 - transfer)
+            * (1.0 - transfer * 0.065 + transfer * 0.393 * transfer)
             * (taper.tan_alpha * 1.446 + 1.0)
-            * width.powf(Real::min(Real::max(power, T::of(0.0)), one));
+            * width.powf(power.clamp(0.0, 1.0));
         Self { span: [middle - half, middle + half], transfer, stiffening }
     }
 }

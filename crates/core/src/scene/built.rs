@@ -1,57 +1,53 @@
 //! A built whisker beyond its diameters and its length (model §7); everything is off by default.
 
-use crate::physics::real::Real;
-
 /// Properties of a built whisker that a cone clamped at its base has not.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Built<T = f64> {
+pub struct Built {
     /// D(s).
-    pub profile: Profile<T>,
+    pub profile: Profile,
     /// Core or bore.
-    pub inner: Option<Inner<T>>,
+    pub inner: Option<Inner>,
     /// Rest curvature κ₀(s) = κ_base + κ_slope s: 1/mm, 1/mm²; positive where the resting whisker bends away from the object.
-    pub curvature: [T; 2],
+    pub curvature: [f64; 2],
     /// Springs of the base.
-    pub root: Root<T>,
+    pub root: Root,
 }
 
 /// Diameter along the whisker.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Profile<T = f64> {
+pub enum Profile {
     /// D(s) = d + (D − d)(1 − s/L_a)ⁿ; n = 1 is the cone.
-    Power(T),
+    Power(f64),
     /// (s, D) in mm, s ascending from 0 to L_a; linear between.
-    Table(Vec<[T; 2]>),
+    Table(Vec<[f64; 2]>),
 }
 
 /// A concentric bore or core.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Inner<T = f64> {
+pub struct Inner {
     /// Modulus, MPa; 0 for a bore.
-    pub modulus: T,
+    pub modulus: f64,
     /// (s, diameter) in mm, s ascending; linear between, nothing outside.
-    pub diameter: Vec<[T; 2]>,
+    pub diameter: Vec<[f64; 2]>,
 }
 
 /// Springs between the motor and the base section, unloaded at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Root<T = f64> {
+pub struct Root {
     /// N·mm/rad.
-    pub k_theta: T,
+    pub k_theta: f64,
     /// Across the whisker, N/mm.
-    pub k_y: T,
+    pub k_y: f64,
     /// Along the whisker, N/mm.
-    pub k_x: T,
+    pub k_x: f64,
 }
 
 impl Root {
     /// A base without springs.
     pub const RIGID: Self = Self { k_theta: f64::INFINITY, k_y: f64::INFINITY, k_x: f64::INFINITY };
-}
 
-impl<T: Real> Root<T> {
     /// The wrench [M₀, F_x, F_y] on the base, moved by its springs, with its moment about where the base rests: M₀ + u F_y − v F_x.
-    pub fn about_rest(&self, [moment, along, across]: [T; 3]) -> [T; 3] {
+    pub fn about_rest(&self, [moment, along, across]: [f64; 3]) -> [f64; 3] {
         let moved = [along / self.k_x, across / self.k_y];
         [moment + moved[0] * across - moved[1] * along, along, across]
     }

@@ -1,18 +1,16 @@
 //! The material of a whisker.
 
-use crate::physics::real::Real;
-
 /// Constitutive law of an incompressible rubber; moduli in MPa.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Material<T = f64> {
+pub enum Material {
     /// Linear in the section strain; Young's modulus E.
-    Hooke(T),
+    Hooke(f64),
     /// Initial modulus E; C10 = E/6.
-    NeoHookean(T),
+    NeoHookean(f64),
     /// C10, C01.
-    MooneyRivlin([T; 2]),
+    MooneyRivlin([f64; 2]),
     /// C10, C20, C30.
-    Yeoh([T; 3]),
+    Yeoh([f64; 3]),
 }
 
 impl Default for Material {
@@ -22,9 +20,9 @@ impl Default for Material {
     }
 }
 
-impl<T: Real> Material<T> {
+impl Material {
     /// Initial Young's modulus E₀, MPa: E, or 6 (C10 + C01).
-    pub fn e0(&self) -> T {
+    pub fn e0(&self) -> f64 {
         match *self {
             Self::Hooke(e) | Self::NeoHookean(e) => e,
             Self::MooneyRivlin([c10, c01]) => (c10 + c01) * 6.0,
@@ -33,7 +31,7 @@ impl<T: Real> Material<T> {
     }
 
     /// Its moduli, in order.
-    pub fn moduli(&mut self) -> &mut [T] {
+    pub fn moduli(&mut self) -> &mut [f64] {
         match self {
             Self::Hooke(e) | Self::NeoHookean(e) => std::slice::from_mut(e),
             Self::MooneyRivlin(c) => c,

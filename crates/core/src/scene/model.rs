@@ -52,19 +52,19 @@ impl Drive {
 
 /// Tangential behaviour of the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Contact<T = f64> {
+pub enum Contact {
     #[default]
     /// No tangential force; the contact slides along the whisker.
     Frictionless,
     /// The contact does not slip: it stays at its arc length on an edge, and rolls on a pole.
     Stick,
     /// Coulomb friction with coefficient μ ≥ 0, monotone loading.
-    Coulomb(T),
+    Coulomb(f64),
 }
 
 /// Clamp of the base (model §8).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Clamp<T = f64> {
+pub enum Clamp {
     /// At its face, as in rod theory.
     #[default]
     Rigid,
@@ -75,7 +75,7 @@ pub enum Clamp<T = f64> {
     /// In a smooth socket, not glued.
     Socket,
     /// This many base diameters outside of its face, or behind it if negative.
-    At(T),
+    At(f64),
 }
 
 impl Clamp {
@@ -94,7 +94,7 @@ impl Clamp {
 
 /// Effects of the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Model<T = f64> {
+pub struct Model {
     /// Linear theory or exact rod.
     pub geometry: Geometry,
     /// Timoshenko shear deformation.
@@ -104,15 +104,15 @@ pub struct Model<T = f64> {
     /// Contact on the whisker's surface instead of its centreline.
     pub surface: bool,
     /// Radius ρ ≥ 0 of the object, mm.
-    pub pole_radius: T,
+    pub pole_radius: f64,
     /// Poisson's ratio ν, 0…0.5; enters shear, clamps and indentation.
-    pub nu: T,
+    pub nu: f64,
     /// Friction of the contact.
-    pub contact: Contact<T>,
+    pub contact: Contact,
     /// Constitutive law.
-    pub material: Material<T>,
+    pub material: Material,
     /// Clamp of the base.
-    pub clamp: Clamp<T>,
+    pub clamp: Clamp,
     /// The skin gives way under the contact (Hertz); needs a pole radius.
     pub indentation: bool,
     /// Sections distort, which changes the strain of the skin, most of all next to the clamp.
@@ -252,13 +252,13 @@ pub struct Gauge {
 
 /// A foil that is stiffer than the skin it is bonded to (model §8).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foil<T = f64> {
+pub struct Foil {
     /// Modulus times thickness, N/mm.
-    pub stiffness: T,
+    pub stiffness: f64,
     /// Length of the base along the whisker, mm, centred on the grid.
-    pub length: T,
+    pub length: f64,
     /// Width of the base, mm.
-    pub width: T,
+    pub width: f64,
     /// Largest |strain| of its reading that it bears.
     pub strain_limit: Option<f64>,
 }

@@ -5,11 +5,10 @@ use std::sync::{Mutex, PoisonError};
 
 use super::built::{Built, Inner, Profile};
 use super::channels::Signal;
-use super::model::{Contact, Foil, Model};
+use super::model::Contact;
 use super::space::Factor;
 use super::{Interval, Material, Setup};
 use crate::design::MOST;
-use crate::physics::real::Real;
 
 /// Number of properties.
 pub const PROPERTIES: usize = 17;
@@ -131,10 +130,8 @@ impl Property {
             Self::Noise => return setup.gauge.noise_strain.unwrap_or(0.0),
             _ => {}
         }
-        let (mut hub, mut model, mut foil, mut found) = (setup.hub, setup.model, setup.gauge.foil, None);
-        self.each((&mut hub, &mut model, foil.as_mut()), Some(&mut built), |x| {
-            found.get_or_insert(*x);
-        });
+        let mut found = None;
+        self.each(&mut setup.clone(), Some(&mut built), |x| _ = found.get_or_insert(*x));
         found.unwrap_or(f64::NAN)
     }
 
@@ -156,23 +153,16 @@ impl Property {
             Self::Bore | Self::Core => {}
             Self::CoreModulus if modulus == Some(0.0) => {}
             Self::Modulus if setup.model.material.moduli().len() > 1 => {}
-            _ => {
-                let parts = (&mut setup.hub, &mut setup.model, setup.gauge.foil.as_mut());
-                self.each(parts, Some(&mut built), |x| {
-                    *x = if self == Self::Scale { *x * value } else { value }
-                });
-            }
+            _ => self.each(setup, Some(&mut built), |x| {
+                *x = if self == Self::Scale { *x * value } else { value };
+            }),
         }
         setup.built = Some(built).filter(|built| *built != Built::CONE).map(Into::into);
     }
 
     /// Calls `f` with every number of a setup that is this property.
-    pub fn each<T: Real>(
-        self,
-        (hub, model, foil): (&mut T, &mut Model<T>, Option<&mut Foil<T>>),
-        built: Option<&mut Built<T>>,
-        mut f: impl FnMut(&mut T),
-    ) {
+    pub fn each(self, setup: &mut Setup, built: Option<&mut Built>, mut f: impl FnMut(&mut f64)) {
+        let Setup { hub, model, gauge, .. } = setup;
         let one = match self {
             Self::Hub => hub,
             Self::Modulus => &mut model.material.moduli()[0],
@@ -182,7 +172,7 @@ impl Property {
                 Contact::Coulomb(mu) => mu,
                 Contact::Frictionless | Contact::Stick => return,
             },
-            Self::Foil => match foil {
+            Self::Foil => match &mut gauge.foil {
                 Some(foil) => &mut foil.stiffness,
                 None => return,
             },

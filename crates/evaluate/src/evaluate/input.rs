@@ -158,9 +158,8 @@ impl Input {
                 // Only these make a built whisker of a cone.
                 let curved = matches!(property, Property::Curvature | Property::CurvatureSlope);
                 let mut built = setup.built.as_deref().cloned().or(curved.then_some(Built::CONE));
-                let parts = (&mut setup.hub, &mut setup.model, foil);
                 let scaled = property == Property::Scale;
-                property.each(parts, built.as_mut(), |x| *x += if scaled { *x * step } else { step });
+                property.each(&mut setup, built.as_mut(), |x| *x += if scaled { *x * step } else { step });
                 setup.built = built.map(Into::into);
             }
         }

@@ -10,7 +10,7 @@ use crate::design::{Shared, radians};
 use crate::kernel::Section;
 use crate::physics::number::Number;
 use crate::physics::onset::Grip;
-use crate::physics::pole::Pole;
+use crate::physics::pole::{self, Pole};
 use crate::physics::real::Dual;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
 use crate::scene::{Contact, Drive, Geometry, Setup};
@@ -143,9 +143,9 @@ impl<'a> Rods<'a> {
             return None;
         }
         let (mut azimuth, mut slide) = (0.0, 0.0);
-        if let Some(Tilt { pole, .. }) = tap.tilt {
-            azimuth = pole.azimuth(s.turned + normal(setup, tap.rod))?;
-            slide = pole.slide(azimuth);
+        if let Some(Tilt { point, along, .. }) = tap.tilt {
+            azimuth = pole::azimuth(along, s.turned + normal(setup, tap.rod))?;
+            slide = pole::slide(point, along, azimuth);
         }
         // The moment is about the face of the clamp.
         let [moment, x, y] = s.wrench;
@@ -206,10 +206,10 @@ impl<'a> Rods<'a> {
             }
             let taper = shared.taper.from(shared.start);
             let pole = Pole::new(&taper, model, (setup.drive, hub), radians(task.direction), (a, amount));
-            let azimuth = pole.azimuth(normal(setup, rod))?;
+            let azimuth = pole::azimuth(pole.along, normal(setup, rod))?;
             let planar = pole.planar(azimuth)?;
             (a, turn, lift) = (planar.distance, planar.angle, 0.0);
-            tilt = Some(Tilt { pole, azimuth });
+            tilt = Some(Tilt { point: pole.point, along: pole.along, azimuth });
         }
         Some(Tap {
             rod,

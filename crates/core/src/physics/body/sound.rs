@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec2;
+
 use super::Body;
-use crate::physics::real::Vector;
 
 impl Body {
     /// The first place where the inside is as thick as the whisker: s and both diameters, mm.
@@ -25,8 +26,8 @@ impl Body {
             return None;
         }
         let angle = self.rest_angle(a);
-        let normal = Vector::from_angle(angle).perp();
-        let lever = hub.map_or(normal.y, |hub| (self.rest(a) + Vector::new(hub, 0.0)).perp_dot(normal));
+        let normal = DVec2::from_angle(angle).perp();
+        let lever = hub.map_or(normal.y, |hub| (self.rest(a) + DVec2::new(hub, 0.0)).perp_dot(normal));
         let fits = |s: f64| pole * self.curvature(s) > -1.0;
         match () {
             () if angle.abs() >= 0.5 * PI => Some("the resting whisker has turned by 90° or more"),

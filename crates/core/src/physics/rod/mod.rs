@@ -6,8 +6,9 @@ mod shoot;
 mod statics;
 mod tilted;
 
+use glam::DVec2;
+
 use crate::physics::body::Body;
-use crate::physics::real::{Real, Vector};
 use crate::physics::section::SectionStrain;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
@@ -21,52 +22,52 @@ const RANGE_PARTS: u32 = 64;
 
 /// Outputs of gauge and contact of one tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RodTap<T = f64> {
+pub struct RodTap {
     /// Mean strain over the gauge, tension positive.
-    pub strain: T,
+    pub strain: f64,
     /// Force P on the object, N. Negative if a contact that sticks would have to pull.
-    pub normal_force: T,
+    pub normal_force: f64,
     /// Friction T on the whisker along its surface, N; positive towards the tip.
-    pub tangential_force: T,
+    pub tangential_force: f64,
     /// Arc length c of the contact from the clamp, mm. It exceeds L_a when the whisker has slipped off.
-    pub contact_arc: T,
+    pub contact_arc: f64,
     /// True if the contact has not slipped: it stayed in place, or rolled on a pole.
     pub sticking: bool,
     /// Angle ψ(0) between the whisker at its clamp and at the contact, rad.
-    pub base_angle: T,
+    pub base_angle: f64,
     /// Wrench on the root in the motor's frame: M₀, N mm, counterclockwise, and F_x and F_y, N.
-    pub wrench: [T; 3],
+    pub wrench: [f64; 3],
 }
 
 /// One tap, or one displacement of the object. Lengths in mm.
 #[derive(Debug, Clone, Copy)]
-pub struct RodProblem<'a, T = f64> {
+pub struct RodProblem<'a> {
     /// The whisker; it continues beyond its tip.
-    pub taper: Taper<T>,
+    pub taper: Taper,
     /// Span [x1, x2] of the gauge, 0 ≤ x1 < x2.
-    pub gauge: [T; 2],
+    pub gauge: [f64; 2],
     /// Side of the whisker that carries the gauge.
     pub side: Side,
     /// Distance a > 0 of the object along the undeformed whisker.
-    pub distance: T,
+    pub distance: f64,
     /// Distance r₀ of the motor's axis behind the clamp; [`Drive::Displacement`] ignores it.
-    pub hub: T,
+    pub hub: f64,
     /// Angle or displacement.
     pub drive: Drive,
     /// Its size, ≥ 0: θ in radians, or δ in mm.
-    pub amount: T,
+    pub amount: f64,
     /// A foil that stiffens the rod under the gauge.
-    pub foil: Option<Bonded<T>>,
+    pub foil: Option<Bonded>,
     /// A built whisker; `taper` then has its D, d and L_a only.
-    pub body: Option<&'a Body<T>>,
+    pub body: Option<&'a Body>,
     /// Effects and material; [`Model::geometry`] is ignored. [`Contact::Stick`] and [`Contact::Coulomb`] need `extension`.
-    pub model: &'a Model<T>,
+    pub model: &'a Model,
 }
 
-impl<T: Real> RodProblem<'_, T> {
-    fn held(&self) -> (Self, T) {
+impl RodProblem<'_> {
+    fn held(&self) -> (Self, f64) {
         let start = Held::new(self.model).start(&self.taper);
-        if start == T::of(0.0) {
+        if start == 0.0 {
             return (*self, start);
         }
         let foil = self.foil.map(|foil| Bonded { span: foil.span.map(|x| x - start), ..foil });
@@ -87,10 +88,10 @@ impl<T: Real> RodProblem<'_, T> {
         Self { side, ..*self }
     }
 
-    fn tap_of(&self, shooter: &Shooter<'_, T>, shot: &Shot<T>) -> RodTap<T> {
+    fn tap_of(&self, shooter: &Shooter<'_>, shot: &Shot) -> RodTap {
         let [x1, x2] = self.gauge;
         RodTap {
-            strain: self.foil.map_or(T::of(1.0), |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
+            strain: self.foil.map_or(1.0, |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
             normal_force: shot.normal,
             tangential_force: shot.tangential,
             contact_arc: shot.load.arc,
@@ -99,9 +100,7 @@ impl<T: Real> RodProblem<'_, T> {
             wrench: shooter.wrench(&shot.load, &shot.bent),
         }
     }
-}
 
-impl RodProblem<'_> {
     /// The tap at equilibrium, on the path that starts unloaded.
     ///
     /// # Errors
@@ -174,7 +173,7 @@ pub struct BentSection {
     /// ψ: its direction, rad.
     pub angle: f64,
     /// Its place, mm.
-    pub place: Vector,
+    pub place: DVec2,
     /// Strain of the fibre on the touching side.
     pub strain: f64,
 }
@@ -187,11 +186,11 @@ pub struct BentRod {
     /// The clamped section.
     pub clamp: BentSection,
     /// Move of the base by its springs, mm, and rotation of the contact against the base at rest, rad.
-    pub base: (Vector, f64),
+    pub base: (DVec2, f64),
     /// Point of the force, mm.
-    pub point: Vector,
+    pub point: DVec2,
     /// Unit vector towards the centre of the pole.
-    pub normal: Vector,
+    pub normal: DVec2,
 }
 
 impl RodProblem<'_> {
@@ -203,7 +202,7 @@ impl RodProblem<'_> {
         let end = start.max(0.0);
         let (length, mut sections) = (arc - end, Vec::new());
         let section = |s: f64, bent: &Bent, strain: f64| {
-            let place = bent.offset - Vector::new(arc - s, 0.0);
+            let place = bent.offset - DVec2::new(arc - s, 0.0);
             BentSection { arc: s, angle: bent.angle, place, strain }
         };
         let see = |i: u32, bent: &Bent, strain: SectionStrain| {

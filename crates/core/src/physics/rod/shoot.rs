@@ -11,7 +11,6 @@ use super::statics::{Bent, EndLoad, Whisker};
 use super::{RANGE_PARTS, RodProblem};
 use crate::physics::body::Touched;
 use crate::physics::flexure::Flexure;
-use crate::physics::real::Vector;
 use crate::physics::section::SectionStrain;
 use crate::physics::solid::Soft;
 use crate::scene::channels::Signal;
@@ -53,20 +52,20 @@ const MOST_HALVINGS: i32 = 2;
 
 /// The second unknown, after the force P.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Unknowns<T = f64> {
+pub(super) enum Unknowns {
     /// The arc length c; T is this multiple of P.
-    Slide(T),
+    Slide(f64),
     /// The friction T; c is a, or where the contact has rolled on a pole.
     Stick,
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shot<T = f64> {
-    pub normal: T,
-    pub tangential: T,
-    pub load: EndLoad<T>,
-    pub bent: Bent<T>,
-    pub miss: Vector<T>,
+pub(super) struct Shot {
+    pub normal: f64,
+    pub tangential: f64,
+    pub load: EndLoad,
+    pub bent: Bent,
+    pub miss: DVec2,
 }
 
 pub(super) struct Stopped {
@@ -75,17 +74,17 @@ pub(super) struct Stopped {
 }
 
 /// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
-pub(super) struct Shooter<'a, T = f64> {
-    problem: &'a RodProblem<'a, T>,
-    pub unknowns: Unknowns<T>,
-    pub whisker: Whisker<'a, T>,
-    touched: Touched<T>,
-    hub: T,
+pub(super) struct Shooter<'a> {
+    problem: &'a RodProblem<'a>,
+    pub unknowns: Unknowns,
+    pub whisker: Whisker<'a>,
+    touched: Touched,
+    hub: f64,
     /// Unit of amounts: a radian, or a.
     unit: f64,
     /// Unit of forces, N.
     force: f64,
-    soft: Option<Soft<T>>,
+    soft: Option<Soft>,
     /// From the motor's axis, or the clamp for a displacement, to the object, mm.
     lever: f64,
 }
@@ -177,7 +176,7 @@ impl<'a> Shooter<'a> {
     fn begun(&self) -> Result<f64, Status> {
         let amount = BEGUN * self.unit;
         let z = DVec2::new(self.first(BEGUN), 0.0);
-        Ok(self.jacobian(amount, z, &self.shoot(amount, z.to_array())?)?.determinant())
+        Ok(self.jacobian(amount, z, &self.shoot(amount, z)?)?.determinant())
     }
 
     /// P of linear theory over [`Self::force`] at an amount in units.
@@ -189,9 +188,9 @@ impl<'a> Shooter<'a> {
     /// Newton's method with Broyden's updates and the natural monotonicity test (Deuflhard 1974). The Jacobian may be an updated one.
     fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Status> {
         let mut z = guess;
-        let mut shot = self.shoot(amount, z.to_array())?;
+        let mut shot = self.shoot(amount, z)?;
         let mut jacobian = self.jacobian(amount, z, &shot)?;
-        let mut step = -(jacobian.inverse() * DVec2::from(shot.miss));
+        let mut step = -(jacobian.inverse() * shot.miss);
         for _ in 0..MOST_STEPS {
             if self.size(z, step) <= HIT {
                 return Ok((z, shot, jacobian));
@@ -199,10 +198,10 @@ impl<'a> Shooter<'a> {
             let mut missed = Status::NOT_CONVERGED;
             let Some((fraction, trial, next)) =
                 (0..=MOST_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|fraction| {
-                    let trial = self.shoot(amount, (z + fraction * step).to_array());
+                    let trial = self.shoot(amount, z + fraction * step);
                     missed = trial.as_ref().err().copied().unwrap_or(Status::NOT_CONVERGED);
                     let trial = trial.ok()?;
-                    let next = -(jacobian.inverse() * DVec2::from(trial.miss));
+                    let next = -(jacobian.inverse() * trial.miss);
                     (self.size(z, next) < self.size(z, step)).then_some((fraction, trial, next))
                 })
             else {
@@ -212,13 +211,13 @@ impl<'a> Shooter<'a> {
             let contracts = fraction == 1.0 && self.size(z, next) < 0.1 * self.size(z, step);
             z += fraction * step;
             jacobian = if contracts {
-                let lack = DVec2::from(trial.miss - shot.miss) - jacobian * step;
+                let lack = (trial.miss - shot.miss) - jacobian * step;
                 jacobian + DMat2::from_cols(lack * step.x, lack * step.y) * step.length_squared().recip()
             } else {
                 self.jacobian(amount, z, &trial)?
             };
             shot = trial;
-            step = -(jacobian.inverse() * DVec2::from(shot.miss));
+            step = -(jacobian.inverse() * shot.miss);
         }
         if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(Status::NOT_CONVERGED) }
     }
@@ -237,8 +236,8 @@ impl<'a> Shooter<'a> {
     fn jacobian(&self, amount: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Status> {
         let change = PROBE * self.scale(z);
         let column = |axis: DVec2| {
-            let moved = self.shoot(amount, (z + change * axis).to_array())?;
-            Ok::<_, Status>(DVec2::from(moved.miss - shot.miss) / change.dot(axis))
+            let moved = self.shoot(amount, z + change * axis)?;
+            Ok::<_, Status>((moved.miss - shot.miss) / change.dot(axis))
         };
         Ok(DMat2::from_cols(column(DVec2::X)?, column(DVec2::Y)?))
     }

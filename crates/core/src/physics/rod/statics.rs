@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec2;
+
 use super::RodProblem;
 use super::ode::{self, Slope};
 use crate::physics::body::Body;
-use crate::physics::real::{Real, Vector};
 use crate::physics::section::{SectionLaw, SectionStrain};
 use crate::physics::solid::{Bonded, HALVED, Held, distorted};
 use crate::physics::taper::Taper;
@@ -14,35 +15,35 @@ use crate::status::Status;
 
 /// A force on the end s = c of a rod, in the contact frame: origin at that end, d1 along it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct EndLoad<T = f64> {
-    pub arc: T,
-    pub force: Vector<T>,
+pub(super) struct EndLoad {
+    pub arc: f64,
+    pub force: DVec2,
     /// Point where the force acts, mm.
-    pub point: Vector<T>,
+    pub point: DVec2,
 }
 
-pub(super) struct Whisker<'a, T = f64> {
-    pub taper: Taper<T>,
-    pub body: Option<&'a Body<T>>,
-    pub law: SectionLaw<T>,
+pub(super) struct Whisker<'a> {
+    pub taper: Taper,
+    pub body: Option<&'a Body>,
+    pub law: SectionLaw,
     pub extension: bool,
     /// 1/(kG), 1/MPa; 0 without shear.
-    pub shear_compliance: T,
+    pub shear_compliance: f64,
     pub side: Side,
-    pub foil: Option<Bonded<T>>,
-    pub skin: Option<Skin<T>>,
+    pub foil: Option<Bonded>,
+    pub skin: Option<Skin>,
 }
 
-pub(super) struct Skin<T = f64> {
-    pub taper: Taper<T>,
-    pub start: T,
-    pub modulus: T,
+pub(super) struct Skin {
+    pub taper: Taper,
+    pub start: f64,
+    pub modulus: f64,
     /// Loss on both sides, in (κR)².
     pub halved: f64,
 }
 
-impl<T: Real> Skin<T> {
-    pub fn new(problem: &RodProblem<'_, T>) -> Option<Self> {
+impl Skin {
+    pub fn new(problem: &RodProblem<'_>) -> Option<Self> {
         let model = problem.model;
         let (taper, start) = Self::whisker(problem);
         model.distorting.then(|| Self {
@@ -53,16 +54,16 @@ impl<T: Real> Skin<T> {
         })
     }
 
-    pub fn whisker(problem: &RodProblem<'_, T>) -> (Taper<T>, T) {
+    pub fn whisker(problem: &RodProblem<'_>) -> (Taper, f64) {
         let (c0, taper) = (Held::new(problem.model).c0, problem.taper);
         // D' = D − 2 tan α c₀ D.
-        let start = c0 * taper.D / (T::of(1.0) - taper.tan_alpha * 2.0 * c0);
+        let start = c0 * taper.D / (1.0 - taper.tan_alpha * 2.0 * c0);
         (taper.from(-start), start)
     }
 
     /// Strain of the skin on the contact side (`sign` 1) or the far side (−1) at `s`, under the rod's strain and shear force, N.
     #[inline(always)]
-    fn strain(&self, s: T, strain: SectionStrain<T>, shear: T, sign: f64) -> T {
+    fn strain(&self, s: f64, strain: SectionStrain, shear: f64, sign: f64) -> f64 {
         let [bending, by_shear] = distorted(&self.taper, self.modulus, s + self.start);
         strain.axial
             - (strain.bending * bending + shear * by_shear) * sign
@@ -70,50 +71,49 @@ impl<T: Real> Skin<T> {
     }
 }
 
-impl<T: Real> Whisker<'_, T> {
+impl Whisker<'_> {
     #[inline(always)]
-    fn strain(&self, (s, within): (T, f64), axial: T, moment: T) -> Option<(T, SectionStrain<T>)> {
-        let zero = T::of(0.0);
+    fn strain(&self, (s, within): (f64, f64), axial: f64, moment: f64) -> Option<(f64, SectionStrain)> {
         if let Some(body) = self.body.filter(|body| body.built.inner.is_some()) {
             let section = body.section(s, within);
-            let axial = if self.extension { axial / section.axial } else { zero };
+            let axial = if self.extension { axial / section.axial } else { 0.0 };
             let bending = moment * section.radius / section.bending;
             return Some((section.radius, SectionStrain { axial, bending }));
         }
         let r = self.body.map_or_else(|| self.taper.radius(s), |body| body.radius(s, within));
-        let n = if self.extension { axial / (r * r) } else { zero };
+        let n = if self.extension { axial / (r * r) } else { 0.0 };
         let m = moment / (r * r * r);
         Some((r, self.law.deform(n, m)?))
     }
 
     /// Places where sections change suddenly, ascending.
-    fn edges(&self) -> Vec<T> {
+    fn edges(&self) -> Vec<f64> {
         let foil = self.foil.iter().flat_map(|foil| foil.span);
         self.body.iter().flat_map(|body| body.knots()).copied().chain(foil).collect()
     }
 
     /// Factor of the curvature on the piece, between [edges](Self::edges), that holds `within`.
-    pub fn bends(&self, within: f64) -> T {
-        let inside = |foil: &Bonded<T>| foil.span[0].value() < within && within < foil.span[1].value();
-        self.foil.filter(inside).map_or(T::of(1.0), |foil| T::of(1.0) - foil.stiffening)
+    pub fn bends(&self, within: f64) -> f64 {
+        let inside = |foil: &Bonded| foil.span[0] < within && within < foil.span[1];
+        self.foil.filter(inside).map_or(1.0, |foil| 1.0 - foil.stiffening)
     }
 }
 
 /// The rod between its end and a section at the distance σ = c − s from it, in the contact frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bent<T = f64> {
-    pub angle: T,
+pub(super) struct Bent {
+    pub angle: f64,
     /// r(s) + (σ, 0), mm: the position without its straight part, so that a small deflection keeps its digits.
-    pub offset: Vector<T>,
+    pub offset: DVec2,
     /// ∫ of the gauge fibre's strain over the gauge, mm.
-    pub elongation: T,
+    pub elongation: f64,
 }
 
-impl<T: Real> EndLoad<T> {
+impl EndLoad {
     #[inline(always)]
-    fn resultants(&self, sigma: T, bent: &Bent<T>) -> [T; 3] {
-        let d1 = Vector::from_angle(bent.angle);
-        let arm = self.point + Vector::new(sigma, T::of(0.0)) - bent.offset;
+    fn resultants(&self, sigma: f64, bent: &Bent) -> [f64; 3] {
+        let d1 = DVec2::from_angle(bent.angle);
+        let arm = self.point + DVec2::new(sigma, 0.0) - bent.offset;
         [self.force.dot(d1), self.force.dot(d1.perp()), arm.perp_dot(self.force)]
     }
 
@@ -121,11 +121,11 @@ impl<T: Real> EndLoad<T> {
     #[inline(always)]
     pub fn slope(
         &self,
-        rod: &Whisker<'_, T>,
-        (over_gauge, length, within, bends): (bool, f64, f64, T),
-        sigma: T,
-        y: &[T; 4],
-    ) -> Option<Slope<T, 4>> {
+        rod: &Whisker<'_>,
+        (over_gauge, length, within, bends): (bool, f64, f64, f64),
+        sigma: f64,
+        y: &[f64; 4],
+    ) -> Option<Slope<4>> {
         let bent = Bent::from(*y);
         let [axial, shear, moment] = self.resultants(sigma, &bent);
         let s = self.arc - sigma;
@@ -135,23 +135,22 @@ impl<T: Real> EndLoad<T> {
             Some(skin) => skin.strain(s, strain, shear, sign),
             None => strain.axial - strain.bending * sign,
         };
-        let zero = T::of(0.0);
         let slide = match rod.body {
-            _ if rod.shear_compliance == zero => zero,
+            _ if rod.shear_compliance == 0.0 => 0.0,
             Some(body) => shear / body.section(s, within).shear,
             None => shear * rod.shear_compliance / (r * PI * r),
         };
-        let stretch = if rod.extension { strain.axial } else { zero };
-        let rest = rod.body.map_or(zero, |body| body.curvature(s));
+        let stretch = if rod.extension { strain.axial } else { 0.0 };
+        let rest = rod.body.map_or(0.0, |body| body.curvature(s));
         let (sin, cos) = bent.angle.sin_cos();
         // 1 − cos ψ without loss of digits.
-        let versine = if cos.value() > 0.0 { sin * sin / (cos + 1.0) } else { T::of(1.0) - cos };
+        let versine = if cos > 0.0 { sin * sin / (cos + 1.0) } else { 1.0 - cos };
         // |e₀| + |κR|, scale of the rounding: both come from section sums of this size.
-        let size = strain.axial.value().abs() + strain.bending.value().abs();
-        let (stretched, over) = (f64::from(stretch.value() != 0.0), f64::from(over_gauge));
+        let size = strain.axial.abs() + strain.bending.abs();
+        let (stretched, over) = (f64::from(stretch != 0.0), f64::from(over_gauge));
         // The angle is as uncertain as the curvature that it sums.
-        let turn = sin.value().abs() + length * size / r.value();
-        let sheared = slide.value().abs();
+        let turn = sin.abs() + length * size / r;
+        let sheared = slide.abs();
         Some(Slope {
             rate: [
                 rest - strain.bending / r * bends,
@@ -160,7 +159,7 @@ impl<T: Real> EndLoad<T> {
                 fibre * over,
             ],
             size: [
-                size / r.value() + rest.value().abs(),
+                size / r + rest.abs(),
                 turn * turn + stretched * size + sheared * turn,
                 turn + sheared,
                 over * size,
@@ -170,28 +169,28 @@ impl<T: Real> EndLoad<T> {
 
     pub fn carry(
         &self,
-        rod: &Whisker<'_, T>,
+        rod: &Whisker<'_>,
         over_gauge: bool,
-        from: Bent<T>,
-        start: T,
-        length: T,
-    ) -> Result<Bent<T>, Status> {
+        from: Bent,
+        start: f64,
+        length: f64,
+    ) -> Result<Bent, Status> {
         let end = start + length;
-        let inside = |sigma: &T| start.value() < sigma.value() && sigma.value() < end.value();
-        let places: Vec<T> =
+        let inside = |sigma: &f64| start < *sigma && *sigma < end;
+        let places: Vec<f64> =
             rod.edges().into_iter().rev().map(|s| self.arc - s).filter(inside).chain([end]).collect();
         let (mut y, mut at) = (from.into(), start);
         let whole = places.len() == 1;
         for place in places {
-            let within = self.arc.value() - 0.5 * (at.value() + place.value());
+            let within = self.arc - 0.5 * (at + place);
             // A difference would lose the digits of a short length.
             let part = if whole { length } else { place - at };
-            let over = (over_gauge, length.value(), within, rod.bends(within));
-            let slope = |sigma, y: &[T; 4]| self.slope(rod, over, sigma, y);
+            let over = (over_gauge, length, within, rod.bends(within));
+            let slope = |sigma, y: &[f64; 4]| self.slope(rod, over, sigma, y);
             // The shortening is of second order and may be noise: it is measured by deflection and bending strain.
-            let scale = |y: &[T; 4]| {
-                let [angle, along, across, elongation] = y.map(|y| y.value().abs());
-                [angle, along.max(1e-3 * across).max(1e-4 * self.arc.value() * angle), across, elongation]
+            let scale = |y: &[f64; 4]| {
+                let [angle, along, across, elongation] = y.map(f64::abs);
+                [angle, along.max(1e-3 * across).max(1e-4 * self.arc * angle), across, elongation]
             };
             y = ode::integrate(slope, scale, y, at, part)?;
             at = place;
@@ -199,11 +198,9 @@ impl<T: Real> EndLoad<T> {
         Ok(Bent::from(y))
     }
 
-    pub fn bend(&self, rod: &Whisker<'_, T>, gauge: [T; 2]) -> Result<Bent<T>, Status> {
-        // A gauge that begins at the clamp keeps the derivatives of its beginning.
-        let from_clamp = |x: T| if x.value() < 0.0 { T::of(0.0) } else { x };
-        let [x1, x2] = gauge.map(|x| Real::min(from_clamp(x), self.arc));
-        let beyond = self.carry(rod, false, Bent::unbent(), T::of(0.0), self.arc - x2)?;
+    pub fn bend(&self, rod: &Whisker<'_>, gauge: [f64; 2]) -> Result<Bent, Status> {
+        let [x1, x2] = gauge.map(|x| x.max(0.0).min(self.arc));
+        let beyond = self.carry(rod, false, Bent::unbent(), 0.0, self.arc - x2)?;
         let under = self.carry(rod, true, beyond, self.arc - x2, x2 - x1)?;
         self.carry(rod, false, under, self.arc - x1, x1)
     }
@@ -211,11 +208,11 @@ impl<T: Real> EndLoad<T> {
     /// Calls `see` with number, rod and strain of the sections between equal `parts` of `length` from the contact, until it says false.
     pub fn walk(
         &self,
-        whisker: &Whisker<'_, T>,
-        length: T,
+        whisker: &Whisker<'_>,
+        length: f64,
         parts: u32,
-        mut see: impl FnMut(u32, &Bent<T>, SectionStrain<T>) -> bool,
-    ) -> Result<(bool, Bent<T>), Status> {
+        mut see: impl FnMut(u32, &Bent, SectionStrain) -> bool,
+    ) -> Result<(bool, Bent), Status> {
         let (part, mut bent) = (length / f64::from(parts), Bent::unbent());
         for i in 0..=parts {
             let sigma = part * f64::from(i);
@@ -224,7 +221,7 @@ impl<T: Real> EndLoad<T> {
             }
             let [axial, _, moment] = self.resultants(sigma, &bent);
             let s = self.arc - sigma;
-            let (_, strain) = whisker.strain((s, s.value()), axial, moment).ok_or(Status::MATERIAL_LIMIT)?;
+            let (_, strain) = whisker.strain((s, s), axial, moment).ok_or(Status::MATERIAL_LIMIT)?;
             if !see(i, &bent, strain) {
                 return Ok((false, bent));
             }
@@ -233,20 +230,20 @@ impl<T: Real> EndLoad<T> {
     }
 }
 
-impl<T: Real> Bent<T> {
+impl Bent {
     fn unbent() -> Self {
-        Self::from([T::of(0.0); 4])
+        Self::from([0.0; 4])
     }
 }
 
-impl<T: Real> From<[T; 4]> for Bent<T> {
-    fn from([angle, x, y, elongation]: [T; 4]) -> Self {
-        Self { angle, offset: Vector::new(x, y), elongation }
+impl From<[f64; 4]> for Bent {
+    fn from([angle, x, y, elongation]: [f64; 4]) -> Self {
+        Self { angle, offset: DVec2::new(x, y), elongation }
     }
 }
 
-impl<T> From<Bent<T>> for [T; 4] {
-    fn from(bent: Bent<T>) -> Self {
+impl From<Bent> for [f64; 4] {
+    fn from(bent: Bent) -> Self {
         [bent.angle, bent.offset.x, bent.offset.y, bent.elongation]
     }
 }

@@ -2,8 +2,7 @@
 
 use super::shoot::Shooter;
 use super::{RodProblem, RodTap, Unknowns};
-use crate::physics::pole::{Planar, Pole};
-use crate::physics::real::Real;
+use crate::physics::pole::{Planar, Pole, azimuth};
 use crate::scene::model::{Contact, Drive};
 use crate::status::Status;
 
@@ -16,17 +15,17 @@ const MOST_PLANES: u32 = 40;
 
 /// A tap with a gauge in the plane of rotation, and one 90° further round the whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TiltedTap<T = f64> {
+pub struct TiltedTap {
     /// The tap with the first gauge.
-    pub tap: RodTap<T>,
+    pub tap: RodTap,
     /// Mean strain over the second gauge, tension positive.
-    pub strain_2: T,
+    pub strain_2: f64,
     /// Mean strain of the centreline over the gauge.
-    pub axial: T,
+    pub axial: f64,
     /// Azimuth φ of the plane of bending from the plane of rotation, rad.
-    pub azimuth: T,
+    pub azimuth: f64,
     /// λ: distance that the contact has moved along the pole, mm.
-    pub slide: T,
+    pub slide: f64,
 }
 
 impl RodProblem<'_> {
@@ -56,7 +55,7 @@ impl RodProblem<'_> {
             let planar = pole.planar(phi).ok_or(Status::NOT_CONVERGED)?;
             let problem = self.in_plane(&planar);
             let tap = problem.tap()?;
-            let next = pole.azimuth(tap.base_angle + alpha).ok_or(Status::NOT_CONVERGED)?;
+            let next = azimuth(pole.along, tap.base_angle + alpha).ok_or(Status::NOT_CONVERGED)?;
             Ok::<_, Status>((next - phi, planar, problem, tap))
         };
         let (mut phi, mut before) = (direction[0], None);
@@ -95,15 +94,13 @@ impl RodProblem<'_> {
         let elongation = Shooter::with(&mirrored, unknowns, 1.0).elongation(tap.contact_arc, force);
         elongation.map_or(f64::NAN, |beyond| 0.5 * (tap.strain + beyond / (x2 - x1)))
     }
-}
 
-impl<T: Real> RodProblem<'_, T> {
-    pub(super) fn pole(&self, direction: [T; 2]) -> Pole<T> {
+    fn pole(&self, direction: [f64; 2]) -> Pole {
         Pole::new(&self.taper, self.model, (self.drive, self.hub), direction, (self.distance, self.amount))
     }
 
-    pub(super) fn in_plane(&self, planar: &Planar<T>) -> Self {
-        let hub = if self.drive == Drive::Angle { self.hub } else { T::of(0.0) };
+    fn in_plane(&self, planar: &Planar) -> Self {
+        let hub = if self.drive == Drive::Angle { self.hub } else { 0.0 };
         Self { distance: planar.distance, hub, drive: Drive::Angle, amount: planar.angle, ..*self }
     }
 }

@@ -1,10 +1,11 @@
 //! The closure of a tap: the miss of the object under trial forces (model §3).
 
+use glam::DVec2;
+
 use super::super::RodProblem;
 use super::super::statics::{Bent, EndLoad, Skin, Whisker};
 use super::{Shooter, Shot, Unknowns};
 use crate::physics::body::Touched;
-use crate::physics::real::{Real, Vector};
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Held, Soft};
 use crate::scene::model::Drive;
@@ -20,21 +21,20 @@ const NEARLY_ROLLED: f64 = 4e3;
 
 const FLAT: f64 = 1e-9;
 
-type Rod<T> = (EndLoad<T>, Bent<T>);
+type Rod = (EndLoad, Bent);
 
-impl<'a, T: Real> Shooter<'a, T> {
-    pub fn with(problem: &'a RodProblem<'a, T>, unknowns: Unknowns<T>, force: f64) -> Self {
+impl<'a> Shooter<'a> {
+    pub fn with(problem: &'a RodProblem<'a>, unknowns: Unknowns, force: f64) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
-        let zero = T::of(0.0);
         let (hub, unit) = match problem.drive {
             Drive::Angle => (problem.hub, 1.0),
-            Drive::Displacement => (zero, a.value()),
+            Drive::Displacement => (0.0, a),
         };
         let touched = match body {
             Some(body) => body.touched(a, model.surface),
             None => {
                 let [height, sin, cos] = taper.touched(a, model.surface);
-                Touched { height, tilt: Vector::new(sin, cos), angle: zero, place: Vector::new(a, zero) }
+                Touched { height, tilt: DVec2::new(sin, cos), angle: 0.0, place: DVec2::new(a, 0.0) }
             }
         };
         let (whole, behind) = Skin::whisker(problem);
@@ -52,7 +52,7 @@ impl<'a, T: Real> Shooter<'a, T> {
                 skin: Skin::new(problem),
             },
             soft: Soft::new(model, &whole, a + behind),
-            lever: (a + hub).value(),
+            lever: a + hub,
             touched,
             hub,
             unit,
@@ -60,158 +60,141 @@ impl<'a, T: Real> Shooter<'a, T> {
         }
     }
 
-    pub fn shoot(&self, amount: T, z: [T; 2]) -> Result<Shot<T>, Status> {
-        self.shot(amount, z, |load| load.bend(&self.whisker, self.problem.gauge))
-    }
-
-    pub fn shot(
-        &self,
-        amount: T,
-        z: [T; 2],
-        mut bend: impl FnMut(&EndLoad<T>) -> Result<Bent<T>, Status>,
-    ) -> Result<Shot<T>, Status> {
+    pub fn shoot(&self, amount: f64, z: DVec2) -> Result<Shot, Status> {
         let a = self.problem.distance;
-        let normal = z[0] * self.force;
+        let normal = z.x * self.force;
         let (slid, tangential) = match self.unknowns {
-            Unknowns::Slide(ratio) => (a * z[1], ratio * normal),
-            Unknowns::Stick => (T::of(0.0), z[1] * self.force),
+            Unknowns::Slide(ratio) => (a * z.y, ratio * normal),
+            Unknowns::Stick => (0.0, z.y * self.force),
         };
-        let mut under = |slid: T| {
+        let under = |slid: f64| {
             let arc = a + slid;
-            if !(arc.value() > 0.0 && self.radius(arc).value() > 0.0) {
+            if !(arc > 0.0 && self.radius(arc) > 0.0) {
                 return Err(Status::NOT_CONVERGED);
             }
             let load = self.load(arc, [normal, tangential]);
-            Ok((load, bend(&load)?))
+            let bent = load.bend(&self.whisker, self.problem.gauge)?;
+            Ok((load, bent))
         };
-        let rolls = self.unknowns == Unknowns::Stick && self.problem.model.pole_radius.value() > 0.0;
-        let (slid, (load, bent)) = if rolls { self.roll(amount, &mut under)? } else { (slid, under(slid)?) };
-        let depth = self.soft.map_or(T::of(0.0), |soft| soft.depth(normal));
+        let rolls = self.unknowns == Unknowns::Stick && self.problem.model.pole_radius > 0.0;
+        let (slid, (load, bent)) = if rolls { self.roll(amount, under)? } else { (slid, under(slid)?) };
+        let depth = self.soft.map_or(0.0, |soft| soft.depth(normal));
         let miss = self.miss(amount, slid, &load, &bent) - self.touched.tilt * depth;
         let shot = Shot { normal, tangential, load, bent, miss };
-        let finite = miss.x.value().is_finite() && miss.y.value().is_finite();
-        if finite { Ok(shot) } else { Err(Status::NOT_CONVERGED) }
+        if miss.is_finite() { Ok(shot) } else { Err(Status::NOT_CONVERGED) }
     }
 
     /// Distance that the contact rolls on a pole that does not turn, mm, and the rod there. Equal lengths of circumference and skin have touched.
-    fn roll(
-        &self,
-        amount: T,
-        mut under: impl FnMut(T) -> Result<Rod<T>, Status>,
-    ) -> Result<(T, Rod<T>), Status> {
+    fn roll(&self, amount: f64, under: impl Fn(f64) -> Result<Rod, Status>) -> Result<(f64, Rod), Status> {
         let RodProblem { distance: a, body, model, drive, .. } = *self.problem;
-        let lean = |tilt: Vector<T>| (tilt.x / tilt.y).atan();
+        let lean = |tilt: DVec2| (tilt.x / tilt.y).atan();
         let begun = lean(self.touched.tilt) - self.touched.angle;
-        let turned = if drive == Drive::Angle { amount } else { T::of(0.0) };
-        let skin = |slid: T| match body {
+        let turned = if drive == Drive::Angle { amount } else { 0.0 };
+        let skin = |slid: f64| match body {
             Some(body) if model.surface => body.skin(a, slid),
             Some(_) => slid,
             None => slid / self.touched.tilt.y,
         };
-        let mut slid = T::of(0.0);
+        let mut slid = 0.0;
         let (mut slope, mut last) = (1.0, None::<(f64, f64)>);
         let mut close = 0;
         for _ in 0..MOST_ROLLS {
             let rod = under(slid)?;
             let (angle, leaned) = (self.base(&rod.0, &rod.1).1, lean(self.tilt(rod.0.arc)));
             let gap = skin(slid) - model.pole_radius * (turned + angle + begun - leaned);
-            let rounding = f64::EPSILON
-                * (slid.value().abs()
-                    + model.pole_radius.value()
-                        * (turned.value().abs() + angle.value().abs() + begun.value().abs()));
+            let rounding =
+                f64::EPSILON * (slid.abs() + model.pole_radius * (turned.abs() + angle.abs() + begun.abs()));
             // A gap that no longer shrinks is rounding of the rod.
-            let stays = last.is_some_and(|(_, before)| gap.value().abs() >= 0.5 * before.abs());
+            let stays = last.is_some_and(|(_, before)| gap.abs() >= 0.5 * before.abs());
             let most = if stays { NEARLY_ROLLED } else { ROLLED };
-            close += u32::from(gap.value().abs() <= most * rounding);
+            close += u32::from(gap.abs() <= most * rounding);
             if close > 0 {
                 return Ok((slid, rod));
             }
-            if let Some((place, before)) = last.replace((slid.value(), gap.value()))
-                && (slid.value() - place).abs() > FLAT * a.value()
+            if let Some((place, before)) = last.replace((slid, gap))
+                && (slid - place).abs() > FLAT * a
             {
-                slope = (gap.value() - before) / (slid.value() - place);
+                slope = (gap - before) / (slid - place);
             }
-            slid = slid - gap / slope;
+            slid -= gap / slope;
         }
         Err(Status::NOT_CONVERGED)
     }
 
-    fn radius(&self, arc: T) -> T {
+    fn radius(&self, arc: f64) -> f64 {
         let RodProblem { taper, body, distance, .. } = *self.problem;
         match body {
-            Some(body) if self.problem.model.surface => body.radius(arc, distance.value()),
-            Some(body) => body.radius(arc, arc.value()),
+            Some(body) if self.problem.model.surface => body.radius(arc, distance),
+            Some(body) => body.radius(arc, arc),
             None => taper.radius(arc),
         }
     }
 
-    pub fn tilt(&self, arc: T) -> Vector<T> {
+    pub fn tilt(&self, arc: f64) -> DVec2 {
         let RodProblem { body, distance, model, .. } = *self.problem;
-        body.map_or(self.touched.tilt, |body| body.tilt(arc, distance.value(), model.surface))
+        body.map_or(self.touched.tilt, |body| body.tilt(arc, distance, model.surface))
     }
 
-    pub fn load(&self, arc: T, [normal, tangential]: [T; 2]) -> EndLoad<T> {
-        let (tilt, zero) = (self.tilt(arc), T::of(0.0));
-        let force = tilt * -normal + Vector::new(tilt.y, -tilt.x) * tangential;
-        let height = if self.problem.model.surface { self.radius(arc) } else { zero };
-        EndLoad { arc, force, point: Vector::new(zero, height) }
+    pub fn load(&self, arc: f64, [normal, tangential]: [f64; 2]) -> EndLoad {
+        let tilt = self.tilt(arc);
+        let force = tilt * -normal + DVec2::new(tilt.y, -tilt.x) * tangential;
+        let height = if self.problem.model.surface { self.radius(arc) } else { 0.0 };
+        EndLoad { arc, force, point: DVec2::new(0.0, height) }
     }
 
-    pub fn elongation(&self, arc: T, force: [T; 2]) -> Option<T> {
+    pub fn elongation(&self, arc: f64, force: [f64; 2]) -> Option<f64> {
         let load = self.load(arc, force);
         load.bend(&self.whisker, self.problem.gauge).ok().map(|bent| bent.elongation)
     }
 
-    fn moment(load: &EndLoad<T>, bent: &Bent<T>) -> T {
-        (load.point + Vector::new(load.arc, T::of(0.0)) - bent.offset).perp_dot(load.force)
+    fn moment(load: &EndLoad, bent: &Bent) -> f64 {
+        (load.point + DVec2::new(load.arc, 0.0) - bent.offset).perp_dot(load.force)
     }
 
-    pub fn base(&self, load: &EndLoad<T>, bent: &Bent<T>) -> (Vector<T>, T) {
+    pub fn base(&self, load: &EndLoad, bent: &Bent) -> (DVec2, f64) {
         let Some(root) = self.problem.body.map(|body| body.built.root) else {
-            return (Vector::of(0.0, 0.0), -bent.angle);
+            return (DVec2::ZERO, -bent.angle);
         };
         let turned = Self::moment(load, bent) / root.k_theta - bent.angle;
-        let force = Vector::from_angle(turned).rotate(load.force);
-        (Vector::new(force.x / root.k_x, force.y / root.k_y), turned)
+        let force = DVec2::from_angle(turned).rotate(load.force);
+        (DVec2::new(force.x / root.k_x, force.y / root.k_y), turned)
     }
 
     /// Wrench on the root in the motor's frame: M₀, N mm, F_x and F_y, N.
-    pub fn wrench(&self, load: &EndLoad<T>, bent: &Bent<T>) -> [T; 3] {
-        let force = Vector::from_angle(self.base(load, bent).1).rotate(load.force);
+    pub fn wrench(&self, load: &EndLoad, bent: &Bent) -> [f64; 3] {
+        let force = DVec2::from_angle(self.base(load, bent).1).rotate(load.force);
         [Self::moment(load, bent), force.x, force.y]
     }
 
     /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame, without lengths that cancel.
-    fn miss(&self, amount: T, slid: T, load: &EndLoad<T>, bent: &Bent<T>) -> Vector<T> {
+    fn miss(&self, amount: f64, slid: f64, load: &EndLoad, bent: &Bent) -> DVec2 {
         let RodProblem { taper, body, distance, model, drive, .. } = *self.problem;
-        let zero = T::of(0.0);
         let (turn, lift) = match drive {
-            Drive::Angle => (amount, zero),
-            Drive::Displacement => (zero, amount),
+            Drive::Angle => (amount, 0.0),
+            Drive::Displacement => (0.0, amount),
         };
         let (moved, angle) = self.base(load, bent);
         let angle = -angle;
-        let moved = Vector::from_angle(angle).rotate(moved) - bent.offset;
+        let moved = DVec2::from_angle(angle).rotate(moved) - bent.offset;
         if body.is_some_and(|body| !body.is_straight()) {
-            let centre = load.point + self.tilt(load.arc) * model.pole_radius + Vector::new(load.arc, zero);
-            let hub = Vector::new(self.hub, zero);
-            let begun = self.touched.pole(model.pole_radius) + hub - Vector::new(zero, lift);
-            return Vector::from_angle(angle).rotate(hub) + centre + moved
-                - Vector::from_angle(angle - turn).rotate(begun);
+            let centre = load.point + self.tilt(load.arc) * model.pole_radius + DVec2::new(load.arc, 0.0);
+            let hub = DVec2::new(self.hub, 0.0);
+            let begun = self.touched.pole(model.pole_radius) + hub - DVec2::new(0.0, lift);
+            return DVec2::from_angle(angle).rotate(hub) + centre + moved
+                - DVec2::from_angle(angle - turn).rotate(begun);
         }
         // Growth of the radius from a to c; a difference of radii would lose its digits at small a.
         let widening = match (model.surface, body) {
-            (false, _) => zero,
+            (false, _) => 0.0,
             (true, None) => -taper.tan_alpha * slid,
             (true, Some(body)) => body.widening(distance, slid),
         };
-        let leaned =
-            if body.is_some() { self.tilt(load.arc) - self.touched.tilt } else { Vector::of(0.0, 0.0) };
+        let leaned = if body.is_some() { self.tilt(load.arc) - self.touched.tilt } else { DVec2::ZERO };
         let centre = self.touched.tilt * model.pole_radius;
         let reach = distance + centre.x + self.hub;
         let across = self.touched.height + centre.y - lift;
         let turned = angle - turn;
-        Vector::new(
+        DVec2::new(
             slid - self.hub * versine(angle) + reach * versine(turned) + across * turned.sin(),
             widening + lift + self.hub * angle.sin() + across * versine(turned) - reach * turned.sin(),
         ) + leaned * model.pole_radius
@@ -219,7 +202,7 @@ impl<'a, T: Real> Shooter<'a, T> {
     }
 }
 
-fn versine<T: Real>(x: T) -> T {
+fn versine(x: f64) -> f64 {
     let half = (x * 0.5).sin();
     half * 2.0 * half
 }
