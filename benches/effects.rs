@@ -17,7 +17,7 @@ use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Task};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
-use vibrissa::physics::onset::Grip;
+use vibrissa::scene::Grip;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{BackendChoice, Direction, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;

@@ -14,7 +14,7 @@ use vibrissa::evaluate::Method;
 use vibrissa::kernel::frames::{Framed, Framing};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
-use vibrissa::physics::onset::Grip;
+use vibrissa::scene::Grip;
 use vibrissa::scene::Precision;
 use vibrissa::scene::sampler::Sampler;
 

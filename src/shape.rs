@@ -62,7 +62,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     let turn = if setup.drive == Drive::Angle { amount } else { 0.0 };
     let (base, (moved, turned)) = (bent.clamp.angle, bent.base);
     // The face of the clamp, in line with the section that does not turn.
-    let clamp = DVec2::from(bent.clamp.place) - shared.start * DVec2::from_angle(base);
+    let clamp = bent.clamp.place - shared.start * DVec2::from_angle(base);
     let frame = turn + turned;
     let azimuth = if outcome.azimuth.is_nan() { 0.0 } else { outcome.azimuth };
     // The plane of bending is the plane of rotation, turned about the base tangent by φ.
@@ -71,7 +71,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         (DVec2::from_angle(turn).rotate(DVec2::new(v.x, m))).extend(azimuth.sin() * v.y)
     };
     let to_lab = |r: DVec2| match azimuth {
-        0.0 => (DVec2::from_angle(turn).rotate(DVec2::X * setup.hub + DVec2::from(moved))
+        0.0 => (DVec2::from_angle(turn).rotate(DVec2::X * setup.hub + moved)
             + DVec2::from_angle(frame).rotate(r - clamp))
         .extend(0.0),
         _ => out(DVec2::X * setup.hub + DVec2::from_angle(-base).rotate(r - clamp)),
@@ -92,7 +92,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         strain,
         diameter: 2.0 * body.map_or_else(|| rod.taper.radius(s), |body| body.radius(s, s)),
     };
-    let section = |one: &BentSection| node(one.arc, one.angle, one.place.into(), one.strain);
+    let section = |one: &BentSection| node(one.arc, one.angle, one.place, one.strain);
     let mut all: Vec<Node> = bent.sections.iter().rev().map(section).collect();
     if shared.start > 0.0 {
         all.insert(0, node(0.0, base, clamp, 0.0));
@@ -104,7 +104,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
                 None => (DVec2::new(s - arc, 0.0), 0.0),
                 Some(body) => {
                     let at = body.rest_angle(arc);
-                    let way = DVec2::from_angle(-at).rotate((body.rest(s) - body.rest(arc)).into());
+                    let way = DVec2::from_angle(-at).rotate(body.rest(s) - body.rest(arc));
                     (way, body.rest_angle(s) - at)
                 }
             };
@@ -115,8 +115,8 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         all.push(free(length));
     }
     let sunk = Soft::new(model, &rod.taper, task.a).map_or(0.0, |soft| soft.depth(normal));
-    let point = DVec2::from(bent.point);
-    let pole = to_lab(point + (model.pole_radius - sunk) * DVec2::from(bent.normal));
+    let point = bent.point;
+    let pole = to_lab(point + (model.pole_radius - sunk) * bent.normal);
     Some(Shape { nodes: all, contact: to_lab(point), pole })
 }
 

@@ -7,8 +7,8 @@ use crate::chart::function::variables;
 use crate::chart::ranges::holds;
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::{inverse::bracketed, onset::Grip, solid::is_solid, taper::Taper};
-use crate::scene::{Contact, Drive, Material, Setup, Side, Signal, Theory, Tuple};
+use crate::physics::{inverse::bracketed, solid::is_solid, taper::Taper};
+use crate::scene::{Contact, Drive, Grip, Material, Setup, Side, Signal, Theory, Tuple};
 
 use super::Domain;
 use super::taps::{Taps, sides, skin};

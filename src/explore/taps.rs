@@ -13,10 +13,9 @@ use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::cpu::Cpu;
 use crate::physics::inverse::Inverse;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::onset::Grip;
 use crate::physics::solid::{distorted_linear, is_solid};
 use crate::physics::taper::Taper;
-use crate::scene::{Drive, Precision, Setup, Side, Signal, Tuple};
+use crate::scene::{Drive, Grip, Precision, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 
 /// Contact distance of taps without a length scale, mm.

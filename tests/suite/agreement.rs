@@ -9,7 +9,7 @@ use vibrissa::kernel::cpu::Cpu;
 use vibrissa::kernel::gpu::{self, Gpu};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{Effects, Job, Ladder, Solution, Solver, Tap};
-use vibrissa::physics::onset::Grip;
+use vibrissa::scene::Grip;
 use vibrissa::scene::{Contact, Precision, Tuple};
 
 /// Largest relative strain error allowed at the default `--tolerance`; for the reference, the error it must meet.

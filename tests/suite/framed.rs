@@ -4,7 +4,7 @@ use vibrissa::api::{BackendChoice, Contact, Drive, Material, RunOptions, Setup, 
 use vibrissa::design::{Design, amount};
 use vibrissa::kernel::frames::{Framed, Framing};
 use vibrissa::kernel::tap::{Ask, Frame, Tap};
-use vibrissa::physics::onset::Grip;
+use vibrissa::scene::Grip;
 use vibrissa::scene::Precision;
 use vibrissa::scene::sampler::Sampler;
 

@@ -14,9 +14,9 @@ use super::taps::{Taps, amount};
 use super::weight::Weight;
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, beside_linear, path};
-use crate::physics::{inverse::bracketed, onset::Grip};
+use crate::physics::inverse::bracketed;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Direction, Setup, Signal};
+use crate::scene::{Contact, Direction, Grip, Setup, Signal};
 use crate::status::Status;
 
 /// Share of the tolerance for the error of the mean over the points of a gauge.

@@ -12,9 +12,9 @@ use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::cpu::Cpu;
-use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, onset::Grip, taper::Taper};
+use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, taper::Taper};
 use crate::reduce::Sweeps;
-use crate::scene::{Direction, Drive, Precision, Setup, Tuple};
+use crate::scene::{Direction, Drive, Grip, Precision, Setup, Tuple};
 
 /// Solves the taps of a chart at one distance.
 pub struct Taps<'a> {

@@ -49,9 +49,7 @@ struct Worker {
 
 impl Taps {
     /// For `setup`, on the backend of `options`.
-    ///
-    /// # Errors
-    /// A backend that the machine does not have; a tolerance that it cannot keep.
+    /// Errors: a backend that the machine does not have; a tolerance that it cannot keep.
     pub fn new(setup: Setup, options: &RunOptions) -> Result<Self, Error> {
         let choice = Choice::new(options)?;
         let framing = Framing::new(&setup).filter(|_| choice.backend.adapter.is_none());
@@ -70,9 +68,7 @@ impl Taps {
     }
 
     /// Opens another solver of these taps.
-    ///
-    /// # Errors
-    /// A device that does not open.
+    /// Errors: a device that does not open.
     pub fn method(&self) -> Result<Method, Error> {
         let mut method = self.choice.open(&self.setup.model)?;
         if let Method::Fast { ladder, .. } = &mut method {
@@ -83,9 +79,7 @@ impl Taps {
 
     /// Solves as many taps as `out` has places, `tap(i)` (mm, degrees or mm) being tap i, and writes `read` of their outcomes. The status shows
     /// unsolved taps.
-    ///
-    /// # Errors
-    /// Threads or kernels that fail.
+    /// Errors: threads or kernels that fail.
     pub fn solve<T: Send>(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
@@ -104,10 +98,8 @@ impl Taps {
         })
     }
 
-    /// The same with derivatives by `inputs` ([`Gradient`]) of `numbers` of each outcome, into `slopes`: ordered by tap, then number, then input.
-    ///
-    /// # Errors
-    /// As [`Self::solve`].
+    /// The same with derivatives by one or more `inputs` ([`Gradient`]) of `numbers` of each outcome, into `slopes`: ordered by tap, then number, then input.
+    /// Errors: as [`Self::solve`].
     pub fn gradients<T: Send>(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
@@ -116,9 +108,9 @@ impl Taps {
         out: &mut [T],
         slopes: &mut [f64],
     ) -> Result<(), Error> {
-        let mut places = beside(out, slopes, inputs.len() * numbers.len());
-        let (gradient, width) =
-            (Gradient::new(&self.setup, inputs, &self.section), inputs.len() * numbers.len());
+        let width = inputs.len() * numbers.len();
+        let mut places: Vec<_> = out.iter_mut().zip(slopes.chunks_mut(width)).collect();
+        let gradient = Gradient::new(&self.setup, inputs, &self.section);
         self.in_blocks(&mut places, |at, places| {
             self.block(
                 |i| tap(at + i),
@@ -126,19 +118,19 @@ impl Taps {
                 |designs, tasks, outcomes| {
                     let mut found = vec![f64::NAN; places.len() * width];
                     gradient.write((designs, tasks, outcomes), numbers, &mut found);
-                    for (i, ((out, slopes), outcome)) in places.iter_mut().zip(outcomes).enumerate() {
+                    for (((out, slopes), outcome), found) in
+                        places.iter_mut().zip(outcomes).zip(found.chunks(width))
+                    {
                         **out = read(outcome);
-                        slopes.copy_from_slice(&found[i * width..][..width]);
+                        slopes.copy_from_slice(found);
                     }
                 },
             )
         })
     }
 
-    /// Strains, and their derivatives by `inputs` into `slopes`: ordered by tap, then input.
-    ///
-    /// # Errors
-    /// As [`Self::solve`].
+    /// Strains, and their derivatives by one or more `inputs` into `slopes`: ordered by tap, then input.
+    /// Errors: as [`Self::solve`].
     pub fn strain_gradients(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
@@ -148,7 +140,7 @@ impl Taps {
     ) -> Result<(), Error> {
         if is_closed(&self.setup) {
             let open = AtomicBool::new(false);
-            let mut places = beside(out, slopes, inputs.len());
+            let mut places: Vec<_> = out.iter_mut().zip(slopes.chunks_mut(inputs.len())).collect();
             self.in_blocks(&mut places, |at, places| {
                 for (i, (strain, slopes)) in places.iter_mut().enumerate() {
                     match closed_gradient(&self.setup, &tap(at + i), inputs, slopes) {
@@ -166,12 +158,19 @@ impl Taps {
     }
 
     /// Solves as many taps as `out` has places, as [`Self::solve`], and writes their strains.
-    ///
-    /// # Errors
-    /// Threads or kernels that fail.
+    /// Errors: threads or kernels that fail.
     pub fn strains(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
         if is_closed(&self.setup) {
-            return self.closed(&tap, out);
+            return self.in_blocks(out, |at, out| {
+                let mut others = Vec::new();
+                for (i, place) in out.iter_mut().enumerate() {
+                    match closed(&self.setup, &tap(at + i)) {
+                        Some(strain) => *place = strain,
+                        None => others.push(i),
+                    }
+                }
+                self.open(|i| tap(at + i), &others, out)
+            });
         }
         match &self.framing {
             Some(framing) => self.in_blocks(out, |at, out| self.lanes(framing, |i| tap(at + i), out)),
@@ -179,37 +178,20 @@ impl Taps {
         }
     }
 
-    fn closed(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
-        self.in_blocks(out, |at, out| {
-            let mut others = Vec::new();
-            for (i, place) in out.iter_mut().enumerate() {
-                match closed(&self.setup, &tap(at + i)) {
-                    Some(strain) => *place = strain,
-                    None => others.push(i),
-                }
-            }
-            self.open(|i| tap(at + i), &others, out)
-        })
-    }
-
+    /// Solves the taps `open` of a block and writes their strains.
     fn open(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
         open: &[usize],
         out: &mut [f64],
     ) -> Result<(), Error> {
-        let mut strains = vec![f64::NAN; open.len()];
-        if !open.is_empty() {
-            self.block(
-                |k| tap(open[k]),
-                open.len(),
-                |_, _, outcomes| {
-                    strains.iter_mut().zip(outcomes).for_each(|(place, outcome)| *place = outcome.strain);
-                },
-            )?;
+        if open.is_empty() {
+            return Ok(());
         }
-        open.iter().zip(strains).for_each(|(&i, strain)| out[i] = strain);
-        Ok(())
+        let told = |_: &_, _: &_, outcomes: &[Outcome]| {
+            open.iter().zip(outcomes).for_each(|(&i, outcome)| out[i] = outcome.strain);
+        };
+        self.block(|k| tap(open[k]), open.len(), told)
     }
 
     /// Calls `one` for each block of `out`, with the index where it begins.
@@ -281,14 +263,4 @@ impl Taps {
         self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
         Ok(())
     }
-}
-
-fn beside<'a, T>(out: &'a mut [T], slopes: &'a mut [f64], width: usize) -> Vec<(&'a mut T, &'a mut [f64])> {
-    let mut rest = slopes;
-    let own = |place| {
-        let (own, others) = std::mem::take(&mut rest).split_at_mut(width);
-        rest = others;
-        (place, own)
-    };
-    out.iter_mut().map(own).collect()
 }

@@ -3,16 +3,16 @@
 
 use std::array::from_fn;
 
-use crate::cpu::{Pack, Packed, Plain};
+use crate::cpu::{Pack, Packed};
+use crate::onset::{self, Pose};
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;
-use vibrissa_core::physics::onset::{Grip, Pose};
 use vibrissa_core::physics::{solid::is_solid, taper::Taper};
-use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Model, Setup, Side};
+use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Grip, Model, Setup, Side};
 
 const LANES: usize = 4;
 
-type Lanes = Pack<f64, LANES, Plain>;
+type Lanes = onset::Lanes<LANES>;
 
 /// Dimensions of a tap: D, d, L_a, x_ss, l, a (mm) and the tap angle (degrees) or the displacement (mm).
 pub const DIMENSIONS: usize = 7;
@@ -123,7 +123,7 @@ impl Framing {
             Drive::Angle => Pack::new(drive.0.map(f64::to_radians)),
             Drive::Displacement => drive,
         };
-        let tap = Tap::of(&Pose { model, side, drive: *kind, hub, taper, gauge, a, amount, grip }.onset());
+        let (tap, _) = Pose { model, side, drive: *kind, hub, taper, gauge, a, amount, grip }.onset();
         let sure = self.are_sure(&dimensions, gauge, &tap);
         for i in 0..LANES {
             whole[i] = sure.0[i] > 0.0;

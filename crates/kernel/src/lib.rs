@@ -26,6 +26,7 @@ pub mod cpu;
 pub mod effects;
 pub mod frames;
 pub mod gpu;
+mod onset;
 pub mod ranking;
 pub mod rule;
 pub mod tap;

@@ -3,11 +3,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::cpu::Pack;
+use super::onset::Pose;
 use super::rule::limits::{EDGE, HOPELESS};
 use vibrissa_core::physics::linear::StrainCurve;
-use vibrissa_core::physics::number::Number;
-use vibrissa_core::physics::onset::{Grip, Onset, Pose};
-use vibrissa_core::scene::{Model, Side};
+use vibrissa_core::scene::{Grip, Model, Side};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -116,37 +116,6 @@ macro_rules! fields {
 fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
 fields!(Solution: force along arc strain error load sweeps);
 
-impl<T: Number> Tap<T> {
-    /// The tap with this first-order solution, and `weight` 1.
-    #[inline(always)]
-    pub fn of(onset: &Onset<T>) -> Self {
-        let Onset { taper, rest, angle, hub, shear, radius, contact_radius, slope, ratio, .. } = *onset;
-        let ([near, far, width], (pole_x, pole_y), one) = (onset.gauge, onset.pole, T::of(1.0));
-        Self {
-            taper,
-            rest,
-            angle,
-            hub,
-            near,
-            far,
-            width,
-            shear,
-            weight: one,
-            radius,
-            contact_radius,
-            slope,
-            pole_x,
-            pole_y,
-            ratio,
-            force: onset.across,
-            along: onset.along,
-            arc: onset.arc,
-            // A contact before the gauge has force and arc only.
-            strain: T::of(0.0).if_less(near, onset.strain, one),
-        }
-    }
-}
-
 impl Tap {
     /// The strain of solution `s`, positive as on the contact side.
     pub fn strain(&self, s: &Solution) -> f64 {
@@ -197,7 +166,7 @@ pub struct Frame {
     /// EI₀/a², N.
     unit: f64,
     /// cos α, sin α at the contact.
-    direction: (f64, f64),
+    direction: [f64; 2],
     /// T/P of a sliding contact.
     friction: Option<f64>,
     /// Beginning of the rod, mm from the face of its clamp.
@@ -245,8 +214,20 @@ impl Frame {
     pub fn new(ask: &Ask<'_>) -> Option<Self> {
         let Ask { model, side, curve, peak, a, amount, grip, start } = *ask;
         let StrainCurve { taper, gauge, hub, drive, .. } = *curve;
-        let onset = Pose { model, side, drive, hub, taper, gauge, a, amount, grip }.onset();
-        if onset.rest <= 0.0 {
+        let lane = |x: f64| Pack::new([x]);
+        let pose = Pose {
+            model,
+            side,
+            drive,
+            hub,
+            taper: taper.with(&taper, |x, _| lane(x)),
+            gauge: gauge.map(lane),
+            a: lane(a),
+            amount: lane(amount),
+            grip,
+        };
+        let (tap, direction) = pose.onset();
+        if tap.rest.0[0] <= 0.0 {
             return None;
         }
         let linear = amount * curve.value(a);
@@ -257,8 +238,9 @@ impl Frame {
             Grip::Slide(friction) => Some(friction),
             Grip::Stick => None,
         };
-        let tap = Tap { weight, ..Tap::of(&onset) };
-        Some(Self { tap, a, unit: stiffness / (a * a), direction: onset.direction, friction, start })
+        let tap = Tap { weight, ..tap.map(|x| x.0[0]) };
+        let direction = direction.map(|x| x.0[0]);
+        Some(Self { tap, a, unit: stiffness / (a * a), direction, friction, start })
     }
 
     /// The dimensionless tap.
@@ -270,7 +252,7 @@ impl Frame {
     pub fn response(&self, s: &Solution) -> Response {
         let t = &self.tap;
         let (w, h) = (t.force + t.force * s.force, t.along + t.force * s.along);
-        let (cos, sin) = self.direction;
+        let [cos, sin] = self.direction;
         let normal = (w * cos - h * sin) * self.unit;
         Response {
             strain: t.strain(s),

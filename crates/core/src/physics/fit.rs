@@ -16,9 +16,7 @@ pub const STRAIN: &str = "strain";
 pub const STRESS: &str = "stress_MPa";
 
 /// C10, C20 and C30, MPa, and the root mean square of law − data, MPa: least squares to points (strain > −1, stress in MPa), ascending in strain.
-///
-/// # Errors
-/// Strains too few or too alike to tell three coefficients apart; a whisker without stiffness; a law that does not rise over the data and to 0.
+/// Errors: strains too few or too alike to tell three coefficients apart; a whisker without stiffness; a law that does not rise over the data and to 0.
 pub fn yeoh(points: &[[f64; 2]]) -> Result<([f64; 3], f64), InputError> {
     let [first, last] = range(points.iter().map(|[e, _]| *e));
     let coefficients = least_squares(points).ok_or_else(|| {

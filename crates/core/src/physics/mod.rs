@@ -8,7 +8,6 @@ pub mod inverse;
 pub mod linear;
 pub mod nodes;
 pub mod number;
-pub mod onset;
 pub mod pole;
 pub mod real;
 pub mod rod;

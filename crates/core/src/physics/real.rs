@@ -89,24 +89,6 @@ impl<const N: usize> Number for Dual<N> {
         let y = self.value.sqrt();
         self.chain(y, 0.5 / y)
     }
-    #[inline(always)]
-    fn hypot(self, o: Self) -> Self {
-        let y = self.value.hypot(o.value);
-        self.of_two(o, y, [self.value / y, o.value / y])
-    }
-    #[inline(always)]
-    fn atan2(self, o: Self) -> Self {
-        let square = self.value * self.value + o.value * o.value;
-        self.of_two(o, self.value.atan2(o.value), [o.value / square, -self.value / square])
-    }
-    #[inline(always)]
-    fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
-        if self.value < o.value { yes } else { no }
-    }
-    #[inline(always)]
-    fn all_at_most(self, o: Self) -> bool {
-        self.value <= o.value
-    }
 }
 
 impl<const N: usize> Real for Dual<N> {

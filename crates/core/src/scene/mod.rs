@@ -69,7 +69,7 @@ pub use layout::Layout;
 pub use listed::Listed;
 pub use material::{Material, MaterialFit};
 pub use model::{
-    Clamp, Contact, Convention, Drive, Estimate, Foil, Gauge, Geometry, Model, Side, TERMS, Theory,
+    Clamp, Contact, Convention, Drive, Estimate, Foil, Gauge, Geometry, Grip, Model, Side, TERMS, Theory,
 };
 pub use property::{PROPERTIES, Property, Rigs};
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions};

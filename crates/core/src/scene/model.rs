@@ -62,6 +62,15 @@ pub enum Contact {
     Coulomb(f64),
 }
 
+/// The limit of the contact force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Grip {
+    /// T = μP, sign included; 0 is frictionless.
+    Slide(f64),
+    /// The contact does not slip: it stays at its arc length on an edge, and rolls on a pole.
+    Stick,
+}
+
 /// Clamp of the base (model §8).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Clamp {

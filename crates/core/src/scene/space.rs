@@ -214,9 +214,7 @@ impl Space {
     }
 
     /// The one whisker of the space, with its first distance, direction and drive.
-    ///
-    /// # Errors
-    /// The column with several values, and their number; `None` if the tuples are listed.
+    /// Errors: the column with several values, and their number; `None` if the tuples are listed.
     pub fn whisker(&self) -> Result<Tuple, Option<(Column, u64)>> {
         let Self::Grid(factors) = self else { return Err(None) };
         let mut values = [1.0; COLUMNS];

@@ -117,9 +117,7 @@ pub fn look() -> (Vec<Adapter>, Vec<String>) {
 }
 
 /// Adapters of [`look`]; reports driver faults.
-///
-/// # Errors
-/// A GPU is `needed`, and no adapter works because of a driver fault.
+/// Errors: a GPU is `needed`, and no adapter works because of a driver fault.
 pub fn adapters(needed: bool) -> Result<Vec<Adapter>, Error> {
     let (all, faults) = look();
     if needed && all.is_empty() && !faults.is_empty() {

@@ -12,8 +12,7 @@ use super::solve::Question;
 use super::{Outcome, Task, closed_gradient, is_closed};
 use crate::design::Design;
 use crate::kernel::{Ladder, Section};
-use crate::physics::onset::Grip;
-use crate::scene::{Contact, Geometry, Precision, Property, Setup, Tuple};
+use crate::scene::{Contact, Geometry, Grip, Precision, Property, Setup, Tuple};
 
 /// Outputs with derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
 pub const OUTPUTS: usize = 9;

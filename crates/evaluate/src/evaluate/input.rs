@@ -24,9 +24,7 @@ const NAMES: [&str; 9] = ["D", "d", "L_a", "x_ss", "l", "a", "tilt", "lean", ""]
 
 impl Input {
     /// The input of this name in `setup`.
-    ///
-    /// # Errors
-    /// Why the taps of `setup` have no derivative by it.
+    /// Errors: why the taps of `setup` have no derivative by it.
     pub fn new(setup: &Setup, name: &str) -> Result<Self, String> {
         let drive = if setup.drive == Drive::Angle { "theta" } else { "delta" };
         let input = match name {

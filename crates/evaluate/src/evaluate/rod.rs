@@ -9,11 +9,10 @@ use super::solve::{Question, Solved};
 use crate::design::{Shared, radians};
 use crate::kernel::Section;
 use crate::physics::number::Number;
-use crate::physics::onset::Grip;
 use crate::physics::pole::{self, Pole};
 use crate::physics::real::Dual;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
-use crate::scene::{Contact, Drive, Geometry, Setup};
+use crate::scene::{Contact, Drive, Geometry, Grip, Setup};
 use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt, slopes, solve};
 
 /// True if it solves all taps of `setup`.

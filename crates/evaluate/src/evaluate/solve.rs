@@ -12,8 +12,7 @@ use crate::kernel::{
     rule::limits::ASTRAY,
     tap::{Ask, Frame},
 };
-use crate::physics::onset::Grip;
-use crate::scene::{Contact, Setup};
+use crate::scene::{Contact, Grip, Setup};
 
 /// Largest error of the forces of a sticking contact, per error of the strain.
 const ROUGH: f64 = 100.0;

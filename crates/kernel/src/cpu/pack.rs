@@ -175,7 +175,7 @@ impl<T: Scalar, const L: usize, S: Set> Default for Pack<T, L, S> {
 
 impl<T: Scalar, const L: usize, S: Set> Pack<T, L, S> {
     #[inline(always)]
-    fn map2(mut self, o: Self, f: impl Fn(T, T) -> T) -> Self {
+    pub(crate) fn map2(mut self, o: Self, f: impl Fn(T, T) -> T) -> Self {
         if const { L == 1 } {
             self.0[0] = f(self.0[0], o.0[0]);
             return self;
@@ -303,21 +303,5 @@ impl<const L: usize> Number for Pack<f64, L, Plain> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Packed::sqrt(self)
-    }
-    #[inline(always)]
-    fn hypot(self, o: Self) -> Self {
-        self.map2(o, f64::hypot)
-    }
-    #[inline(always)]
-    fn atan2(self, o: Self) -> Self {
-        self.map2(o, f64::atan2)
-    }
-    #[inline(always)]
-    fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
-        Packed::if_less(self, o, yes, no)
-    }
-    #[inline(always)]
-    fn all_at_most(self, o: Self) -> bool {
-        Packed::all_at_most(self, o)
     }
 }

@@ -12,9 +12,9 @@ use crate::physics::body::Body;
 use crate::physics::section::SectionStrain;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
-use crate::scene::model::{Contact, Drive, Model, Side};
+use crate::scene::{Contact, Drive, Grip, Model, Side};
 use crate::status::Status;
-use shoot::{Shooter, Shot, Stopped, Unknowns};
+use shoot::{Shooter, Shot, Stopped};
 use statics::Bent;
 pub use tilted::TiltedTap;
 
@@ -82,29 +82,8 @@ impl RodProblem<'_> {
         (held, start)
     }
 
-    /// The tap with the gauge on the other side of the whisker.
-    fn mirrored(&self) -> Self {
-        let side = if self.side == Side::Contact { Side::Far } else { Side::Contact };
-        Self { side, ..*self }
-    }
-
-    fn tap_of(&self, shooter: &Shooter<'_>, shot: &Shot) -> RodTap {
-        let [x1, x2] = self.gauge;
-        RodTap {
-            strain: self.foil.map_or(1.0, |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
-            normal_force: shot.normal,
-            tangential_force: shot.tangential,
-            contact_arc: shot.load.arc,
-            sticking: shooter.unknowns == Unknowns::Stick,
-            base_angle: shot.bent.angle,
-            wrench: shooter.wrench(&shot.load, &shot.bent),
-        }
-    }
-
     /// The tap at equilibrium, on the path that starts unloaded.
-    ///
-    /// # Errors
-    /// `not_converged` without an equilibrium on the path from the unloaded whisker: the contact slides away, the path folds back, or the integration
+    /// Errors: `not_converged` without an equilibrium on the path from the unloaded whisker: the contact slides away, the path folds back, or the integration
     /// is inaccurate; `material_limit` if a fibre leaves the range of the law, or a section's tangent vanishes on the path; `at_knot` if the contact
     /// leaves the piece of the profile on which it began; `slipped_off` if it runs past the tip of a whisker that ends there.
     pub fn solve(&self) -> Result<RodTap, Status> {
@@ -125,10 +104,10 @@ impl RodProblem<'_> {
             });
         }
         match self.model.contact {
-            Contact::Frictionless => self.shoot(Unknowns::Slide(0.0)),
-            Contact::Stick => self.shoot(Unknowns::Stick),
+            Contact::Frictionless => self.shoot(Grip::Slide(0.0)),
+            Contact::Stick => self.shoot(Grip::Stick),
             Contact::Coulomb(mu) => {
-                let shooter = Shooter::new(self, Unknowns::Stick);
+                let shooter = Shooter::new(self, Grip::Stick);
                 let sticks = |shot: &Shot| shot.tangential.abs() <= mu * shot.normal;
                 // T of the sticking contact, or at the farthest drive at which it sticks.
                 let tangential = match shooter.continuation(self.amount) {
@@ -140,12 +119,12 @@ impl RodProblem<'_> {
                         shot => shot.tangential,
                     },
                 };
-                self.shoot(Unknowns::Slide(mu.copysign(tangential)))
+                self.shoot(Grip::Slide(mu.copysign(tangential)))
             }
         }
     }
 
-    fn shoot(&self, unknowns: Unknowns) -> Result<RodTap, Status> {
+    fn shoot(&self, unknowns: Grip) -> Result<RodTap, Status> {
         let shooter = Shooter::new(self, unknowns);
         let shot = shooter.continuation(self.amount).map_err(|stopped| stopped.why)?;
         self.read(&shooter, shot)
@@ -161,7 +140,16 @@ impl RodProblem<'_> {
                 return Err(Status::AT_KNOT);
             }
         }
-        Ok(self.tap_of(shooter, &shot))
+        let [x1, x2] = self.gauge;
+        Ok(RodTap {
+            strain: self.foil.map_or(1.0, |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
+            normal_force: shot.normal,
+            tangential_force: shot.tangential,
+            contact_arc: shot.load.arc,
+            sticking: shooter.unknowns == Grip::Stick,
+            base_angle: shot.bent.angle,
+            wrench: shooter.wrench(&shot.load, &shot.bent),
+        })
     }
 }
 
@@ -197,7 +185,7 @@ impl RodProblem<'_> {
     /// The rod bent by `force`, [P, T] in N, on the contact at the arc `arc`, mm; in `parts` equal parts. `None` if the material cannot bear it.
     pub fn bent(&self, arc: f64, force: [f64; 2], parts: u32) -> Option<BentRod> {
         let (held, start) = self.held();
-        let shooter = Shooter::with(&held, Unknowns::Stick, 1.0);
+        let shooter = Shooter::with(&held, Grip::Stick, 1.0);
         let load = shooter.load(arc - start, force);
         let end = start.max(0.0);
         let (length, mut sections) = (arc - end, Vec::new());

@@ -13,7 +13,7 @@ use crate::physics::body::Touched;
 use crate::physics::flexure::Flexure;
 use crate::physics::section::SectionStrain;
 use crate::physics::solid::Soft;
-use crate::scene::channels::Signal;
+use crate::scene::{Grip, Signal};
 use crate::status::Status;
 
 const HIT: f64 = 1e-12;
@@ -50,15 +50,6 @@ const BEYOND: f64 = 1.0 + 1e-12;
 const MOST_STEPS: u32 = 15;
 const MOST_HALVINGS: i32 = 2;
 
-/// The second unknown, after the force P.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Unknowns {
-    /// The arc length c; T is this multiple of P.
-    Slide(f64),
-    /// The friction T; c is a, or where the contact has rolled on a pole.
-    Stick,
-}
-
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shot {
     pub normal: f64,
@@ -76,7 +67,8 @@ pub(super) struct Stopped {
 /// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
 pub(super) struct Shooter<'a> {
     problem: &'a RodProblem<'a>,
-    pub unknowns: Unknowns,
+    /// The second unknown is the arc length c of a contact that slides, else the friction T.
+    pub unknowns: Grip,
     pub whisker: Whisker<'a>,
     touched: Touched,
     hub: f64,
@@ -91,7 +83,7 @@ pub(super) struct Shooter<'a> {
 
 impl<'a> Shooter<'a> {
     /// The unit of forces is that of linear theory at an amount of one.
-    pub fn new(problem: &'a RodProblem<'a>, unknowns: Unknowns) -> Self {
+    pub fn new(problem: &'a RodProblem<'a>, unknowns: Grip) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
         let shooter = Self::with(problem, unknowns, 1.0);
         let (e0, compliance) = (model.material.e0(), shooter.whisker.shear_compliance);
@@ -224,8 +216,8 @@ impl<'a> Shooter<'a> {
 
     fn scale(&self, z: DVec2) -> DVec2 {
         match self.unknowns {
-            Unknowns::Slide(_) => DVec2::new(z.x, 1.0),
-            Unknowns::Stick => DVec2::new(z.x, z.x.abs() + z.y.abs()),
+            Grip::Slide(_) => DVec2::new(z.x, 1.0),
+            Grip::Stick => DVec2::new(z.x, z.x.abs() + z.y.abs()),
         }
     }
 

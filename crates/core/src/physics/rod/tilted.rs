@@ -1,9 +1,10 @@
 //! The exact rod against a pole of any direction (model §6): planar taps, and one equation for the azimuth of their plane.
 
 use super::shoot::Shooter;
-use super::{RodProblem, RodTap, Unknowns};
+use super::statics::Bent;
+use super::{RodProblem, RodTap};
 use crate::physics::pole::{Planar, Pole, azimuth};
-use crate::scene::model::{Contact, Drive};
+use crate::scene::{Contact, Drive, Grip, Side};
 use crate::status::Status;
 
 const SOLVED: f64 = 1e-12;
@@ -30,9 +31,7 @@ pub struct TiltedTap {
 
 impl RodProblem<'_> {
     /// The tap against a pole of `tilt` β and `lean` γ, rad, below 90°; with friction other than sticking to an edge for upright poles only.
-    ///
-    /// # Errors
-    /// Those of [`Self::solve`], and [`Status::NOT_CONVERGED`] if no plane is found.
+    /// Errors: those of [`Self::solve`], and [`Status::NOT_CONVERGED`] if no plane is found.
     pub fn solve_tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, Status> {
         let (held, start) = self.held();
         let one = held.tilted(direction)?;
@@ -49,11 +48,14 @@ impl RodProblem<'_> {
         if !matches!(self.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
             return Err(Status::NOT_CONVERGED);
         }
-        let pole = self.pole(direction);
+        let whole = (self.distance, self.amount);
+        let pole = Pole::new(&self.taper, self.model, (self.drive, self.hub), direction, whole);
+        let hub = if self.drive == Drive::Angle { self.hub } else { 0.0 };
         let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { 0.0 };
         let at = |phi: f64| {
             let planar = pole.planar(phi).ok_or(Status::NOT_CONVERGED)?;
-            let problem = self.in_plane(&planar);
+            let Planar { distance, angle: amount, .. } = planar;
+            let problem = Self { distance, hub, drive: Drive::Angle, amount, ..*self };
             let tap = problem.tap()?;
             let next = azimuth(pole.along, tap.base_angle + alpha).ok_or(Status::NOT_CONVERGED)?;
             Ok::<_, Status>((next - phi, planar, problem, tap))
@@ -87,20 +89,12 @@ impl RodProblem<'_> {
     }
 
     fn axial(&self, tap: &RodTap) -> f64 {
-        let mirrored = self.mirrored();
-        let unknowns = if tap.sticking { Unknowns::Stick } else { Unknowns::Slide(0.0) };
+        let side = if self.side == Side::Contact { Side::Far } else { Side::Contact };
+        let mirrored = Self { side, ..*self };
+        let shooter = Shooter::with(&mirrored, Grip::Stick, 1.0);
+        let load = shooter.load(tap.contact_arc, [tap.normal_force, tap.tangential_force]);
         let [x1, x2] = self.gauge;
-        let force = [tap.normal_force, tap.tangential_force];
-        let elongation = Shooter::with(&mirrored, unknowns, 1.0).elongation(tap.contact_arc, force);
-        elongation.map_or(f64::NAN, |beyond| 0.5 * (tap.strain + beyond / (x2 - x1)))
-    }
-
-    fn pole(&self, direction: [f64; 2]) -> Pole {
-        Pole::new(&self.taper, self.model, (self.drive, self.hub), direction, (self.distance, self.amount))
-    }
-
-    fn in_plane(&self, planar: &Planar) -> Self {
-        let hub = if self.drive == Drive::Angle { self.hub } else { 0.0 };
-        Self { distance: planar.distance, hub, drive: Drive::Angle, amount: planar.angle, ..*self }
+        let strain = |bent: Bent| 0.5 * (tap.strain + bent.elongation / (x2 - x1));
+        load.bend(&shooter.whisker, self.gauge).map_or(f64::NAN, strain)
     }
 }

@@ -10,7 +10,7 @@
 //! - N = H cos ψ − W sin ψ gives e₀ (off: 0 in the kinematics), Q = −H sin ψ − W cos ψ gives γ.
 //!
 //! Closure: V, from the motor's axis to the pole centre, must be Z₀ = (X₀, Y₀) turned by β = ψ_b − θ. With V = Z₀ + v it is V × R(β) Z₀ = 0 and X₀
-//! v_x + Y₀ v_y + v²/2 = ζ. The part linear in W, H, x = c − 1 is a closed form at c = 1 (see [`vibrissa_core::physics::onset`]); its solution W₀,
+//! v_x + Y₀ v_y + v²/2 = ζ. The part linear in W, H, x = c − 1 is a closed form at c = 1 (see `crate::onset`); its solution W₀,
 //! H₀, x₀ comes with the tap. Iterated is the deviation W = W₀(1 + w), H = H₀ + W₀k, x = x₀ + z, from residuals in which every term is a small
 //! correction: changes of closed forms with c are composed as growth factors (a + b + ab), 1 − cos and ψ − sin are series, so that K − 1 keeps its
 //! relative precision in f32 for any small tap.

@@ -4,11 +4,11 @@ use glam::DVec2;
 
 use super::super::RodProblem;
 use super::super::statics::{Bent, EndLoad, Skin, Whisker};
-use super::{Shooter, Shot, Unknowns};
+use super::{Shooter, Shot};
 use crate::physics::body::Touched;
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Held, Soft};
-use crate::scene::model::Drive;
+use crate::scene::{Drive, Grip};
 use crate::status::Status;
 
 const MOST_ROLLS: u32 = 30;
@@ -24,7 +24,7 @@ const FLAT: f64 = 1e-9;
 type Rod = (EndLoad, Bent);
 
 impl<'a> Shooter<'a> {
-    pub fn with(problem: &'a RodProblem<'a>, unknowns: Unknowns, force: f64) -> Self {
+    pub fn with(problem: &'a RodProblem<'a>, unknowns: Grip, force: f64) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
         let (hub, unit) = match problem.drive {
             Drive::Angle => (problem.hub, 1.0),
@@ -64,8 +64,8 @@ impl<'a> Shooter<'a> {
         let a = self.problem.distance;
         let normal = z.x * self.force;
         let (slid, tangential) = match self.unknowns {
-            Unknowns::Slide(ratio) => (a * z.y, ratio * normal),
-            Unknowns::Stick => (0.0, z.y * self.force),
+            Grip::Slide(ratio) => (a * z.y, ratio * normal),
+            Grip::Stick => (0.0, z.y * self.force),
         };
         let under = |slid: f64| {
             let arc = a + slid;
@@ -76,7 +76,7 @@ impl<'a> Shooter<'a> {
             let bent = load.bend(&self.whisker, self.problem.gauge)?;
             Ok((load, bent))
         };
-        let rolls = self.unknowns == Unknowns::Stick && self.problem.model.pole_radius > 0.0;
+        let rolls = self.unknowns == Grip::Stick && self.problem.model.pole_radius > 0.0;
         let (slid, (load, bent)) = if rolls { self.roll(amount, under)? } else { (slid, under(slid)?) };
         let depth = self.soft.map_or(0.0, |soft| soft.depth(normal));
         let miss = self.miss(amount, slid, &load, &bent) - self.touched.tilt * depth;
@@ -140,11 +140,6 @@ impl<'a> Shooter<'a> {
         let force = tilt * -normal + DVec2::new(tilt.y, -tilt.x) * tangential;
         let height = if self.problem.model.surface { self.radius(arc) } else { 0.0 };
         EndLoad { arc, force, point: DVec2::new(0.0, height) }
-    }
-
-    pub fn elongation(&self, arc: f64, force: [f64; 2]) -> Option<f64> {
-        let load = self.load(arc, force);
-        load.bend(&self.whisker, self.problem.gauge).ok().map(|bent| bent.elongation)
     }
 
     fn moment(load: &EndLoad, bent: &Bent) -> f64 {

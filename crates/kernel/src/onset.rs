@@ -9,15 +9,19 @@
 //!
 //! A contact that sticks rolls on the pole: x = ρ cos α (ϑ − W ψ₁ − H ψ₀), ϑ the turn of the base, W ψ₁ + H ψ₀ that of the contact against it.
 
-use super::linear::shear_length2;
-use super::number::Number;
-use super::solid::Held;
-use super::taper::Taper;
-use crate::scene::{Drive, Model, Side};
+use crate::Tap;
+use crate::cpu::{Pack, Packed, Plain};
+use vibrissa_core::physics::linear::shear_length2;
+use vibrissa_core::physics::solid::Held;
+use vibrissa_core::physics::taper::Taper;
+use vibrissa_core::scene::{Drive, Grip, Model, Side};
 
-/// A tap in mm and rad, or several in lanes.
+/// One number, or one of each of several taps. Lanes round as scalars do, and no operation is fused: each gives the same bits as a single number.
+pub type Lanes<const L: usize> = Pack<f64, L, Plain>;
+
+/// Taps in mm and rad.
 #[derive(Debug, Clone, Copy)]
-pub struct Pose<'a, T = f64> {
+pub struct Pose<'a, const L: usize> {
     /// Model of the rod.
     pub model: &'a Model,
     /// Side of the gauge.
@@ -27,84 +31,39 @@ pub struct Pose<'a, T = f64> {
     /// r₀; 0 for a displaced object.
     pub hub: f64,
     /// The whisker.
-    pub taper: Taper<T>,
+    pub taper: Taper<Lanes<L>>,
     /// Gauge span [x1, x2].
-    pub gauge: [T; 2],
+    pub gauge: [Lanes<L>; 2],
     /// Contact distance.
-    pub a: T,
+    pub a: Lanes<L>,
     /// θ or δ.
-    pub amount: T,
+    pub amount: Lanes<L>,
     /// Contact condition.
     pub grip: Grip,
 }
 
-/// The limit of the contact force.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Grip {
-    /// T = μP, sign included; 0 is frictionless.
-    Slide(f64),
-    /// The contact does not slip: it stays at its arc length on an edge, and rolls on a pole.
-    Stick,
-}
-
-/// A tap and its first-order solution, dimensionless; lengths in units of the contact distance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Onset<T = f64> {
-    /// τa, the taper over the contact distance.
-    pub taper: T,
-    /// 1 − τa.
-    pub rest: T,
-    /// Tap angle θ, rad.
-    pub angle: T,
-    /// r₀; 0 for a displaced object.
-    pub hub: T,
-    /// 1 − x1, 1 − x2, and x2 − x1.
-    pub gauge: [T; 3],
-    /// EI₀/(k G A₀); 0 without shear.
-    pub shear: T,
-    /// Base radius.
-    pub radius: T,
-    /// Radius of the whisker at the contact, for contact on the surface, else 0.
-    pub contact_radius: T,
-    /// tan α, likewise.
-    pub slope: T,
-    /// cos α and sin α, likewise; else 1 and 0.
-    pub direction: (T, T),
-    /// Pole centre from the motor's axis, (X₀, Y₀).
-    pub pole: (T, T),
-    /// W, the force across.
-    pub across: T,
-    /// H, the force along.
-    pub along: T,
-    /// x = c − 1.
-    pub arc: T,
-    /// H/W of a sliding contact; ρ cos α of one that sticks, by which it rolls.
-    pub ratio: T,
-    /// Unsigned gauge strain.
-    pub strain: T,
-}
-
-impl<T: Number> Pose<'_, T> {
-    /// The tap without units, and its first-order solution.
+impl<const L: usize> Pose<'_, L> {
+    /// The taps without units, with their first-order solution and `weight` 1; cos α and sin α of contacts on the surface, else 1 and 0.
     #[inline(always)]
-    pub fn onset(&self) -> Onset<T> {
-        let [zero, half, one, two, three, six] = [0.0, 0.5, 1.0, 2.0, 3.0, 6.0].map(T::of);
+    pub fn onset(&self) -> (Tap<Lanes<L>>, [Lanes<L>; 2]) {
+        let [zero, half, one, two, three, six] = [0.0, 0.5, 1.0, 2.0, 3.0, 6.0].map(Lanes::of);
         let (a, [x1, x2], model) = (self.a, self.gauge, self.model);
         let taper = self.taper.tau * a;
-        let gauge = [(a - x1) / a, (a - x2) / a, (x2 - x1) / a];
+        let [near, far, width] = [(a - x1) / a, (a - x2) / a, (x2 - x1) / a];
         let (v, radius) = (one - taper, half * self.taper.D / a);
         let shear = model.shear.then(|| {
-            shear_length2(&self.taper, T::of(model.nu)) / (T::of(3.0 * Held::new(model).shear) * a * a)
+            shear_length2(&self.taper, Lanes::of(model.nu))
+                / (Lanes::of(3.0 * Held::new(model).shear) * a * a)
         });
         // A unit axial force gives this strain at the gauge, too; the section law does not hold it.
-        let stretch = model.extension.then(|| T::of(0.25) * radius * radius);
+        let stretch = model.extension.then(|| Lanes::of(0.25) * radius * radius);
         // A length of the rig, mostly 0.
-        let over_a = |length: f64| if length == 0.0 { zero } else { T::of(length) / a };
+        let over_a = |length: f64| if length == 0.0 { zero } else { Lanes::of(length) / a };
         let (hub, rho) = (over_a(self.hub), over_a(model.pole_radius));
         let (contact_radius, slope, (cos, sin)) = match model.surface {
             true => {
                 let slope = self.taper.tan_alpha;
-                let cos = one / slope.hypot(one);
+                let cos = one / slope.map2(one, f64::hypot);
                 (radius * v, slope, (cos, slope * cos))
             }
             false => (zero, zero, (one, zero)),
@@ -117,7 +76,7 @@ impl<T: Number> Pose<'_, T> {
                 // The object's path seen from the clamp: an angle and a growing distance.
                 let delta = self.amount / a;
                 let (across, along) = (x0 * delta, x0 * x0 + y0 * (y0 - delta));
-                (across.atan2(along), zero, half * delta * delta - y0 * delta)
+                (across.map2(along, f64::atan2), zero, half * delta * delta - y0 * delta)
             }
         };
         let (psi1, bare) = ((one + two * v) / (six * v * v), one / (six * v * v));
@@ -140,7 +99,7 @@ impl<T: Number> Pose<'_, T> {
         let right = angle * square;
         let (across, along, arc, ratio) = match self.grip {
             Grip::Slide(friction) => {
-                let friction = T::of(friction);
+                let friction = Lanes::of(friction);
                 let leaning = || (friction * cos - sin) / (cos + friction * sin);
                 let ratio = if model.surface { leaning() } else { friction };
                 let (m11, m12) = (a1 + ratio * (a0 + y0 * f), y0 + x0 * slope);
@@ -160,35 +119,44 @@ impl<T: Number> Pose<'_, T> {
                 (across, along, roll * (turn - across * psi1 - along * psi0), roll)
             }
         };
-        let [lever, section, area] = gauge_means(gauge, taper, v);
+        let [lever, section, area] = gauge_means([near, far, width], taper, v);
         let bending = radius * (across * lever + along * contact_radius * section);
-        let side = T::of(if self.side == Side::Far { -1.0 } else { 1.0 });
+        let side = Lanes::of(if self.side == Side::Far { -1.0 } else { 1.0 });
         let strain = stretch.map_or(bending, |stretch| bending + side * stretch * along * area);
-        Onset {
+        let tap = Tap {
             taper,
             rest: v,
             angle,
             hub,
-            gauge,
+            near,
+            far,
+            width,
             shear: shear.unwrap_or(zero),
+            weight: one,
             radius,
             contact_radius,
             slope,
-            direction: (cos, sin),
-            pole: (x0, y0),
-            across,
+            pole_x: x0,
+            pole_y: y0,
+            ratio,
+            force: across,
             along,
             arc,
-            ratio,
-            strain,
-        }
+            // A contact before the gauge has force and arc only.
+            strain: zero.if_less(near, strain, one),
+        };
+        (tap, [cos, sin])
     }
 }
 
 /// Means over the gauge of (1 − s)₊/(1 − τs)³, 1/(1 − τs)³ and 1/(1 − τs)², the last two over the bent part.
 #[inline(always)]
-fn gauge_means<T: Number>([near, far, width]: [T; 3], taper: T, rest: T) -> [T; 3] {
-    let [zero, half, one] = [0.0, 0.5, 1.0].map(T::of);
+fn gauge_means<const L: usize>(
+    [near, far, width]: [Lanes<L>; 3],
+    taper: Lanes<L>,
+    rest: Lanes<L>,
+) -> [Lanes<L>; 3] {
+    let [zero, half, one] = [0.0, 0.5, 1.0].map(Lanes::of);
     let [b1, b2] = [near, far].map(|end| one / (taper * end + rest));
     let clear = [half * b1 * b2 * (near * b1 + far * b2), half * b1 * b2 * (b1 + b2), b1 * b2];
     if zero.all_at_most(far) {
