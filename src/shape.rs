@@ -100,7 +100,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     let length = design.tuple.L_a;
     if arc < length {
         let free = |s: f64| {
-            let (at, psi) = match body.filter(|body| !body.is_straight()) {
+            let (at, psi) = match body.filter(|body| !body.built.is_straight()) {
                 None => (DVec2::new(s - arc, 0.0), 0.0),
                 Some(body) => {
                     let at = body.rest_angle(arc);

@@ -70,7 +70,7 @@ impl Row {
         let at = |i: usize, drive: f64| (self.distances[i], drive);
         taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), at(i, self.point.drive), tap));
         match given {
-            Some((_, k, _)) => reduced.calibrate_as(k),
+            Some((_, k, _)) => reduced.drives.iter_mut().for_each(|row| row.k = k),
             None => reduced.calibrate(),
         }
         let drive = given.map_or(self.point.drive, |(.., drive)| drive);

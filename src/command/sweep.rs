@@ -144,7 +144,7 @@ fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
 
 fn beyond_curve(spec: &Spec, report: &Report) -> Option<String> {
     let fit = spec.material_fit.as_ref()?;
-    let strain = report.counts.strain.get().filter(|e| !fit.covers(*e))?;
+    let strain = report.counts.strain.filter(|e| !fit.covers(*e))?;
     let [min, max] = fit.range;
     Some(format!(
         "the largest gauge strain, {strain:.4}, lies outside the data of {}, {min} … {max}: the material is extrapolated",

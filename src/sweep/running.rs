@@ -12,6 +12,7 @@ use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
 use crate::progress::{Progress, go_on};
+use crate::reduce::larger;
 use crate::scene::{Per, Setup, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{AtDrive, Frame, Table};
@@ -70,7 +71,8 @@ impl<'a> Run<'a> {
         self.reached.counts.solved += outcomes.len() as u64;
         self.reached.counts.referred += outcomes.iter().filter(|o| o.referred).count() as u64;
         for o in outcomes.iter().filter(|o| o.status.counts()) {
-            self.reached.counts.strain.push(o.magnitude());
+            let strain = &mut self.reached.counts.strain;
+            *strain = larger(*strain, o.magnitude());
         }
         Ok(outcomes)
     }

@@ -34,20 +34,9 @@ impl Spread {
     }
 }
 
-/// Largest value seen.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-pub struct Largest(Option<f64>);
-
-impl Largest {
-    /// Takes one value.
-    pub fn push(&mut self, x: f64) {
-        self.0 = Some(self.0.map_or(x, |m| m.max(x)));
-    }
-
-    /// The largest; `None` without values.
-    pub fn get(&self) -> Option<f64> {
-        self.0
-    }
+/// The larger of `x` and the largest value seen so far, if any.
+pub fn larger(seen: Option<f64>, x: f64) -> Option<f64> {
+    Some(seen.map_or(x, |most| most.max(x)))
 }
 
 /// Root mean square, mean and largest absolute value of errors, in their own unit.

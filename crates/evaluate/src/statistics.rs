@@ -5,7 +5,7 @@ use crate::curve::{Curve, both::Both};
 use crate::design::{Design, amount};
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
-use crate::reduce::{Errors, Largest, Spread};
+use crate::reduce::{Errors, Spread, larger};
 use crate::scene::built::Root;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::{Direction, Drive, RankBy, Setup};
@@ -18,8 +18,8 @@ pub struct DriveRow {
     pub asked: u64,
     /// K − 1 of the taps that count.
     pub deviation: Spread,
-    strain: Largest,
-    force: Largest,
+    strain: Option<f64>,
+    force: Option<f64>,
     errors: Errors,
     noise: Errors,
     /// K̄ used by the estimate, without unit.
@@ -40,13 +40,9 @@ impl DriveRow {
         k: Option<f64>,
         status: Status,
     ) -> Self {
-        let mut row = Self { asked, deviation, errors, noise, k, status, ..Self::default() };
-        if deviation.n > 0 {
-            row.strain.push(strain);
-            row.force.push(force);
-        }
-        row.incomplete = k.is_some() && told < deviation.n;
-        row
+        let [strain, force] = [strain, force].map(|most| (deviation.n > 0).then_some(most));
+        let incomplete = k.is_some() && told < deviation.n;
+        Self { asked, deviation, strain, force, errors, noise, k, incomplete, status }
     }
 
     /// True if every distance counts.
@@ -70,8 +66,8 @@ impl DriveRow {
             error_max: whole(self.errors.largest()),
             error_mean: whole(self.errors.mean()),
             noise_rms: whole(self.noise.rms()),
-            strain_max: self.strain.get(),
-            force_max: self.force.get(),
+            strain_max: self.strain,
+            force_max: self.force,
             status: self.status,
         }
     }
@@ -238,8 +234,8 @@ impl<'a> Reduction<'a> {
         if tap.status.counts() {
             row.deviation.push(tap.deviation);
             distance.deviation.push(tap.deviation);
-            row.strain.push(tap.magnitude());
-            row.force.push(tap.normal_force);
+            row.strain = larger(row.strain, tap.magnitude());
+            row.force = larger(row.force, tap.normal_force);
         }
     }
 
@@ -249,11 +245,6 @@ impl<'a> Reduction<'a> {
         for row in &mut self.drives {
             row.k = estimator.and_then(|e| e.calibration(row.deviation.n, row.deviation.mean()));
         }
-    }
-
-    /// In place of [`Self::calibrate`]: this K̄ for every row, without unit.
-    pub fn calibrate_as(&mut self, k: Option<f64>) {
-        self.drives.iter_mut().for_each(|row| row.k = k);
     }
 
     /// Second pass, with K̄: the estimate of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).

@@ -255,7 +255,8 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal
 
 pub(super) fn fixed(section: &Section<'_>, signal: Signal, channels: Option<&Channels>) -> Result<bool> {
     let item = section.get("fixed")?;
-    if !item.flag()? || channels.map_or(signal == Signal::Moment, Channels::read_moment) {
+    let moment = |channels: &Channels| channels.rows.iter().any(|row| row[0] != 0.0);
+    if !item.flag()? || channels.map_or(signal == Signal::Moment, moment) {
         return item.flag();
     }
     item.refuse("no moment is read", "fixed with a signal, or a row of a matrix, that shows the moment")

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::combinations::Combinations;
-use crate::reduce::{Largest, Sweeps};
+use crate::reduce::Sweeps;
 use crate::scene::{Column, Spec, Study};
 use crate::{WHISKER, hash};
 
@@ -36,7 +36,7 @@ pub struct Counts {
     /// Kernel sweeps of all solved taps (rows, nodes, chart), with those of earlier parts of the run.
     pub sweeps: Sweeps,
     /// Largest |gauge strain| of the counted taps.
-    pub strain: Largest,
+    pub strain: Option<f64>,
 }
 
 /// Seconds of a run.
@@ -96,8 +96,8 @@ pub fn material_fit(spec: &Spec, c: Option<&Counts>) -> Value {
         "range": fit.range,
     });
     if let Some(c) = c {
-        value["largest_gauge_strain"] = json!(c.strain.get());
-        value["within_data_range"] = json!(c.strain.get().map(|e| fit.covers(e)));
+        value["largest_gauge_strain"] = json!(c.strain);
+        value["within_data_range"] = json!(c.strain.map(|e| fit.covers(e)));
     }
     value
 }

@@ -108,7 +108,7 @@ impl Body {
     pub fn reach(&self) -> f64 {
         let Root { k_theta, k_x, k_y } = self.built.root;
         let rigid = [k_theta, k_x, k_y].iter().all(|k| k.is_infinite());
-        let plain = self.built.inner.is_none() && self.is_straight() && rigid;
+        let plain = self.built.inner.is_none() && self.built.is_straight() && rigid;
         let Self { D, d, .. } = *self;
         match self.built.profile {
             Profile::Power(n) if plain && n == 1.0 => {
@@ -118,11 +118,6 @@ impl Body {
             }
             _ => self.length,
         }
-    }
-
-    /// True if the whisker is straight at rest.
-    pub fn is_straight(&self) -> bool {
-        self.built.curvature == [0.0; 2]
     }
 
     /// R(0), R(L_a), mm, and n of a diameter that is a power of the distance from the tip; `None` for cones and tables.
@@ -252,7 +247,8 @@ impl Body {
         if !surface {
             return DVec2::new(0.0, 1.0);
         }
-        let bend = if self.is_straight() { 1.0 } else { self.curvature(s) * self.radius(s, within) + 1.0 };
+        let bend =
+            if self.built.is_straight() { 1.0 } else { self.curvature(s) * self.radius(s, within) + 1.0 };
         DVec2::new(-self.slope(s, within) / bend, 1.0).normalize()
     }
 

@@ -63,7 +63,7 @@ impl Part {
     fn new(body: &Body, Place { s, within, end }: Place, weight: f64) -> Self {
         let section = body.section(s, within);
         let shares = [1.0 / section.bending, section.radius / section.bending, 1.0 / section.shear];
-        let square = match body.is_straight() {
+        let square = match body.built.is_straight() {
             true => DVec2::new(0.0, 1.0),
             false => DVec2::from_angle(body.rest_angle(s)).perp(),
         };

@@ -97,11 +97,6 @@ impl Channels {
         self.rows.iter().any(|row| row[3] != 0.0)
     }
 
-    /// True if a channel reads the moment.
-    pub fn read_moment(&self) -> bool {
-        self.rows.iter().any(|row| row[0] != 0.0)
-    }
-
     /// Readings of the wrench [M₀, F_x, F_y] and the strain; 0 beyond the last channel.
     pub fn read(&self, [moment, along, across]: [f64; 3], strain: f64) -> PerChannel {
         let mut all = [0.0; MOST_CHANNELS];

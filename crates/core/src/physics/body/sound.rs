@@ -22,7 +22,7 @@ impl Body {
 
     /// Reason why a pole (radius, mm) cannot press the resting whisker at arc `a`; `hub`: motor's axis behind the base, `None` if displaced.
     pub fn refuses(&self, a: f64, pole: f64, hub: Option<f64>) -> Option<&'static str> {
-        if self.is_straight() {
+        if self.built.is_straight() {
             return None;
         }
         let angle = self.rest_angle(a);

@@ -185,7 +185,7 @@ impl RodProblem<'_> {
     /// The rod bent by `force`, [P, T] in N, on the contact at the arc `arc`, mm; in `parts` equal parts. `None` if the material cannot bear it.
     pub fn bent(&self, arc: f64, force: [f64; 2], parts: u32) -> Option<BentRod> {
         let (held, start) = self.held();
-        let shooter = Shooter::with(&held, Grip::Stick, 1.0);
+        let shooter = Shooter::with(&held, Grip::Stick);
         let load = shooter.load(arc - start, force);
         let end = start.max(0.0);
         let (length, mut sections) = (arc - end, Vec::new());

@@ -85,7 +85,7 @@ impl<'a> Shooter<'a> {
     /// The unit of forces is that of linear theory at an amount of one.
     pub fn new(problem: &'a RodProblem<'a>, unknowns: Grip) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
-        let shooter = Self::with(problem, unknowns, 1.0);
+        let shooter = Self::with(problem, unknowns);
         let (e0, compliance) = (model.material.e0(), shooter.whisker.shear_compliance);
         let bending = 64.0 * a.powi(3) / (3.0 * PI * e0 * taper.D.powi(4) * (1.0 - taper.tau * a));
         let shear = 1.0 + 3.0 * e0 * taper.D * taper.D * compliance / (16.0 * a * a);
@@ -124,7 +124,7 @@ impl<'a> Shooter<'a> {
                     return Err(Status::NOT_CONVERGED);
                 }
                 // Behind a fold the Jacobian has the other sign; next to the clamp of a thick whisker lengths cancel, and nothing folds.
-                if self.problem.distance < NEXT_TO_CLAMP * self.whisker.taper.D {
+                if self.problem.distance < NEXT_TO_CLAMP * self.problem.taper.D {
                     return Ok((z, shot));
                 }
                 let determinant = jacobian.determinant();

@@ -6,11 +6,10 @@ use glam::DVec2;
 
 use super::RodProblem;
 use super::ode::{self, Slope};
-use crate::physics::body::Body;
 use crate::physics::section::{SectionLaw, SectionStrain};
-use crate::physics::solid::{Bonded, HALVED, Held, distorted};
+use crate::physics::solid::{Bonded, HALVED, distorted};
 use crate::physics::taper::Taper;
-use crate::scene::model::{Material, Side};
+use crate::scene::{Material, Model, Side};
 use crate::status::Status;
 
 /// A force on the end s = c of a rod, in the contact frame: origin at that end, d1 along it.
@@ -23,84 +22,57 @@ pub(super) struct EndLoad {
 }
 
 pub(super) struct Whisker<'a> {
-    pub taper: Taper,
-    pub body: Option<&'a Body>,
+    pub problem: &'a RodProblem<'a>,
     pub law: SectionLaw,
-    pub extension: bool,
     /// 1/(kG), 1/MPa; 0 without shear.
     pub shear_compliance: f64,
-    pub side: Side,
-    pub foil: Option<Bonded>,
-    pub skin: Option<Skin>,
-}
-
-pub(super) struct Skin {
-    pub taper: Taper,
-    pub start: f64,
-    pub modulus: f64,
-    /// Loss on both sides, in (κR)².
-    pub halved: f64,
-}
-
-impl Skin {
-    pub fn new(problem: &RodProblem<'_>) -> Option<Self> {
-        let model = problem.model;
-        let (taper, start) = Self::whisker(problem);
-        model.distorting.then(|| Self {
-            taper,
-            start,
-            modulus: model.material.e0(),
-            halved: if !matches!(model.material, Material::Hooke(_)) { HALVED } else { 0.0 },
-        })
-    }
-
-    pub fn whisker(problem: &RodProblem<'_>) -> (Taper, f64) {
-        let (c0, taper) = (Held::new(problem.model).c0, problem.taper);
-        // D' = D − 2 tan α c₀ D.
-        let start = c0 * taper.D / (1.0 - taper.tan_alpha * 2.0 * c0);
-        (taper.from(-start), start)
-    }
-
-    /// Strain of the skin on the contact side (`sign` 1) or the far side (−1) at `s`, under the rod's strain and shear force, N.
-    #[inline(always)]
-    fn strain(&self, s: f64, strain: SectionStrain, shear: f64, sign: f64) -> f64 {
-        let [bending, by_shear] = distorted(&self.taper, self.modulus, s + self.start);
-        strain.axial
-            - (strain.bending * bending + shear * by_shear) * sign
-            - strain.bending * self.halved * strain.bending
-    }
+    /// The cone from the face of its clamp, and where the rod begins on it, mm.
+    pub whole: (Taper, f64),
 }
 
 impl Whisker<'_> {
+    /// Strain of the skin on the contact side (`sign` 1) or the far side (−1) at `s`, under the rod's strain and shear force, N.
+    #[inline(always)]
+    fn skin(&self, s: f64, strain: SectionStrain, shear: f64, sign: f64) -> f64 {
+        let ((taper, start), material) = (&self.whole, &self.problem.model.material);
+        let [bending, by_shear] = distorted(taper, material.e0(), s + start);
+        // Loss on both sides, in (κR)².
+        let halved = if matches!(material, Material::Hooke(_)) { 0.0 } else { HALVED };
+        strain.axial
+            - (strain.bending * bending + shear * by_shear) * sign
+            - strain.bending * halved * strain.bending
+    }
+
     #[inline(always)]
     fn strain(&self, (s, within): (f64, f64), axial: f64, moment: f64) -> Option<(f64, SectionStrain)> {
-        if let Some(body) = self.body.filter(|body| body.built.inner.is_some()) {
+        let RodProblem { taper, body, model: Model { extension, .. }, .. } = self.problem;
+        if let Some(body) = body.filter(|body| body.built.inner.is_some()) {
             let section = body.section(s, within);
-            let axial = if self.extension { axial / section.axial } else { 0.0 };
+            let axial = if *extension { axial / section.axial } else { 0.0 };
             let bending = moment * section.radius / section.bending;
             return Some((section.radius, SectionStrain { axial, bending }));
         }
-        let r = self.body.map_or_else(|| self.taper.radius(s), |body| body.radius(s, within));
-        let n = if self.extension { axial / (r * r) } else { 0.0 };
+        let r = body.map_or_else(|| taper.radius(s), |body| body.radius(s, within));
+        let n = if *extension { axial / (r * r) } else { 0.0 };
         let m = moment / (r * r * r);
         Some((r, self.law.deform(n, m)?))
     }
 
     /// Places where sections change suddenly, ascending.
     fn edges(&self) -> Vec<f64> {
-        let foil = self.foil.iter().flat_map(|foil| foil.span);
-        self.body.iter().flat_map(|body| body.knots()).copied().chain(foil).collect()
+        let foil = self.problem.foil.iter().flat_map(|foil| foil.span);
+        self.problem.body.iter().flat_map(|body| body.knots()).copied().chain(foil).collect()
     }
 
     /// Factor of the curvature on the piece, between [edges](Self::edges), that holds `within`.
     pub fn bends(&self, within: f64) -> f64 {
         let inside = |foil: &Bonded| foil.span[0] < within && within < foil.span[1];
-        self.foil.filter(inside).map_or(1.0, |foil| 1.0 - foil.stiffening)
+        self.problem.foil.filter(inside).map_or(1.0, |foil| 1.0 - foil.stiffening)
     }
 }
 
 /// The rod between its end and a section at the distance σ = c − s from it, in the contact frame.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Bent {
     pub angle: f64,
     /// r(s) + (σ, 0), mm: the position without its straight part, so that a small deflection keeps its digits.
@@ -130,18 +102,19 @@ impl EndLoad {
         let [axial, shear, moment] = self.resultants(sigma, &bent);
         let s = self.arc - sigma;
         let (r, strain) = rod.strain((s, within), axial, moment)?;
-        let sign = if rod.side == Side::Far { -1.0 } else { 1.0 };
-        let fibre = match &rod.skin {
-            Some(skin) => skin.strain(s, strain, shear, sign),
-            None => strain.axial - strain.bending * sign,
+        let RodProblem { side, model, body, .. } = *rod.problem;
+        let sign = if side == Side::Far { -1.0 } else { 1.0 };
+        let fibre = match model.distorting {
+            true => rod.skin(s, strain, shear, sign),
+            false => strain.axial - strain.bending * sign,
         };
-        let slide = match rod.body {
+        let slide = match body {
             _ if rod.shear_compliance == 0.0 => 0.0,
             Some(body) => shear / body.section(s, within).shear,
             None => shear * rod.shear_compliance / (r * PI * r),
         };
-        let stretch = if rod.extension { strain.axial } else { 0.0 };
-        let rest = rod.body.map_or(0.0, |body| body.curvature(s));
+        let stretch = if model.extension { strain.axial } else { 0.0 };
+        let rest = body.map_or(0.0, |body| body.curvature(s));
         let (sin, cos) = bent.angle.sin_cos();
         // 1 − cos ψ without loss of digits.
         let versine = if cos > 0.0 { sin * sin / (cos + 1.0) } else { 1.0 - cos };
@@ -200,7 +173,7 @@ impl EndLoad {
 
     pub fn bend(&self, rod: &Whisker<'_>, gauge: [f64; 2]) -> Result<Bent, Status> {
         let [x1, x2] = gauge.map(|x| x.max(0.0).min(self.arc));
-        let beyond = self.carry(rod, false, Bent::unbent(), 0.0, self.arc - x2)?;
+        let beyond = self.carry(rod, false, Bent::default(), 0.0, self.arc - x2)?;
         let under = self.carry(rod, true, beyond, self.arc - x2, x2 - x1)?;
         self.carry(rod, false, under, self.arc - x1, x1)
     }
@@ -213,7 +186,7 @@ impl EndLoad {
         parts: u32,
         mut see: impl FnMut(u32, &Bent, SectionStrain) -> bool,
     ) -> Result<(bool, Bent), Status> {
-        let (part, mut bent) = (length / f64::from(parts), Bent::unbent());
+        let (part, mut bent) = (length / f64::from(parts), Bent::default());
         for i in 0..=parts {
             let sigma = part * f64::from(i);
             if i > 0 {
@@ -227,12 +200,6 @@ impl EndLoad {
             }
         }
         Ok((true, bent))
-    }
-}
-
-impl Bent {
-    fn unbent() -> Self {
-        Self::from([0.0; 4])
     }
 }
 

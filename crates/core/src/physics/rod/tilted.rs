@@ -91,7 +91,7 @@ impl RodProblem<'_> {
     fn axial(&self, tap: &RodTap) -> f64 {
         let side = if self.side == Side::Contact { Side::Far } else { Side::Contact };
         let mirrored = Self { side, ..*self };
-        let shooter = Shooter::with(&mirrored, Grip::Stick, 1.0);
+        let shooter = Shooter::with(&mirrored, Grip::Stick);
         let load = shooter.load(tap.contact_arc, [tap.normal_force, tap.tangential_force]);
         let [x1, x2] = self.gauge;
         let strain = |bent: Bent| 0.5 * (tap.strain + bent.elongation / (x2 - x1));

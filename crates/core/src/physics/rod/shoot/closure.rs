@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::super::RodProblem;
-use super::super::statics::{Bent, EndLoad, Skin, Whisker};
+use super::super::statics::{Bent, EndLoad, Whisker};
 use super::{Shooter, Shot};
 use crate::physics::body::Touched;
 use crate::physics::section::SectionLaw;
@@ -24,7 +24,7 @@ const FLAT: f64 = 1e-9;
 type Rod = (EndLoad, Bent);
 
 impl<'a> Shooter<'a> {
-    pub fn with(problem: &'a RodProblem<'a>, unknowns: Grip, force: f64) -> Self {
+    pub fn with(problem: &'a RodProblem<'a>, unknowns: Grip) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
         let (hub, unit) = match problem.drive {
             Drive::Angle => (problem.hub, 1.0),
@@ -37,26 +37,25 @@ impl<'a> Shooter<'a> {
                 Touched { height, tilt: DVec2::new(sin, cos), angle: 0.0, place: DVec2::new(a, 0.0) }
             }
         };
-        let (whole, behind) = Skin::whisker(problem);
+        // D' = D − 2 tan α c₀ D.
+        let held = Held::new(model);
+        let behind = held.c0 * taper.D / (1.0 - taper.tan_alpha * 2.0 * held.c0);
+        let whole = taper.from(-behind);
         Self {
             problem,
             unknowns,
             whisker: Whisker {
-                taper,
-                body,
+                problem,
                 law: SectionLaw::new(&model.material),
-                extension: model.extension,
-                shear_compliance: Held::new(model).shear_compliance(model),
-                side: problem.side,
-                foil: problem.foil,
-                skin: Skin::new(problem),
+                shear_compliance: held.shear_compliance(model),
+                whole: (whole, behind),
             },
             soft: Soft::new(model, &whole, a + behind),
             lever: a + hub,
             touched,
             hub,
             unit,
-            force,
+            force: 1.0,
         }
     }
 
@@ -171,7 +170,7 @@ impl<'a> Shooter<'a> {
         let (moved, angle) = self.base(load, bent);
         let angle = -angle;
         let moved = DVec2::from_angle(angle).rotate(moved) - bent.offset;
-        if body.is_some_and(|body| !body.is_straight()) {
+        if body.is_some_and(|body| !body.built.is_straight()) {
             let centre = load.point + self.tilt(load.arc) * model.pole_radius + DVec2::new(load.arc, 0.0);
             let hub = DVec2::new(self.hub, 0.0);
             let begun = self.touched.pole(model.pole_radius) + hub - DVec2::new(0.0, lift);
