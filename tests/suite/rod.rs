@@ -62,7 +62,7 @@ fn cantilever(length: f64, taper: Taper, modulus: f64, load: DVec2) -> (f64, DVe
         (before, now) = (now, now - lack_now * (now - before) / (lack_now - lack_before));
     }
     let rod = bent(now);
-    (now, DVec2::from_angle(-rod.angle).rotate(-DVec2::from(rod.place)))
+    (now, DVec2::from_angle(-rod.angle).rotate(-rod.place))
 }
 
 #[test]

@@ -88,17 +88,14 @@ impl Contact {
             let beside = |m: Option<usize>| m.and_then(|m| values.get(m)).is_none_or(|v| *v <= values[k]);
             beside(k.checked_sub(1)) && beside(Some(k + 1)) && values[k] > 0.0
         };
-        let mut found: Vec<(f64, f64, Fit)> = (0..GRID)
-            .filter(|&k| peak(k))
-            .filter_map(|k| self.refine(&at, &y, k))
-            .map(|(a, fit)| (fit.misfit, a, fit))
-            .collect();
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((misfit, a, fit)) = found.first().copied() else { return Estimated::NO_ROOT };
+        let refined = |k: usize| self.refine(&at, &y, k);
+        let mut found: Vec<(f64, Fit)> = (0..GRID).filter(|&k| peak(k)).filter_map(refined).collect();
+        found.sort_by(|(_, one), (_, other)| one.misfit.total_cmp(&other.misfit));
+        let Some((a, fit)) = found.first().copied() else { return Estimated::NO_ROOT };
         let noisy = self.channels.covariance.is_some();
         let apart = |b: f64| (b - a).abs() > 1e-3 * a;
         let twice =
-            noisy && found.iter().any(|(other, b, _)| other - misfit < ALIKE && apart(*b) && interesting(*b));
+            noisy && found.iter().any(|(b, f)| f.misfit - fit.misfit < ALIKE && apart(*b) && interesting(*b));
         Estimated {
             distance: a,
             sigma: if noisy { fit.sigma } else { 0.0 },

@@ -224,10 +224,7 @@ pub fn is_tap(kind: Drive, t: &Tuple) -> bool {
 /// θ in rad, or δ in mm; only this function and [`radians`] convert angles of users.
 #[inline]
 pub fn amount(kind: Drive, drive: f64) -> f64 {
-    match kind {
-        Drive::Angle => drive.to_radians(),
-        Drive::Displacement => drive,
-    }
+    if kind == Drive::Angle { drive.to_radians() } else { drive }
 }
 
 /// Tilt β and lean γ in rad.

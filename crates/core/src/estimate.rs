@@ -49,10 +49,8 @@ impl<'a> Estimator<'a> {
     /// `reach`: smallest and largest distance asked of this design, mm.
     pub fn new(setup: &Setup, shared: &'a Shared, reach: [f64; 2]) -> Self {
         let [lo, hi] = setup.estimate.range.unwrap_or(reach);
-        let k_unit = match setup.estimate.convention {
-            Convention::Mean => 1.0,
-            Convention::Elongation => shared.gauge[1] - shared.gauge[0],
-        };
+        let [x1, x2] = shared.gauge;
+        let k_unit = if setup.estimate.convention == Convention::Mean { 1.0 } else { x2 - x1 };
         Self {
             shared,
             noise: setup.gauge.noise_strain.unwrap_or(0.0),

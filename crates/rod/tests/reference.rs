@@ -1,7 +1,7 @@
 //! Taps of whiskers of every kind, compared with the reference.
 
 use vibrissa_core::physics::body::Body;
-use vibrissa_core::physics::pole::Pole;
+use vibrissa_core::physics::pole::{self, Pole};
 use vibrissa_core::physics::rod::RodProblem;
 use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::built::{Built, Inner, Profile, Root};
@@ -169,10 +169,10 @@ fn tilted_poles() {
                 let Ok(known) = problem.solve_tilted([*tilt, *lean]) else { continue };
                 let pole = Pole::new(&taper, &model, (drive, 4.0), [*tilt, *lean], (a, amount));
                 let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
-                let azimuth = pole.azimuth(alpha).expect("a plane");
+                let azimuth = pole::azimuth(pole.along, alpha).expect("a plane");
                 let planar = pole.planar(azimuth).expect("a pole that can be touched");
                 let rod = Rod::cone(&taper, [3.2, model.nu], gauge, None);
-                let seen = Some(Tilt { pole, azimuth });
+                let seen = Some(Tilt { point: pole.point, along: pole.along, azimuth });
                 let tap = tap(&rod, (planar.distance, planar.angle), &model, seen);
                 let found =
                     solve(&[tap], Effects::of(&model, Side::Contact, false), TOLERANCE, chart.as_ref())[0];
@@ -181,13 +181,13 @@ fn tilted_poles() {
                     continue;
                 }
                 told += 1;
-                let phi = pole.azimuth(found.turned + alpha).expect("a plane");
+                let phi = pole::azimuth(pole.along, found.turned + alpha).expect("a plane");
                 let bending = found.strain - found.axial;
                 let apart = [
                     (found.axial + bending * phi.cos()) / known.tap.strain - 1.0,
                     (found.axial + bending * phi.sin() - known.strain_2) / known.tap.strain,
                     phi - known.azimuth,
-                    (pole.slide(phi) - known.slide) / a,
+                    (pole::slide(pole.point, pole.along, phi) - known.slide) / a,
                     (found.arc - known.tap.contact_arc) / a,
                     found.normal / known.tap.normal_force - 1.0,
                 ];

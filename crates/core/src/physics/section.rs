@@ -85,15 +85,6 @@ impl SectionLaw {
         Self::Hyperelastic(Hyperelastic(coefficients))
     }
 
-    /// Young's modulus of small strains, MPa.
-    #[inline(always)]
-    pub fn modulus(&self) -> f64 {
-        match self {
-            Self::Linear(e) => *e,
-            Self::Hyperelastic(Hyperelastic([c10, c01, ..])) => (*c10 + *c01) * 6.0,
-        }
-    }
-
     /// True if the law is linear, hence without a range of validity.
     pub fn is_linear(&self) -> bool {
         matches!(self, Self::Linear(_))

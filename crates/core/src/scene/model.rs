@@ -43,10 +43,7 @@ words! {
 impl Drive {
     /// Column name in every table.
     pub fn column(self) -> &'static str {
-        match self {
-            Self::Angle => "theta_deg",
-            Self::Displacement => "delta_mm",
-        }
+        if self == Self::Angle { "theta_deg" } else { "delta_mm" }
     }
 }
 

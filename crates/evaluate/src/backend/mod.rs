@@ -252,14 +252,12 @@ impl Choice {
 }
 
 fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputError> {
-    let (default, least) = match precision {
-        Precision::F32 => (1e-5, smallest_tolerance(precision)),
-        Precision::F64 => (1e-8, smallest_tolerance(precision)),
-    };
+    let (single, least) = (precision == Precision::F32, smallest_tolerance(precision));
+    let default = if single { 1e-5 } else { 1e-8 };
     let t = options.tolerance.unwrap_or(default);
     let reference = options.backend == Some(BackendChoice::Reference);
     if !reference && !(least..1.0).contains(&t) {
-        let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-10" } else { "" };
+        let hint = if single { "; --precision f64 reaches 1e-10" } else { "" };
         let error =
             InputError::new("this precision cannot keep such a tolerance").key("--tolerance").value(t);
         return Err(error.allowed(format!("{least:e} … 1 (exclusive){hint}")));

@@ -9,7 +9,6 @@ use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Task};
 use crate::physics::chebyshev::{matrix, placed, points};
-use crate::physics::linear::StrainCurve;
 use crate::scene::{Direction, Geometry, Setup, Theory};
 
 use super::{Curve, LOOKS, NODES, Piece, Ratio, look};
@@ -128,9 +127,13 @@ impl<'w, 'a> Work<'w, 'a> {
 
     fn curves(self) -> Vec<Option<Curve>> {
         let Self { setup, designs, asks, pieces, .. } = self;
-        let made = |(ask, pieces): (&Ask, Vec<Piece>)| {
+        let made = |(ask, mut pieces): (&Ask, Vec<Piece>)| {
             let shared = designs[ask.design as usize].shared.as_ref().filter(|_| !pieces.is_empty())?;
-            Some(curve(shared.model.clone(), amount(setup.drive, ask.drive), pieces))
+            let (of, amount) = (shared.model.clone(), amount(setup.drive, ask.drive));
+            pieces.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
+            let f = |p: &Piece| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0);
+            let f: Vec<[f64; LOOKS + 1]> = pieces.iter().map(f).collect();
+            Some(Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0))
         };
         asks.par_iter().zip(pieces).map(made).collect()
     }
@@ -246,13 +249,6 @@ fn smooth(transform: &[Vec<f64>], tolerance: f64, ratios: &[f64]) -> Option<Vec<
     let heard = c.iter().rposition(|c| c.abs() > NOISE * tolerance * size).unwrap_or(0);
     c.truncate(heard + 1);
     Some(c)
-}
-
-fn curve(of: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Curve {
-    pieces.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
-    let f: Vec<[f64; LOOKS + 1]> =
-        pieces.iter().map(|p| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0)).collect();
-    Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0)
 }
 
 /// Ends of the first pieces of the curve of `design`, mm, falling; a little beyond the request, as a polynomial's slopes are poor at its ends.

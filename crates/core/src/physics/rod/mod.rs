@@ -21,7 +21,7 @@ pub use tilted::TiltedTap;
 const RANGE_PARTS: u32 = 64;
 
 /// Outputs of gauge and contact of one tap.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RodTap {
     /// Mean strain over the gauge, tension positive.
     pub strain: f64,
@@ -94,13 +94,10 @@ impl RodProblem<'_> {
     fn tap(&self) -> Result<RodTap, Status> {
         if self.amount == 0.0 {
             return Ok(RodTap {
-                strain: 0.0,
-                normal_force: 0.0,
-                tangential_force: 0.0,
                 contact_arc: self.distance,
                 sticking: self.model.contact != Contact::Frictionless,
                 base_angle: self.body.map_or(0.0, |body| -body.rest_angle(self.distance)),
-                wrench: [0.0; 3],
+                ..RodTap::default()
             });
         }
         match self.model.contact {
