@@ -14,10 +14,8 @@ use vibrissa_learned::suspects::{Suspect, sound};
 use super::Reason;
 use crate::error::{Error, InputError};
 use crate::estimator::learned::{EVERYWHERE, Learnt, whisker};
-use crate::estimator::taps::Sorted;
-use crate::estimator::{Exact, Parameter};
-use crate::measure::Data;
-use crate::measure::group::rounding;
+use crate::estimator::{Exact, Parameter, taps::Sorted};
+use crate::measure::{Data, group::rounding};
 use crate::scene::Drive;
 
 /// Standard deviations by which readings at an end stop are below the expected ones.

@@ -5,14 +5,11 @@ use nalgebra::{DMatrix, DVector};
 use super::{Calibrated, Reason};
 use crate::curve::both;
 use crate::error::{Error, InputError};
-use crate::estimator::least;
 use crate::estimator::taps::{Tap, ZeroReading};
-use crate::estimator::{Extent, ModelError, Opener, Values};
+use crate::estimator::{Extent, ModelError, Opener, Values, least};
 use crate::evaluate::Task;
-use crate::locate::calibration::Second;
-use crate::locate::pair::Pair;
-use crate::measure::Data;
-use crate::measure::zero::Zero;
+use crate::locate::{calibration::Second, pair::Pair};
+use crate::measure::{Data, Zero};
 
 /// Iterations for the strain of the centreline, which depends on the factor.
 const ROUNDS: usize = 8;

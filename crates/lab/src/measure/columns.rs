@@ -1,9 +1,7 @@
 //! Finds the columns of a file by their names, or as `--columns` says.
 
-use super::Unit;
-use super::file::Row;
-use super::group::Groups;
 use super::names::{DISTANCE, Names, Role, meant};
+use super::{Groups, Row, Unit};
 use crate::error::InputError;
 use crate::reduce::distinct;
 use crate::scene::Drive;
@@ -35,9 +33,7 @@ pub struct Columns {
 
 impl Columns {
     /// Finds the columns among the header's `names`, with the user's names in `said`; of two drives takes `kind`.
-    ///
-    /// # Errors
-    /// A missing, doubled or contradicting column; a name like that of a drive.
+    /// Errors: A missing, doubled or contradicting column; a name like that of a drive.
     pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
         for (role, name) in &said.said {
             if !names.contains(name) {

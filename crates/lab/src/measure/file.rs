@@ -2,17 +2,15 @@
 
 use std::path::Path;
 
-use super::Unit;
 use super::columns::{Columns, Others, all_names, followed, missing};
-use super::group::rounded;
-use super::header::Sheet;
 use super::missing::{self, Missing};
 pub use super::names::{DISTANCE, Names};
 use super::time::{Runs, forward, seconds};
+use super::{Unit, group::rounded, header::Sheet};
 use crate::error::InputError;
 use crate::fields::Decimals;
 use crate::scene::Drive;
-use crate::sink::lab::LabTable;
+use crate::sink::LabTable;
 use crate::text_file::{Limit, TextFile};
 
 /// One line of a data file; NaN for a missing value.
@@ -94,9 +92,7 @@ impl Data {
     }
 
     /// The largest distance, mm.
-    ///
-    /// # Errors
-    /// No distance > 0.
+    /// Errors: No distance > 0.
     pub fn furthest(&self) -> Result<f64, InputError> {
         let furthest = self.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
         let error = || InputError::new("no row has a distance > 0").at(&self.file, None).key("a_mm");
@@ -104,9 +100,7 @@ impl Data {
     }
 
     /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// A missing file, no CSV; missing, doubled or contradicting columns; a field that is not a number. Empty, `NaN` and `inf` are missing values.
+    /// Errors: A missing file, no CSV; missing, doubled or contradicting columns; a field that is not a number. Empty, `NaN` and `inf` are missing values.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         Self::parse(&path.display().to_string(), &Self::load(path)?)
     }

@@ -1,7 +1,6 @@
 //! The sensor's zero: rows without contact (drive 0, or before contact where the drive has its own zero), joined by straight lines in file order.
 
-use super::group::Groups;
-use super::{Data, Row};
+use super::{Data, Groups, Row};
 use crate::reduce::median;
 use serde::{Deserialize, Serialize};
 

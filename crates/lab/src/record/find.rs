@@ -51,14 +51,10 @@ pub struct Reading {
 
 /// Rests and contacts of `record` in the order of time.
 pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputError> {
-    if let Some((kind, drives)) = &record.drive
-        && drives.iter().all(|d| *d == 0.0)
-    {
-        let error = InputError::new("this drive is 0 throughout, so that it says of no tap")
-            .at(record.file.clone(), None);
-        return Err(error
-            .key(kind.column())
-            .allowed("the drive of each sample; --columns ignore=NAME leaves it out"));
+    if let Some((kind, _)) = record.drive.as_ref().filter(|(_, drives)| drives.iter().all(|d| *d == 0.0)) {
+        let error = InputError::new("this drive is 0 throughout, so that it says of no tap");
+        let error = error.at(record.file.clone(), None).key(kind.column());
+        return Err(error.allowed("the drive of each sample; --columns ignore=NAME leaves it out"));
     }
     let rest = rest(record);
     let fault = |message: &str, value: String, allowed: &str| {

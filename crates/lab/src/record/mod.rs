@@ -12,11 +12,8 @@ pub use find::{Kind, Reading, Take, find};
 use crate::error::InputError;
 use crate::fields::Decimals;
 use crate::locate::object::NAME as OBJECT;
-use crate::measure::Unit;
-use crate::measure::columns::Columns;
-use crate::measure::header::Sheet;
 use crate::measure::names::{DISTANCE, Names, TILT};
-use crate::measure::time::seconds;
+use crate::measure::{Unit, columns::Columns, header::Sheet, time::seconds};
 use crate::scene::Drive;
 use crate::sink::lab::LabTable;
 

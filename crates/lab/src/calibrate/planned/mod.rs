@@ -14,9 +14,7 @@ use vibrissa_learned::curve::Spread;
 use vibrissa_learned::plan::{Ask, Planner, Tap};
 
 use crate::error::{Error, InputError};
-use crate::estimator::learned::whisker;
-use crate::estimator::parameter::spec_values;
-use crate::estimator::{Exact, Extent, Opener};
+use crate::estimator::{Exact, Extent, Opener, learned::whisker, parameter::spec_values};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
 
@@ -91,26 +89,16 @@ impl Planned {
         fits.map(|(_, sigma)| *sigma).min_by(f64::total_cmp)
     }
 
-    /// Positions in use, mm, with the number of taps at each.
-    pub fn positions(&self) -> Vec<(f64, usize)> {
-        self.used(0, &self.distances)
-    }
-
-    /// Drives in use, with the number of taps at each.
-    pub fn by_drive(&self) -> Vec<(f64, usize)> {
-        self.used(1, &self.drives)
-    }
-
-    fn used(&self, axis: usize, values: &[f64]) -> Vec<(f64, usize)> {
+    /// Positions in use, mm (`axis` 0), or drives (1), with the number of taps at each.
+    pub fn used(&self, axis: usize) -> Vec<(f64, usize)> {
+        let values = if axis == 0 { &self.distances } else { &self.drives };
         let count = |i: usize| self.taps.iter().filter(|t| t[axis] == i).count();
         values.iter().enumerate().map(|(i, x)| (*x, count(i))).filter(|(_, n)| *n > 0).collect()
     }
 }
 
 /// Plans the calibration of `rig` within the axes of `space`.
-///
-/// # Errors
-/// A spec without noise, with one distance, or with taps beyond the gauge's limit; a model without solution; an unreachable error.
+/// Errors: A spec without noise, with one distance, or with taps beyond the gauge's limit; a model without solution; an unreachable error.
 pub fn plan(
     rig: &Rig,
     space: &Space,
