@@ -258,11 +258,10 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
 pub fn text(learnt: &Learnt, kind: Drive) -> Vec<String> {
     let numbers = numbers(learnt, kind);
     let told = numbers.iter().filter(|n| n.name != "zero" || !learnt.zero_read);
-    let mut lines: Vec<String> = told
-        .map(|n| {
-            format!("learned {:<13} {:.6e} ± {:.1e} {}", n.name, n.value, 2.0 * n.standard_error, n.unit)
-        })
-        .collect();
+    let number = |Number { name, value, standard_error: sd, unit, .. }: &Number| {
+        format!("learned {name:<13} {value:.6e} ± {:.1e} {unit}", 2.0 * sd)
+    };
+    let mut lines: Vec<String> = told.map(number).collect();
     let shares = budget(learnt).into_iter().filter(|(_, share)| *share > 0.0);
     let shares: Vec<String> = shares.map(|(name, share)| format!("{name} {:.2} %", 100.0 * share)).collect();
     lines.push(format!("σ of a reading in the middle, in shares of its signal: {}", shares.join(", ")));

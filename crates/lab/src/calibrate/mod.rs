@@ -39,7 +39,6 @@ use crate::locate::{Parameter, opener};
 use crate::measure::{Data, Groups, Lag, Rig, Zero, columns::may_drive, counts, unit};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
-use prepare::Prepared;
 
 const ROUNDS: usize = 5;
 
@@ -116,7 +115,13 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     let data = folded.as_ref().unwrap_or(data);
     check(data, &rig, options)?;
-    missing(data, &mut warnings);
+    let mut missing = std::collections::BTreeMap::<String, Vec<usize>>::new();
+    for m in &data.missing {
+        missing.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line);
+    }
+    warnings.extend(missing.into_iter().map(|(value, lines)| {
+        format!("{file}: {value} stands for no value and is not used (lines {})", named(&lines))
+    }));
     if let Some(k) = rig.setup.estimate.k.take().map(plain) {
         warnings.push(format!("estimate.K = {k} of the spec has no meaning here: K̄ comes from the data"));
     }
@@ -151,7 +156,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     rig.setup.gauge.noise_strain = Some(noise);
     let each = |side| side::calibrate((data, &rig, &prepared), side, noise, &options.fit, &open);
     let results = sides.into_iter().map(each).collect::<Result<Vec<_>, _>>()?;
-    let Prepared { rows, recorded, .. } = prepared;
+    let (rows, recorded) = (prepared.rows, prepared.recorded);
     let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let knows = |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < s.span());
     if !results.iter().all(knows) {
@@ -201,16 +206,6 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     found.calibration.estimator = name.to_owned();
     Ok(found)
-}
-
-fn missing(data: &Data, warnings: &mut Vec<String>) {
-    let mut all = std::collections::BTreeMap::<String, Vec<usize>>::new();
-    for m in &data.missing {
-        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line);
-    }
-    warnings.extend(all.into_iter().map(|(value, lines)| {
-        format!("{}: {value} stands for no value and is not used (lines {})", data.file, named(&lines))
-    }));
 }
 
 fn named(lines: &[usize]) -> String {

@@ -28,10 +28,7 @@ impl Strokes {
             starts.extend(around(&table, object.centre())?);
         }
         if starts.is_empty() {
-            let error = match file.needs("start") {
-                Ok(list) => list.error("there is no start"),
-                Err(missing) => missing,
-            };
+            let error = file.needs("start").map_or_else(|e| e, |list| list.error("there is no start"));
             return Err(error.key("start").allowed("[[start]] x, y, heading, or [around] starts, distance"));
         }
         Ok(Self { object, starts, touch_noise, files: curve.into_iter().collect() })

@@ -46,14 +46,13 @@ impl Columns {
         }
         let roles: Vec<Option<Role>> = names.iter().map(|n| said.role(n)).collect();
         let once = |wanted: Role| {
-            let mut places = (0..names.len()).filter(|&i| roles[i] == Some(wanted));
-            let first = places.next();
-            match (first, places.next()) {
-                (Some(place), Some(_)) => {
+            let places: Vec<usize> = (0..names.len()).filter(|&i| roles[i] == Some(wanted)).collect();
+            match places[..] {
+                [place, _, ..] => {
                     let error = InputError::new("this column appears twice").key(&names[place]);
                     Err(error.allowed("each column once"))
                 }
-                _ => Ok(first),
+                _ => Ok(places.first().copied()),
             }
         };
         let a = once(Role::Distance)?;
@@ -80,10 +79,7 @@ impl Columns {
         }
         let signal = match signals.as_slice() {
             [one] => *one,
-            [] => match &said.channel {
-                Some(channel) => return Err(channel.missing(names)),
-                None => return Err(no_signal(names)),
-            },
+            [] => return Err(said.channel.as_ref().map_or_else(|| no_signal(names), |c| c.missing(names))),
             several => {
                 let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
                 let error =

@@ -79,14 +79,12 @@ impl Data {
     /// A copy with distances, drives and tilts freed of rounding, so that they can be compared; `as_they_are` excludes distances or drives.
     pub fn rounded(&self, as_they_are: [bool; 2]) -> Self {
         let mut data = self.clone();
-        let column = |f: fn(&Row) -> f64| rounded(&self.rows.iter().map(f).collect::<Vec<_>>());
         let tilts = rounded(&self.beside.values.iter().map(|v| v[1]).collect::<Vec<_>>());
         data.beside.values.iter_mut().zip(tilts).for_each(|(v, tilt)| v[1] = tilt);
-        if !as_they_are[0] {
-            data.rows.iter_mut().zip(column(|r| r.a)).for_each(|(r, a)| r.a = a);
-        }
-        if !as_they_are[1] {
-            data.rows.iter_mut().zip(column(|r| r.drive)).for_each(|(r, drive)| r.drive = drive);
+        let labels: [fn(&mut Row) -> &mut f64; 2] = [|r| &mut r.a, |r| &mut r.drive];
+        for (label, _) in labels.into_iter().zip(as_they_are).filter(|(_, as_it_is)| !as_it_is) {
+            let values = rounded(&data.rows.iter_mut().map(|r| *label(r)).collect::<Vec<_>>());
+            data.rows.iter_mut().zip(values).for_each(|(r, x)| *label(r) = x);
         }
         data
     }

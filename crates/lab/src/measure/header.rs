@@ -120,14 +120,12 @@ impl<'a> Sheet<'a> {
 
 /// Refuses a `comment` that names other columns than `names`.
 pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Names) -> Result<(), InputError> {
-    match named(comment, row, said) {
-        Some(other) if other != names => {
-            let message = "this comment names other columns than the rows before it have";
-            let error = InputError::new(message).value(comment).allowed(names.join(","));
-            Err(InputError { line: Some(line), ..error })
-        }
-        _ => Ok(()),
+    if named(comment, row, said).is_none_or(|other| other == names) {
+        return Ok(());
     }
+    let message = "this comment names other columns than the rows before it have";
+    let error = InputError::new(message).value(comment).allowed(names.join(","));
+    Err(InputError { line: Some(line), ..error })
 }
 
 /// Line of the names before the first three rows of numbers.
@@ -225,10 +223,9 @@ impl Thousands {
                 continue;
             }
             grouped |= three;
-            match three {
-                true if column.marked[k].is_none() => column.marked[k] = Some((line, field.to_string())),
-                true => {}
-                false => self.decimal[k] = true,
+            self.decimal[k] |= !three;
+            if three {
+                column.marked[k].get_or_insert_with(|| (line, field.to_string()));
             }
             // With commas as separators, a comma within quotes is hardly a decimal mark.
             column.plain |= MARKS[k] == separator;

@@ -109,23 +109,21 @@ impl Zero {
     /// readings, one is an outlier if the others agree.
     pub fn outliers(readings: &[(usize, f64)], scale: f64) -> Vec<usize> {
         if readings.len() < 5 {
-            let middle = crate::reduce::median(&mut readings.iter().map(|r| r.1).collect::<Vec<_>>());
-            let mut by_size: Vec<(usize, f64)> =
-                readings.iter().map(|r| (r.0, (r.1 - middle).abs())).collect();
-            by_size.sort_by(|p, q| q.1.total_cmp(&p.1));
-            return match by_size[..] {
+            let middle = median(&mut readings.iter().map(|r| r.1).collect::<Vec<_>>());
+            let mut off: Vec<(usize, f64)> = readings.iter().map(|r| (r.0, (r.1 - middle).abs())).collect();
+            off.sort_by(|p, q| q.1.total_cmp(&p.1));
+            return match off[..] {
                 [(place, off), (_, next), _, ..] if off > 0.1 * scale && next < TOGETHER * off => vec![place],
                 _ => Vec::new(),
             };
         }
-        let off: Vec<f64> = (0..readings.len())
-            .map(|i| {
-                let from = i.saturating_sub(2).min(readings.len() - 5);
-                let mut near: Vec<f64> = readings[from..from + 5].iter().map(|r| r.1).collect();
-                (readings[i].1 - crate::reduce::median(&mut near)).abs()
-            })
-            .collect();
-        let usual = crate::reduce::median(&mut off.clone());
+        let off = |i: usize| {
+            let from = i.saturating_sub(2).min(readings.len() - 5);
+            let mut near: Vec<f64> = readings[from..from + 5].iter().map(|r| r.1).collect();
+            (readings[i].1 - median(&mut near)).abs()
+        };
+        let off: Vec<f64> = (0..readings.len()).map(off).collect();
+        let usual = median(&mut off.clone());
         let far = |&i: &usize| off[i] > 8.0 * 1.4826 * usual && off[i] > 0.1 * scale;
         (0..readings.len()).filter(far).map(|i| readings[i].0).collect()
     }

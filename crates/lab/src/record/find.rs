@@ -57,8 +57,9 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
         return Err(error.allowed("the drive of each sample; --columns ignore=NAME leaves it out"));
     }
     let rest = rest(record);
-    let fault = |message: &str, value: String, allowed: &str| {
-        InputError::new(message).at(record.file.clone(), None).key("signal").value(value).allowed(allowed)
+    let fault = |message: &str, allowed: &str| {
+        let error = InputError::new(message).at(record.file.clone(), None).key("signal");
+        Err(error.value(format!("noise {:.3e}", rest.noise)).allowed(allowed))
     };
     if rest.blocks.is_empty() {
         let (what, allowed) = match &record.drive {
@@ -71,7 +72,7 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
                 "a record that also shows the sensor without contact, for five samples or more",
             ),
         };
-        return Err(fault(&what, format!("noise {:.3e}", rest.noise), allowed));
+        return fault(&what, allowed);
     }
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
     let mut readings: Vec<Reading> =
@@ -109,9 +110,8 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
         readings.extend(of_contact(record, &rest, contact, take));
     }
     if readings.iter().all(|r| r.kind == Kind::Rest) {
-        let value = format!("noise {:.3e}", rest.noise);
         let allowed = "taps that stand out of the noise by six standard deviations; --take peak where none stands still";
-        return Err(fault("no tap is found in this signal", value, allowed));
+        return fault("no tap is found in this signal", allowed);
     }
     readings.sort_by_key(|r| r.mean[0]);
     certain(record, &rest, &readings)?;
