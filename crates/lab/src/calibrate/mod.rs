@@ -250,9 +250,8 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
         return Err(InputError::new(message).at(&data.file, Some(1)).key(found.column()).allowed(allowed));
     }
     if let (Some(_), Some(x)) = (data.drive, options.drive) {
-        let message = format!("the data have a column {}", kind.column());
-        let error = InputError::new(message).key(flag).value(plain(x));
-        return Err(error.allowed("nothing: the column says it"));
+        let error = InputError::new(format!("the data have a column {}", kind.column())).key(flag);
+        return Err(error.value(plain(x)).allowed("nothing: the column says it"));
     }
     if let Some(x) = options.drive {
         let (good, allowed) = match kind {

@@ -26,9 +26,8 @@ pub fn check(data: &Data) -> Result<(), InputError> {
         return Err(error.allowed(data.unit.second()));
     }
     if let Some((line, name, field)) = &beside.fault {
-        let error =
-            InputError::new("this is not a number").at(&data.file, Some(*line)).key(name).value(field);
-        return Err(error.allowed("a number without unit; empty or NaN where it is missing"));
+        let error = InputError::new("this is not a number").at(&data.file, Some(*line)).key(name);
+        return Err(error.value(field).allowed("a number without unit; empty or NaN where it is missing"));
     }
     let mut tilts = data.rows.iter().zip(&beside.values).map(|(row, values)| (row.line, values[1]));
     let Some((line, tilt)) = tilts.find(|(_, tilt)| tilt.abs() >= 90.0) else { return Ok(()) };
@@ -90,8 +89,7 @@ fn rows(data: &Data, of: &Calibrated, sign: f64, model: &Pair, open: Opener<'_>)
     let factor = of.calibration.rig.setup.gauge.factor;
     let recorded = |place: usize| data.unit.strain(data.beside.values[place][0], factor);
     let usable = |z: &&ZeroReading| z.reason.is_none() && recorded(z.place).is_finite();
-    let zeros: Vec<(usize, f64)> =
-        of.zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
+    let zeros: Vec<_> = of.zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
     let zero = Zero::new(&zeros);
     let sound = |t: &&Tap| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign;
     let taps: Vec<&Tap> = of.taps.iter().filter(|t| sound(t) && recorded(t.place).is_finite()).collect();

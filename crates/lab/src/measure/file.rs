@@ -151,16 +151,13 @@ impl Data {
             }
             let mut number = |place: usize| {
                 decimals.number(&record[place]).ok_or_else(|| {
-                    let allowed = match decimals.refuses(&record[place]) {
-                        true => {
-                            "one decimal mark in the whole file, point or comma; nothing between thousands"
-                        }
-                        false => "a number without unit; empty or NaN where it is missing",
+                    let allowed = if decimals.refuses(&record[place]) {
+                        "one decimal mark in the whole file, point or comma; nothing between thousands"
+                    } else {
+                        "a number without unit; empty or NaN where it is missing"
                     };
-                    let error = InputError::new(decimals.wrong(&record[place]))
-                        .key(&names[place])
-                        .value(&record[place]);
-                    error.allowed(allowed).at(label, Some(line))
+                    let error = InputError::new(decimals.wrong(&record[place])).key(&names[place]);
+                    error.value(&record[place]).allowed(allowed).at(label, Some(line))
                 })
             };
             others.push(&record);

@@ -62,19 +62,12 @@ pub struct Zero {
 impl Zero {
     /// From (index in the file, value) in file order. Readings without a tap between them form one run.
     pub fn new(readings: &[(usize, f64)]) -> Self {
-        let mut runs: Vec<(f64, f64, usize)> = Vec::new();
-        let mut last = None;
-        for &(place, value) in readings {
-            match runs.last_mut() {
-                Some((p, v, n)) if last == Some(place.wrapping_sub(1)) => {
-                    *n += 1;
-                    *p += (place as f64 - *p) / *n as f64;
-                    *v += (value - *v) / *n as f64;
-                }
-                _ => runs.push((place as f64, value, 1)),
-            }
-            last = Some(place);
-        }
+        let add = |(p, v, n): (f64, f64, usize), &(place, value): &(usize, f64)| {
+            let n = n + 1;
+            (p + (place as f64 - p) / n as f64, v + (value - v) / n as f64, n)
+        };
+        let run = |readings: &[(usize, f64)]| readings.iter().fold((0.0, 0.0, 0), add);
+        let runs = readings.chunk_by(|p, q| q.0 == p.0 + 1).map(run).collect();
         Self { runs, count: readings.len() }
     }
 
@@ -156,8 +149,7 @@ impl Rest {
         let all = 0..signals.len();
         let drive = |i: usize| data.rows[i].drive;
         let at_zero = |i: usize| data.drive.is_some() && drive(i) == 0.0;
-        let mut before: Vec<usize> =
-            all.clone().filter(|&i| drive(i) < 0.0 && signals[i].is_finite()).collect();
+        let mut before: Vec<_> = all.clone().filter(|&i| drive(i) < 0.0 && signals[i].is_finite()).collect();
         before.sort_by(|i, j| drive(*i).total_cmp(&drive(*j)));
         let lowest = before.chunk_by(|i, j| drive(*i) == drive(*j)).find(|level| rows.before_contact(level));
         let Some(level) = lowest else {

@@ -80,22 +80,13 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     let n = record.signal.len();
     let largest = |[first, last]: [usize; 2]| (first..=last).map(off).fold(0.0, f64::max);
     let mut found: Vec<[usize; 2]> = Vec::new();
-    let mut beyond: Vec<[usize; 2]> = Vec::new();
-    for k in (0..n).filter(|k| off(*k) > rest.away) {
-        match beyond.last_mut() {
-            Some(last) if k - last[1] <= APART => last[1] = k,
-            _ => beyond.push([k, k]),
-        }
-    }
-    beyond.retain(|c| c[1] - c[0] + 1 >= LEAST);
-    for [mut first, mut last] in beyond {
+    let away: Vec<usize> = (0..n).filter(|k| off(*k) > rest.away).collect();
+    let beyond = away.chunk_by(|j, k| k - j <= APART).map(|c| [c[0], c[c.len() - 1]]);
+    for [first, last] in beyond.filter(|c| c[1] - c[0] + 1 >= LEAST) {
         // With the samples around it that are off the rest.
-        while first > 0 && off(first - 1) > 2.0 * rest.scatter {
-            first -= 1;
-        }
-        while last + 1 < n && off(last + 1) > 2.0 * rest.scatter {
-            last += 1;
-        }
+        let stands = |k: &usize| off(*k) > 2.0 * rest.scatter;
+        let first = (0..first).rev().take_while(stands).last().unwrap_or(first);
+        let last = (last + 1..n).take_while(stands).last().unwrap_or(last);
         let before = found.last_mut().filter(|before| {
             let rested = || rest.blocks.iter().any(|b| (2 * before[1]..2 * first).contains(&(b[0] + b[1])));
             let (one, other) = (largest(**before), largest([first, last]));
@@ -158,8 +149,7 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
     let fault = |what: String, value: f64| {
         let message = format!("it is not certain where this signal rests: {what}");
         let error = InputError::new(message).at(record.file.clone(), None).key("signal");
-        let error = error.value(format!("{value:.4e}"));
-        Err(error.allowed(
+        Err(error.value(format!("{value:.4e}")).allowed(
             "a record that rests at one level before and after each contact; or a column theta_deg or delta_mm with the drive of each \
              sample, which says what is no contact",
         ))

@@ -157,21 +157,12 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
 
 /// First and last of each run of samples that are `still`, `least` or more together.
 pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<Span> {
-    let mut all = Vec::new();
-    let mut begun = None;
-    for k in 0..=n {
-        match (begun, k < n && still(k)) {
-            (None, true) => begun = Some(k),
-            (Some(first), false) => {
-                if k - first >= least {
-                    all.push([first, k - 1]);
-                }
-                begun = None;
-            }
-            _ => {}
-        }
-    }
-    all
+    let (still, mut next): (Vec<bool>, _) = ((0..n).map(still).collect(), 0);
+    let spans = still.chunk_by(|p, q| p == q).map(|same| {
+        next += same.len();
+        (same[0] && same.len() >= least).then_some([next - same.len(), next - 1])
+    });
+    spans.flatten().collect()
 }
 
 /// A rest without the samples at its ends that are off the line through its middle: of a slow ramp not all is seen.

@@ -114,9 +114,8 @@ pub fn plan(
         let message = format!(
             "without any calibration a guess of the middle of the distances {first} … {last} mm is as good"
         );
-        let error = InputError::new(message);
-        let allowed = format!("< {guess:.3} mm, or distances farther apart");
-        return Err(error.key("--error").value(asked.error).allowed(allowed).into());
+        let error = InputError::new(message).key("--error").value(asked.error);
+        return Err(error.allowed(format!("< {guess:.3} mm, or distances farther apart")).into());
     }
     let noise = rig.setup.gauge.noise_strain.filter(|noise| *noise > 0.0);
     let spread = match (like, noise) {
@@ -199,8 +198,7 @@ pub fn plan(
         path.push((planner.len(), planner.sigma()));
     }
     let at = [distances.as_slice(), &drives];
-    let pairs: Vec<(f64, f64)> =
-        distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
+    let pairs: Vec<_> = distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
     Ok(Planned {
         rows: order::rows(&taps, asked.runs, asked.seed),
