@@ -164,9 +164,8 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
                 format!("what is still before {from} s and after {to} s differs by much of what is between");
             return fault(what, b.moved);
         }
-        if b.least > OTHER * b.height
-            && b.times[0].min(b.times[1]) as f64 > FREE * b.times[0].max(b.times[1]) as f64
-        {
+        let [up, down] = b.times;
+        if b.least > OTHER * b.height && up.min(down) as f64 > FREE * up.max(down) as f64 {
             let what = format!("from {from} to {to} s it goes to both sides without a rest between");
             return fault(what, b.least);
         }
@@ -230,16 +229,12 @@ fn between(rest: &Rest, before: [usize; 2], after: [usize; 2]) -> Between {
 fn humps(off: &[f64]) -> usize {
     let [ends, begins, lasts] = ONCE;
     let height = off.iter().copied().fold(0.0, f64::max);
-    let (mut all, mut up): (Vec<usize>, bool) = (Vec::new(), false);
-    for off in off {
-        if *off > begins * height && !up {
-            all.push(0);
-        }
-        up = *off > begins * height || up && *off > ends * height;
-        if let Some(last) = all.last_mut().filter(|_| up) {
-            *last += 1;
-        }
-    }
+    let ups = off.iter().scan(false, |up, off| {
+        *up = *off > begins * height || *up && *off > ends * height;
+        Some(*up)
+    });
+    let ups: Vec<bool> = ups.collect();
+    let all: Vec<usize> = ups.chunk_by(|p, q| p == q).filter(|c| c[0]).map(<[bool]>::len).collect();
     let longest = all.iter().copied().max().unwrap_or_default();
     all.iter().filter(|n| **n as f64 > lasts * longest as f64).count()
 }

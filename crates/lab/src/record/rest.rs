@@ -283,18 +283,13 @@ fn chain(y: &[f64], span: f64, blocks: &[Span], away: f64, lasts: Option<f64>) -
         ends.push(best);
     }
     let whole = |k: usize| ends[k].0 + ended(k);
-    let Some(mut at) = (0..ends.len()).max_by(|i, j| whole(*i).total_cmp(&whole(*j)).then(j.cmp(i))) else {
+    let Some(at) = (0..ends.len()).max_by(|i, j| whole(*i).total_cmp(&whole(*j)).then(j.cmp(i))) else {
         return (0.0, Vec::new(), true);
     };
-    let score = whole(at);
-    let ends_cut = ended(at) < 0.0;
-    let mut all = vec![blocks[at]];
-    while let Some(before) = ends[at].1 {
-        at = before;
-        all.push(blocks[at]);
-    }
-    all.reverse();
-    (score, all, begun(at) < 0.0 || ends_cut)
+    let mut way: Vec<usize> = std::iter::successors(Some(at), |at| ends[*at].1).collect();
+    way.reverse();
+    let cut = begun(way[0]) < 0.0 || ended(at) < 0.0;
+    (whole(at), way.iter().map(|k| blocks[*k]).collect(), cut)
 }
 
 /// Largest and smallest of the first 0, 1, 2 … values.

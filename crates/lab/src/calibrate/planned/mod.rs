@@ -144,11 +144,8 @@ pub fn plan(
     let near = rig.shared().gauge[1];
     let allowed = |a: f64, u: f64| {
         let signal = curve(a, u);
-        a > near
-            && rig.design.admits(&rig.setup, a, u)
-            && signal > 0.0
-            && signal <= limit
-            && signal.is_finite()
+        let measured = signal > 0.0 && signal <= limit && signal.is_finite();
+        a > near && rig.design.admits(&rig.setup, a, u) && measured
     };
     let ask = Ask {
         curve: &curve,
