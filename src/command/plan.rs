@@ -140,9 +140,9 @@ fn result(plan: &Planned, drive: Drive) -> Value {
         json!({ "name": a.name, "other": a.other, "correlation": a.correlation, "standard_error": a.error.0, "unit": a.error.1, "tap": tap })
     };
     let positions: Vec<Value> =
-        plan.positions().into_iter().map(|(a, n)| json!({ "a_mm": rounded(a), "taps": n })).collect();
+        plan.used(0).into_iter().map(|(a, n)| json!({ "a_mm": rounded(a), "taps": n })).collect();
     let drives: Vec<Value> =
-        plan.by_drive().into_iter().map(|(u, n)| json!({ drive.column(): u, "taps": n })).collect();
+        plan.used(1).into_iter().map(|(u, n)| json!({ drive.column(): u, "taps": n })).collect();
     json!({
         "taps": plan.taps.len(),
         "sigma_mm": plan.sigma,
@@ -169,7 +169,7 @@ fn answer(plan: &Planned, error: f64) -> String {
         1 => "1 run".to_owned(),
         n => format!("{n} runs"),
     };
-    let (taps, positions) = (plan.taps.len(), plan.positions().len());
+    let (taps, positions) = (plan.taps.len(), plan.used(0).len());
     let [sigma, error, floor] = [plan.sigma, error, plan.floor].map(short);
     format!(
         "{taps} taps at {positions} positions in {runs} leave an error of {sigma} mm ({error} mm asked for). {even}. {floor} mm are noise, position and run of the reading \
@@ -184,9 +184,9 @@ fn summary(plan: &Planned, drive: Drive) -> String {
         let each: Vec<String> = all.into_iter().map(|(x, n)| format!("{} ({n})", rounded(x))).collect();
         each.join(", ")
     };
-    let _ = writeln!(text, "positions, mm (taps at each): {}", list(plan.positions()));
+    let _ = writeln!(text, "positions, mm (taps at each): {}", list(plan.used(0)));
     let named = if unit.trim() == "mm" { "mm" } else { "degrees" };
-    let _ = writeln!(text, "{symbol}, {named} (taps by each): {}", list(plan.by_drive()));
+    let _ = writeln!(text, "{symbol}, {named} (taps by each): {}", list(plan.used(1)));
     let beyond_plan =
         plan.path.iter().filter_map(|(n, sigma)| Some((n.checked_sub(plan.taps.len())?, sigma)));
     let doubling = beyond_plan.filter(|(more, _)| more.is_power_of_two());

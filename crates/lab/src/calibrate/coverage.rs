@@ -6,8 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Calibrated;
-use crate::estimator::learned::Learnt;
-use crate::estimator::{Answers, Estimator, Known};
+use crate::estimator::{Answers, Estimator, Known, learned::Learnt};
 
 /// Share of the errors at one position within 1 σ and beyond 3 σ.
 #[derive(Debug, Clone, PartialEq, Serialize)]

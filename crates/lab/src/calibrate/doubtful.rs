@@ -81,17 +81,12 @@ pub fn judged(
     fits.retain(|f| f.1 <= WORSE * least || !least.is_finite());
     fits.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
     if fits.is_empty() {
-        return match suspect {
-            true => {
-                let tried = "columns exchanged, distances in centimetres, metres or inches or from the tip, a drive in radians (57.3) or centimetres, \
-                             another whisker";
-                let allowed = format!(
-                    "what the columns hold; tried, and no better: {tried}. With --whisker left out every row may be judged by the others"
-                );
-                Err(error.allowed(allowed).into())
-            }
-            false => found,
-        };
+        if !suspect {
+            return found;
+        }
+        let allowed = "what the columns hold; tried, and no better: columns exchanged, distances in centimetres, metres or inches or from the tip, a drive in \
+                       radians (57.3) or centimetres, another whisker. With --whisker left out every row may be judged by the others";
+        return Err(error.allowed(allowed).into());
     }
     let what =
         |(share, _, change): &(f64, f64, Change)| format!("{} ({:.0} % suspect)", change.what, 100.0 * share);

@@ -8,10 +8,8 @@ use vibrissa_learned::rows::Row;
 
 use super::{Calibrated, SideResult};
 use crate::digits::short;
-use crate::estimator::Estimator;
-use crate::estimator::learned::Learnt;
-use crate::measure::Data;
-use crate::measure::time::{Lag, MOST};
+use crate::estimator::{Estimator, learned::Learnt};
+use crate::measure::{Data, Lag, time::MOST};
 
 /// Least gain in ln likelihood for a lag: about 3 for its two numbers, more because the time constant is searched.
 const WORTH: f64 = 6.0;
@@ -188,13 +186,10 @@ pub fn settled(data: &Data, lag: &Lag) -> Data {
 }
 
 pub fn warning(data: &Data, lag: &Lag, [without, with]: [f64; 2]) -> String {
+    let (file, gain, error) = (&data.file, 100.0 * lag.gain, 200.0 * lag.sigma_gain);
+    let [tau, of_tau] = [lag.tau_s, 2.0 * lag.sigma_tau_s].map(short);
     format!(
-        "{}: the readings lag: {:.2} % (± {:.2} %) of a change comes with a time constant of {} s (± {}; two standard errors), or a part \
-         of the tap before stays so long. That was taken out (error on distances left out {without:.3} → {with:.3} mm); locate does so too where readings have their t_s, files of --export do not",
-        data.file,
-        100.0 * lag.gain,
-        200.0 * lag.sigma_gain,
-        short(lag.tau_s),
-        short(2.0 * lag.sigma_tau_s)
+        "{file}: the readings lag: {gain:.2} % (± {error:.2} %) of a change comes with a time constant of {tau} s (± {of_tau}; two standard errors), or a part \
+         of the tap before stays so long. That was taken out (error on distances left out {without:.3} → {with:.3} mm); locate does so too where readings have their t_s, files of --export do not"
     )
 }

@@ -14,10 +14,8 @@ use vibrissa_learned::suspects::{Suspect, sound};
 use super::Reason;
 use crate::error::{Error, InputError};
 use crate::estimator::learned::{EVERYWHERE, Learnt, whisker};
-use crate::estimator::taps::Sorted;
-use crate::estimator::{Exact, Parameter};
-use crate::measure::Data;
-use crate::measure::group::rounding;
+use crate::estimator::{Exact, Parameter, taps::Sorted, taps::Tap};
+use crate::measure::{Data, group::rounding};
 use crate::scene::Drive;
 
 /// Standard deviations by which readings at an end stop are below the expected ones.
@@ -41,24 +39,16 @@ pub fn side(
     zero_error: f64,
 ) -> Result<Learnt, Error> {
     let above = |raw: f64| sign * data.unit.above(raw, sorted.tared.value, factor);
-    let mut of = (Vec::new(), Vec::new(), Vec::new());
-    let mut recorded = Vec::new();
-    let mut add = |place: usize, raw: f64, u: f64, tap: Option<usize>| {
-        let row = &data.rows[place];
-        of.0.push(Row { a: row.a, u, y: above(raw), run: row.run, t: row.t });
-        of.1.push(tap);
-        of.2.push(place);
-        recorded.push([row.value, above(raw)]);
+    let row = |(place, raw, u, tap): (usize, f64, f64, Option<usize>)| {
+        let (row, y) = (&data.rows[place], above(raw));
+        (Row { a: row.a, u, y, run: row.run, t: row.t }, (tap, (place, [row.value, y])))
     };
-    for z in sorted.zeros.iter().filter(|z| z.reason.is_none()) {
-        add(z.place, z.signal, 0.0, None);
-    }
-    for (k, t) in sorted.taps.iter().enumerate() {
-        if t.reason.is_none() && (all || t.signal.signum() == sign) {
-            add(t.place, t.raw, t.drive, Some(k));
-        }
-    }
-    let (rows, taps, lines) = of;
+    let zeros = sorted.zeros.iter().filter(|z| z.reason.is_none());
+    let zeros = zeros.map(|z| (z.place, z.signal, 0.0, None));
+    let here = |t: &Tap| t.reason.is_none() && (all || t.signal.signum() == sign);
+    let of_side = sorted.taps.iter().enumerate().filter(|(_, t)| here(t));
+    let all = zeros.chain(of_side.map(|(k, t)| (t.place, t.raw, t.drive, Some(k)))).map(row);
+    let (rows, (taps, (lines, recorded))): (Vec<_>, (Vec<_>, (Vec<_>, Vec<_>))) = all.unzip();
     let zero_read = taps.iter().any(Option::is_none);
     let runs: BTreeSet<usize> = rows.iter().map(|r| r.run).collect();
     let apart = 1 + sorted.zeros.windows(2).filter(|w| w[1].place > w[0].place + 1).count();
@@ -260,11 +250,10 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
 pub fn text(learnt: &Learnt, kind: Drive) -> Vec<String> {
     let numbers = numbers(learnt, kind);
     let told = numbers.iter().filter(|n| n.name != "zero" || !learnt.zero_read);
-    let mut lines: Vec<String> = told
-        .map(|n| {
-            format!("learned {:<13} {:.6e} ± {:.1e} {}", n.name, n.value, 2.0 * n.standard_error, n.unit)
-        })
-        .collect();
+    let number = |Number { name, value, standard_error: sd, unit, .. }: &Number| {
+        format!("learned {name:<13} {value:.6e} ± {:.1e} {unit}", 2.0 * sd)
+    };
+    let mut lines: Vec<String> = told.map(number).collect();
     let shares = budget(learnt).into_iter().filter(|(_, share)| *share > 0.0);
     let shares: Vec<String> = shares.map(|(name, share)| format!("{name} {:.2} %", 100.0 * share)).collect();
     lines.push(format!("σ of a reading in the middle, in shares of its signal: {}", shares.join(", ")));

@@ -34,16 +34,11 @@ use crate::error::{Error, InputError};
 use crate::estimator::taps::{Sorted, Tap, ZeroReading};
 use crate::estimator::{Estimator, Extent};
 use crate::fields::plain;
-use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
-use crate::locate::locator::opener;
-use crate::measure::columns::may_drive;
-use crate::measure::group::Groups;
-use crate::measure::time::Lag;
-use crate::measure::{Data, Rig, counts, unit, zero::Zero};
+use crate::locate::{Parameter, opener};
+use crate::measure::{Data, Groups, Lag, Rig, Zero, columns::may_drive, counts, unit};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
-use prepare::Prepared;
 
 const ROUNDS: usize = 5;
 
@@ -84,9 +79,7 @@ pub struct Calibrated {
 }
 
 /// Calibrates the whisker of `rig` from `data`.
-///
-/// # Errors
-/// Data without a usable calibration: no usable row, one distance, impossible units, more than a fifth of the rows suspect; a failing backend.
+/// Errors: Data without a usable calibration: no usable row, one distance, impossible units, more than a fifth of the rows suspect; a failing backend.
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let plain = doubtful::judged(settled(data, rig, options), (data, rig, options), settled)?;
     let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
@@ -112,24 +105,25 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
 }
 
 fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
-    let mut rig = rig.clone();
-    let mut warnings = Vec::new();
+    let (mut rig, mut warnings, file) = (rig.clone(), Vec::new(), &data.file);
     let data = &data.rounded(options.group.map(|width| width == Some(0.0)));
     let folded = unit::folded(data);
     if folded.is_some() {
         warnings.push(format!(
-            "{}: signals say that drives below 0 are taps to the other side: their size counts, of readings too",
-            data.file
+            "{file}: signals say that drives below 0 are taps to the other side: their size counts, of readings too"
         ));
     }
     let data = folded.as_ref().unwrap_or(data);
     check(data, &rig, options)?;
-    missing(data, &mut warnings);
-    if let Some(k) = rig.setup.estimate.k.take() {
-        warnings.push(format!(
-            "estimate.K = {} of the spec has no meaning here: K̄ comes from the data",
-            plain(k)
-        ));
+    let mut missing = std::collections::BTreeMap::<String, Vec<usize>>::new();
+    for m in &data.missing {
+        missing.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line);
+    }
+    warnings.extend(missing.into_iter().map(|(value, lines)| {
+        format!("{file}: {value} stands for no value and is not used (lines {})", named(&lines))
+    }));
+    if let Some(k) = rig.setup.estimate.k.take().map(plain) {
+        warnings.push(format!("estimate.K = {k} of the spec has no meaning here: K̄ comes from the data"));
     }
     let mut ignored = data.ignored.clone();
     if rig.setup.gauge.second {
@@ -141,7 +135,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         ignored.retain(|name| !simulate::BESIDE.contains(&name.as_str()));
     }
     if !ignored.is_empty() {
-        let mut text = format!("{}: ignored columns {}", data.file, ignored.join(", "));
+        let mut text = format!("{file}: ignored columns {}", ignored.join(", "));
         if let Some(name) = ignored.iter().find(|n| data.drive.is_none() && may_drive(n)) {
             text += &format!(
                 "; if {name} is the drive, --columns theta={name} (degrees) or delta={name} (mm) takes it as such"
@@ -155,7 +149,6 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let wrong: Vec<usize> = wrong.map(|z| data.rows[z.place].line).collect();
     if !wrong.is_empty() {
         let (n, of, lines) = (wrong.len(), prepared.rows.zeros.len(), named(&wrong));
-        let file = &data.file;
         warnings.push(format!("{file}: {n} of {of} zero readings are suspect and not used (lines {lines})"));
     }
     let sides = std::mem::take(&mut prepared.sides);
@@ -163,7 +156,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     rig.setup.gauge.noise_strain = Some(noise);
     let each = |side| side::calibrate((data, &rig, &prepared), side, noise, &options.fit, &open);
     let results = sides.into_iter().map(each).collect::<Result<Vec<_>, _>>()?;
-    let Prepared { rows, recorded, .. } = prepared;
+    let (rows, recorded) = (prepared.rows, prepared.recorded);
     let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let knows = |s: &SideResult| Estimator::ALL.iter().filter_map(|e| s.rms(*e).0).any(|rms| rms < s.span());
     if !results.iter().all(knows) {
@@ -208,22 +201,11 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let name = found.winner.name();
     if !both && found.winner != Estimator::Learned {
         found.warnings.push(format!(
-            "{}: learned tells distances that it has not seen no better than a guess of the middle, {name} does: it answers by default",
-            data.file
+            "{file}: learned tells distances that it has not seen no better than a guess of the middle, {name} does: it answers by default"
         ));
     }
     found.calibration.estimator = name.to_owned();
     Ok(found)
-}
-
-fn missing(data: &Data, warnings: &mut Vec<String>) {
-    let mut all = std::collections::BTreeMap::<String, Vec<usize>>::new();
-    for m in &data.missing {
-        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line);
-    }
-    warnings.extend(all.into_iter().map(|(value, lines)| {
-        format!("{}: {value} stands for no value and is not used (lines {})", data.file, named(&lines))
-    }));
 }
 
 fn named(lines: &[usize]) -> String {
@@ -232,9 +214,7 @@ fn named(lines: &[usize]) -> String {
 }
 
 /// Widths within which distances and drives count as equal: one for both, or two; `None` if not given.
-///
-/// # Errors
-/// Numbers that are negative, infinite or more than two.
+/// Errors: Numbers that are negative, infinite or more than two.
 pub fn widths(said: &[f64]) -> Result<[Option<f64>; 2], InputError> {
     match said {
         all if !all.iter().all(|w| *w >= 0.0 && w.is_finite()) || all.len() > 2 => {
@@ -264,17 +244,14 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     }
     let kind = rig.setup.drive;
     let flag = if kind == Drive::Angle { "--theta" } else { "--delta" };
-    if let Some(found) = data.drive
-        && found != kind
-    {
+    if let Some(found) = data.drive.filter(|found| *found != kind) {
         let message = "the data are driven one way, the whisker of the spec another";
         let allowed = format!("{}, or another drive in [tap] of the spec", kind.column());
         return Err(InputError::new(message).at(&data.file, Some(1)).key(found.column()).allowed(allowed));
     }
     if let (Some(_), Some(x)) = (data.drive, options.drive) {
-        let message = format!("the data have a column {}", kind.column());
-        let error = InputError::new(message).key(flag).value(plain(x));
-        return Err(error.allowed("nothing: the column says it"));
+        let error = InputError::new(format!("the data have a column {}", kind.column())).key(flag);
+        return Err(error.value(plain(x)).allowed("nothing: the column says it"));
     }
     if let Some(x) = options.drive {
         let (good, allowed) = match kind {

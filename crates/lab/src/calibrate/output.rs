@@ -7,10 +7,7 @@ use crate::estimator::taps::{Tap, ZeroReading};
 use crate::locate::{Located, Locator};
 use crate::measure::Data;
 use crate::scene::{Direction, Setup, Tuple};
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::table::{AtDistance, AtDrive};
-use crate::sink::values::Field;
+use crate::sink::{AtDistance, AtDrive, Field, Frame, heading};
 use crate::status::Status;
 
 /// Names of the possible files, without run.json.

@@ -4,13 +4,10 @@ use vibrissa_learned::base::power;
 
 use super::{Options, Reason, learn, zero};
 use crate::error::{Error, InputError};
-use crate::estimator::learned::Learnt;
-use crate::estimator::parameter::spec_values;
 use crate::estimator::taps::{Sorted, Tap};
-use crate::estimator::{Exact, Opener, SAME};
+use crate::estimator::{Exact, Extent, Opener, SAME, learned::Learnt, parameter::spec_values};
 use crate::fields::plain;
-use crate::measure::group::Groups;
-use crate::measure::{Data, Rig};
+use crate::measure::{Data, Groups, Rig};
 use crate::scene::{Drive, Side, Signal};
 
 /// Least share of taps of the other sign that form a separate side.
@@ -49,10 +46,9 @@ pub fn prepare(
         warnings.push(format!("{}: counts of 16 bits begin anew; they were joined", data.file));
     }
     if rows.origin != 0.0 {
+        let (file, origin) = (&data.file, plain(rows.origin));
         warnings.push(format!(
-            "{}: there is contact at drives ≤ 0, and none up to {}: drives are counted from there, those of readings too",
-            data.file,
-            plain(rows.origin)
+            "{file}: there is contact at drives ≤ 0, and none up to {origin}: drives are counted from there, those of readings too"
         ));
     }
     absurd(data, &rows.taps)?;
@@ -71,8 +67,23 @@ pub fn prepare(
         let gauge = gauge_side(data, rig, sign, signs[0]);
         let mut exact = None;
         if recorded && rig.known && no_exact.is_none() {
-            let model = spec_model(data, rig, &rows.taps, sign, gauge, open)?;
-            exact = model.map_err(|why| no_exact = Some(why)).ok();
+            let at = super::extent(rig, &rows.taps, sign, gauge);
+            let model =
+                at.map(|at| Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open));
+            match (model, at) {
+                (Some(Ok(model)), _) => exact = Some(model),
+                (Some(Err(why)), Some(Extent { reach: [near, far], .. })) if why.is_of_whisker() => {
+                    let here = rows.taps.iter().filter(|t| t.is_of(sign));
+                    let last = here.max_by(|s, t| s.drive.total_cmp(&t.drive));
+                    let (drive, line) = last.map_or((f64::NAN, 0), |t| (t.recorded(data), t.line));
+                    let (kind, drive) = (rig.setup.drive.column(), plain(drive));
+                    no_exact = Some(format!(
+                        "{why} at distances of {near:.4} … {far:.4} mm and drives up to {kind} = {drive} (line {line})"
+                    ));
+                }
+                (Some(Err(why)), _) => return Err(why.into()),
+                (None, _) => no_exact = Some("no tap is usable".to_owned()),
+            }
         }
         let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
         // A single side: residuals of the other sign are noise about the zero.
@@ -117,12 +128,10 @@ pub fn prepare(
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
     let say = |g: &Groups, what: &str, unit: &str| {
         (g.len() < g.distinct).then(|| {
+            let (distinct, width, n) = (g.distinct, g.width, g.len());
             format!(
-                "{} values of {what} lie within {:.3} {unit} of each other and are taken as {}: --group sets the width, 0 takes each \
-                 as its own",
-                g.distinct,
-                g.width,
-                g.centres.len()
+                "{distinct} values of {what} lie within {width:.3} {unit} of each other and are taken as {n}: --group sets the width, 0 takes each \
+                 as its own"
             )
         })
     };
@@ -295,30 +304,4 @@ fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
         return if sign > 0.0 { Side::Contact } else { Side::Far };
     }
     if (rig.setup.gauge.side == Side::Far) == (sign == most) { Side::Far } else { Side::Contact }
-}
-
-fn spec_model(
-    data: &Data,
-    rig: &Rig,
-    taps: &[Tap],
-    sign: f64,
-    gauge: Side,
-    open: Opener<'_>,
-) -> Result<Result<Exact, String>, Error> {
-    let Some(at) = super::extent(rig, taps, sign, gauge) else {
-        return Ok(Err("no tap is usable".to_owned()));
-    };
-    let last = taps.iter().filter(|t| t.is_of(sign)).max_by(|s, t| s.drive.total_cmp(&t.drive));
-    match Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open) {
-        Ok(model) => Ok(Ok(model)),
-        Err(why) if why.is_of_whisker() => Ok(Err(format!(
-            "{why} at distances of {:.4} … {:.4} mm and drives up to {} = {} (line {})",
-            at.reach[0],
-            at.reach[1],
-            rig.setup.drive.column(),
-            plain(last.map_or(f64::NAN, |t| t.recorded(data))),
-            last.map_or(0, |t| t.line),
-        ))),
-        Err(why) => Err(why.into()),
-    }
 }

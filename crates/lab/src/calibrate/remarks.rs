@@ -1,10 +1,9 @@
 //! Warnings about a calibration.
 
-use super::side::growing;
+use super::side::{Contradiction, growing};
 use super::{Calibrated, Reason, SideResult, named};
 use crate::error::InputError;
-use crate::estimator::taps::Tap;
-use crate::estimator::{Estimator, Parameter};
+use crate::estimator::{Estimator, Parameter, taps::Tap};
 use crate::fields::plain;
 use crate::measure::{Data, Rig};
 use crate::scene::Signal;
@@ -24,12 +23,12 @@ const NEAR: f64 = 0.05;
 const UNEXPLAINED: f64 = 0.01;
 
 pub fn remarks(data: &Data, found: &Calibrated) -> Vec<String> {
-    let (taps, rig) = (&found.taps, &found.calibration.rig);
+    let (taps, rig, file) = (&found.taps, &found.calibration.rig, &data.file);
     let mut all = Vec::new();
     let mut add = |wanted: &dyn Fn(&Tap) -> bool, say: &dyn Fn(usize, String) -> String| {
         let lines: Vec<usize> = taps.iter().filter(|t| wanted(t)).map(|t| t.line).collect();
         if !lines.is_empty() {
-            all.push(format!("{}: {}", data.file, say(lines.len(), named(&lines))));
+            all.push(format!("{file}: {}", say(lines.len(), named(&lines))));
         }
     };
     let of = taps.len();
@@ -47,34 +46,27 @@ pub fn remarks(data: &Data, found: &Calibrated) -> Vec<String> {
     });
     for s in &found.sides {
         if let Some(why) = &s.record.no_exact {
-            all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
+            all.push(format!("{file}: exact is left out: {why}. The other estimators do not need it"));
         }
         let unsolved = s.fit.as_ref().map_or(0, |f| s.table.cells.len() - f.cells.len());
         if unsolved > 0 {
             all.push(format!(
-                "{}: the model of the spec has no solution at {unsolved} of {} distances and drives, which are left out of the fit of exact",
-                data.file,
+                "{file}: the model of the spec has no solution at {unsolved} of {} distances and drives, which are left out of the fit of exact",
                 s.table.cells.len()
             ));
         }
-        for c in &s.contradictions {
+        for Contradiction { a: [p, q], drives, deviations } in &s.contradictions {
             all.push(format!(
-                "{}: the signals at a = {} and {} mm are in the wrong order, at {} of {} drives, by {:.1} standard deviations: one of \
+                "{file}: the signals at a = {p} and {q} mm are in the wrong order, at {drives} of {} drives, by {deviations:.1} standard deviations: one of \
                  these positions is not what its label says. Which one the data do not tell; both are used",
-                data.file,
-                c.a[0],
-                c.a[1],
-                c.drives,
-                s.table.drives.len(),
-                c.deviations
+                s.table.drives.len()
             ));
         }
         let [grows, of] = growing(&s.table.cells, s.table.drives.len(), found.calibration.noise, rig.known);
         if grows > 0 && 2 * grows >= of {
             all.push(format!(
-                "{}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
+                "{file}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
                  another column the signal?{}",
-                data.file,
                 if rig.known { "" } else { " Only those of taps right beside the gauge grow" }
             ));
         }
@@ -96,14 +88,11 @@ pub fn remarks(data: &Data, found: &Calibrated) -> Vec<String> {
 fn end_stop(data: &Data, taps: &[Tap], side: &SideResult) -> Option<String> {
     let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == side.learnt.sign;
     let first = taps.iter().find(stopped)?;
+    let (file, n, column) = (&data.file, taps.iter().filter(stopped).count(), data.unit.column());
+    let (value, line) = (plain(first.value), first.line);
     Some(format!(
-        "{}: {} rows read {} = {}, beyond which there is no reading, where more is expected (the first in line {}): this is taken as the end \
-         stop of the sensor; these rows are not used, and locate answers no reading there",
-        data.file,
-        taps.iter().filter(stopped).count(),
-        data.unit.column(),
-        plain(first.value),
-        first.line
+        "{file}: {n} rows read {column} = {value}, beyond which there is no reading, where more is expected (the first in line {line}): this is taken as the end \
+         stop of the sensor; these rows are not used, and locate answers no reading there"
     ))
 }
 
@@ -134,15 +123,14 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
             fit.chi2
         ));
     }
+    let of_gauge = data.unit.signal() == Some(Signal::Strain);
+    let more = if of_gauge { ", x_ss and l, gauge.factor" } else { ", the modulus" };
+    let (file, column, what) = (&data.file, data.unit.column(), found.join("; "));
     (!found.is_empty()).then(|| {
         format!(
-            "{}: {}. Is this the whisker that was measured? Check D, d, L_a{}, from where a_mm is measured, the unit \
-             of {} and the drive; then how the base is held: a root that gives way ([whisker] root, --fit k_theta), [model] clamp; then material, \
-             contact or --fit",
-            data.file,
-            found.join("; "),
-            if data.unit.signal() == Some(Signal::Strain) { ", x_ss and l, gauge.factor" } else { ", the modulus" },
-            data.unit.column()
+            "{file}: {what}. Is this the whisker that was measured? Check D, d, L_a{more}, from where a_mm is measured, the unit \
+             of {column} and the drive; then how the base is held: a root that gives way ([whisker] root, --fit k_theta), [model] clamp; then material, \
+             contact or --fit"
         )
     })
 }

@@ -8,9 +8,7 @@ use super::coverage::Covered;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason, learn};
 use crate::error::InputError;
-use crate::estimator::Estimator;
-use crate::estimator::taps::Cell;
-use crate::locate::Parameter;
+use crate::estimator::{Estimator, Parameter, fit::Fit, taps::Cell};
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal};
 use crate::statistics::{DistanceRow, Figures};
@@ -167,7 +165,7 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
 }
 
 /// Parameters of a fit; `zero` is the standard error of the zero.
-pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Value {
+pub(super) fn parameters(f: &Fit, kind: Drive, zero: f64) -> Value {
     let e = &f.exact;
     let errors = f.errors(zero);
     let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();
@@ -187,7 +185,7 @@ pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64)
 }
 
 /// Parameters of a fit as text, one per line; `zero` is the standard error of the zero.
-pub fn fitted(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Vec<String> {
+pub fn fitted(f: &Fit, kind: Drive, zero: f64) -> Vec<String> {
     let value = |p: &Parameter| f.exact.values[*p as usize];
     let told = f.exact.fitted.iter().zip(f.errors(zero));
     let told =
@@ -219,14 +217,11 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             true => format!(" ± {sigma:.digits$}"),
             false => " (that of the first)".to_owned(),
         };
+        let (rows, factor, angle) = (second.rows, second.factor, second.misalignment_deg);
+        let (of_factor, of_angle) = (error(second.sigma_factor, 5), error(second.sigma_misalignment_deg, 3));
         let _ = writeln!(
             t,
-            "second gauge, from {} rows: factor {:.5}{}, {:.3}{}° further than 90°",
-            second.rows,
-            second.factor,
-            error(second.sigma_factor, 5),
-            second.misalignment_deg,
-            error(second.sigma_misalignment_deg, 3)
+            "second gauge, from {rows} rows: factor {factor:.5}{of_factor}, {angle:.3}{of_angle}° further than 90°"
         );
     }
     for s in &found.sides {
@@ -280,15 +275,11 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
     }
     for (what, c) in [("distances", &covered.all), ("runs", &covered.runs)] {
         let Some(c) = c else { continue };
-        let percent = |x: f64| (100.0 * x).round();
+        let [within, low, high] = [c.within_1, c.interval[0], c.interval[1]].map(|x| (100.0 * x).round());
+        let (n, beyond) = (c.n, 100.0 * c.beyond_3);
         let _ = writeln!(
             t,
-            "σ against errors on {what} left out: {} % of {} within 1 σ ({} … {} % at 95 %), {:.1} % beyond 3 σ",
-            percent(c.within_1),
-            c.n,
-            percent(c.interval[0]),
-            percent(c.interval[1]),
-            100.0 * c.beyond_3
+            "σ against errors on {what} left out: {within} % of {n} within 1 σ ({low} … {high} % at 95 %), {beyond:.1} % beyond 3 σ"
         );
     }
     t

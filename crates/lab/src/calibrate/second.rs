@@ -5,14 +5,11 @@ use nalgebra::{DMatrix, DVector};
 use super::{Calibrated, Reason};
 use crate::curve::both;
 use crate::error::{Error, InputError};
-use crate::estimator::least;
 use crate::estimator::taps::{Tap, ZeroReading};
-use crate::estimator::{Extent, ModelError, Opener, Values};
+use crate::estimator::{Extent, ModelError, Opener, Values, least};
 use crate::evaluate::Task;
-use crate::locate::calibration::Second;
-use crate::locate::pair::Pair;
-use crate::measure::Data;
-use crate::measure::zero::Zero;
+use crate::locate::{calibration::Second, pair::Pair};
+use crate::measure::{Data, Zero};
 
 /// Iterations for the strain of the centreline, which depends on the factor.
 const ROUNDS: usize = 8;
@@ -29,13 +26,11 @@ pub fn check(data: &Data) -> Result<(), InputError> {
         return Err(error.allowed(data.unit.second()));
     }
     if let Some((line, name, field)) = &beside.fault {
-        let error =
-            InputError::new("this is not a number").at(&data.file, Some(*line)).key(name).value(field);
-        return Err(error.allowed("a number without unit; empty or NaN where it is missing"));
+        let error = InputError::new("this is not a number").at(&data.file, Some(*line)).key(name);
+        return Err(error.value(field).allowed("a number without unit; empty or NaN where it is missing"));
     }
-    let tilts = data.rows.iter().zip(&beside.values).map(|(row, values)| (row.line, values[1]));
-    let far = tilts.into_iter().find(|(_, tilt)| tilt.abs() >= 90.0);
-    let Some((line, tilt)) = far else { return Ok(()) };
+    let mut tilts = data.rows.iter().zip(&beside.values).map(|(row, values)| (row.line, values[1]));
+    let Some((line, tilt)) = tilts.find(|(_, tilt)| tilt.abs() >= 90.0) else { return Ok(()) };
     let error = InputError::new("no pole is tilted so far").at(&data.file, Some(line));
     let error = error.key(beside.tilt.as_deref().unwrap_or_default()).value(tilt);
     Err(error.allowed("-90 < tilt < 90 degrees"))
@@ -49,15 +44,15 @@ struct Row {
 
 /// Second gauge from rows on the side of the gauge in the spec; `None` with a warning if it cannot be determined.
 pub(super) fn second(data: &Data, of: &mut Calibrated, open: Opener<'_>) -> Result<Option<Second>, Error> {
-    let (label, rig, warnings) = (&data.file, &of.calibration.rig, &mut of.warnings);
+    let (label, rig) = (&data.file, &of.calibration.rig);
     let Some(side) = of.sides.iter().find(|s| s.record.gauge() == rig.setup.gauge.side) else {
-        warnings.push(format!(
+        of.warnings.push(format!(
             "{label}: the second gauge is not calibrated: no row is on the side of the gauge that the spec says"
         ));
         return Ok(None);
     };
     let Some((_, column)) = &data.beside.second else {
-        warnings.push(format!(
+        of.warnings.push(format!(
             "{label}: the whisker has a second gauge, but there is no column {}: it is not calibrated, and every pole counts as upright",
             data.unit.second()
         ));
@@ -70,7 +65,7 @@ pub(super) fn second(data: &Data, of: &mut Calibrated, open: Opener<'_>) -> Resu
             Ok(model) => model,
             Err(why) => return Ok(Err(why.to_string())),
         };
-        let rows = rows(data, (&of.taps, &of.zeros), side.learnt.sign, rig.setup.gauge.factor, &model, open)?;
+        let rows = rows(data, of, side.learnt.sign, &model, open)?;
         Ok(fit(&rows, values[0], of.calibration.noise)
             .ok_or_else(|| format!("no usable row has a number in {column}")))
     };
@@ -80,8 +75,8 @@ pub(super) fn second(data: &Data, of: &mut Calibrated, open: Opener<'_>) -> Resu
         (Some(exact), None) => fitted(&exact.values(rig))?,
     };
     match &found {
-        Err(why) => warnings.push(format!("{label}: the second gauge is not calibrated: {why}")),
-        Ok(found) if found.fitted.len() < 2 => warnings.push(format!(
+        Err(why) => of.warnings.push(format!("{label}: the second gauge is not calibrated: {why}")),
+        Ok(found) if found.fitted.len() < 2 => of.warnings.push(format!(
             "{label}: all rows with {column} are of upright poles, whose strain the second gauge hardly sees: its factor is taken to be that of \
              the first. Rows with a known tilt (tilt_deg) tell it"
         )),
@@ -90,21 +85,14 @@ pub(super) fn second(data: &Data, of: &mut Calibrated, open: Opener<'_>) -> Resu
     Ok(found.ok().map(|found| Second { lean_deg, ..found }))
 }
 
-fn rows(
-    data: &Data,
-    (taps, zeros): (&[Tap], &[ZeroReading]),
-    sign: f64,
-    factor: f64,
-    model: &Pair,
-    open: Opener<'_>,
-) -> Result<Vec<Row>, Error> {
+fn rows(data: &Data, of: &Calibrated, sign: f64, model: &Pair, open: Opener<'_>) -> Result<Vec<Row>, Error> {
+    let factor = of.calibration.rig.setup.gauge.factor;
     let recorded = |place: usize| data.unit.strain(data.beside.values[place][0], factor);
     let usable = |z: &&ZeroReading| z.reason.is_none() && recorded(z.place).is_finite();
-    let zeros: Vec<(usize, f64)> =
-        zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
+    let zeros: Vec<_> = of.zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
     let zero = Zero::new(&zeros);
     let sound = |t: &&Tap| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign;
-    let taps: Vec<&Tap> = taps.iter().filter(|t| sound(t) && recorded(t.place).is_finite()).collect();
+    let taps: Vec<&Tap> = of.taps.iter().filter(|t| sound(t) && recorded(t.place).is_finite()).collect();
     let tilt = |t: &Tap| if data.beside.tilt.is_some() { data.beside.values[t.place][1] } else { 0.0 };
     let places: Vec<Task> = taps.iter().map(|t| model.tap(t.a, tilt(t), t.drive)).collect();
     let mut evaluator = model.evaluator(open(&model.setup.model)?);

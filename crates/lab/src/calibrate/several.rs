@@ -6,13 +6,10 @@ use super::coverage::Coverage;
 use super::{Calibrated, Options, calibrate, report};
 use crate::error::{Error, InputError};
 use crate::estimator::fit::Fit;
-use crate::locate::locator::opener;
-use crate::locate::{self, Located, Sensor, Several};
+use crate::locate::{self, Located, Sensor, Several, opener};
 use crate::measure::{Data, Names, Rig};
 use crate::scene::{Drive, Spec};
-use crate::sink::frame::Frame;
-use crate::sink::lab::LabTable;
-use crate::sink::values::Field;
+use crate::sink::{Field, Frame, LabTable};
 
 /// A calibrated sensor.
 pub struct Calibration {
@@ -128,9 +125,7 @@ impl Calibration {
 }
 
 /// Whisker from `read` for the drive of the `table`, else `said`, if its sensor has several channels. Errors of other whiskers are reported later.
-///
-/// # Errors
-/// As [`Data::parse_named`] and `read`.
+/// Errors: As [`Data::parse_named`] and `read`.
 pub fn whisker(
     read: impl Fn(Option<Drive>) -> Result<(Rig, Spec), InputError>,
     (label, table, names): (&str, LabTable<'_>, &Names),
@@ -144,9 +139,7 @@ pub fn whisker(
 }
 
 /// Calibrates each channel of `rig` from the `table` called `label` with the columns `names`.
-///
-/// # Errors
-/// As [`calibrate`]; a channel without a column.
+/// Errors: As [`calibrate`]; a channel without a column.
 pub fn several(
     (label, table, names): (&str, LabTable<'_>, &Names),
     rig: &Rig,

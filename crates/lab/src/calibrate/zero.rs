@@ -4,13 +4,9 @@
 //! diagonal at the zero z. This needs no curve of the whisker.
 
 use crate::error::Error;
-use crate::estimator::fit::Task;
-use crate::estimator::learned::Learnt;
-use crate::estimator::least;
 use crate::estimator::taps::{Cell, Sorted, Tap, grouped};
-use crate::estimator::{Opener, Parameter};
-use crate::measure::zero::{Tared, TaredBy};
-use crate::measure::{Data, Rig};
+use crate::estimator::{Opener, Parameter, fit::Task, learned::Learnt, least};
+use crate::measure::{Data, Rig, Tared, TaredBy};
 use crate::reduce::{median, range, sorted};
 use crate::scene::Side;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -86,29 +82,26 @@ pub(super) fn tare((data, rig): (&Data, &Rig), rows: &mut Sorted, [value, error]
 
 pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
     let [least, largest] = range(learnt.fit.zeros.iter().copied());
+    let (file, moved, unit) = (&data.file, largest - least, data.unit.common());
+    let kind = rig.setup.drive.column();
     format!(
-        "{}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {:.2e} {} over the file; \
-         a drift is taken into account. Read the zero now and then (rows with {} = 0)",
-        data.file,
-        largest - least,
-        data.unit.common(),
-        rig.setup.drive.column()
+        "{file}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {moved:.2e} {unit} over the file; \
+         a drift is taken into account. Read the zero now and then (rows with {kind} = 0)"
     )
 }
 
 pub(super) fn untared(data: &Data, rig: &Rig, tared: &Tared) -> Option<String> {
-    let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
+    let (kind, unit, file) = (rig.setup.drive.column(), data.unit.common(), &data.file);
     match tared.from {
         TaredBy::Fitted => Some(format!(
-            "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
+            "{file}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
              as it will be from readings without a zero of their own. A drift of the zero would do much of that: rows with {kind} = 0 now and \
              then would tell",
-            data.file, tared.value, tared.error
+            tared.value, tared.error
         )),
         TaredBy::None if tared.error == 0.0 => Some(format!(
-            "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \
-             with {kind} = 0 say what the sensor shows without contact",
-            data.file
+            "{file}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \
+             with {kind} = 0 say what the sensor shows without contact"
         )),
         _ => None,
     }

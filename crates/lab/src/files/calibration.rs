@@ -3,15 +3,13 @@
 use std::ops::Range;
 use std::path::Path;
 
-use toml::Table;
-use toml::de::DeTable;
+use toml::{Table, de::DeTable};
 
 use crate::error::{Error, InputError};
 use crate::estimator::{Estimator, Opener};
 use crate::locate::calibration::{Calibration, FORMAT, Second};
-use crate::locate::locator::{Locator, opener};
-use crate::measure::time::Lag;
-use crate::measure::{Rig, Unit};
+use crate::locate::{Locator, opener};
+use crate::measure::{Lag, Rig, Unit};
 use crate::scene::RunOptions;
 use crate::sink::folder::hash;
 use crate::text_file::{Limit, TextFile};
@@ -63,9 +61,7 @@ impl Calibration {
     }
 
     /// Locator from the file's text, opened as `locate` does.
-    ///
-    /// # Errors
-    /// A calibration that `locate` refuses; a backend that fails.
+    /// Errors: A calibration that `locate` refuses; a backend that fails.
     pub fn opened(&self, open: Opener<'_>) -> Result<Locator, Error> {
         const NAME: &str = "calibration.toml";
         let read = Self::parse(NAME, &self.to_text(), false).map_err(Error::from);
@@ -82,17 +78,13 @@ impl Calibration {
     }
 
     /// Reads the file at `path`; with `trust` also one that was edited by hand.
-    ///
-    /// # Errors
-    /// A file that is missing, of another format, edited, or contradictory.
+    /// Errors: A file that is missing, of another format, edited, or contradictory.
     pub fn read(path: &Path, trust: bool) -> Result<Self, InputError> {
         Self::parse(&path.display().to_string(), &Self::load(path)?, trust)
     }
 
     /// Text of the file at `path`.
-    ///
-    /// # Errors
-    /// A missing file, or a folder.
+    /// Errors: A missing file, or a folder.
     pub fn load(path: &Path) -> Result<String, InputError> {
         if path.is_dir() {
             let error = InputError::new("this is a folder; the calibration file in it is needed");
@@ -198,9 +190,7 @@ fn misfit(text: &str, at: &Range<usize>, complaint: &str, again: &str) -> InputE
 
 impl Locator {
     /// Opens the calibration file at `path` with the chosen estimator.
-    ///
-    /// # Errors
-    /// A file that cannot be used; a backend that fails.
+    /// Errors: A file that cannot be used; a backend that fails.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let calibration = Calibration::read(path, false)?;

@@ -14,8 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::backend::Backend;
 use crate::error::{Error, InputError};
 use crate::estimator::Opener;
-use crate::locate::calibration::FORMAT;
-use crate::locate::{Calibration, Sensor};
+use crate::locate::{Calibration, Sensor, calibration::FORMAT};
 use crate::scene::{BackendChoice, Precision, RunOptions, Spec};
 use crate::sink::folder::hash;
 
@@ -66,9 +65,7 @@ impl Sensor {
     }
 
     /// Parses `text` of the file `label`; with `trust` also calibrations that were edited by hand.
-    ///
-    /// # Errors
-    /// A text that is not such a file; errors of its calibrations.
+    /// Errors: A text that is not such a file; errors of its calibrations.
     pub fn parse(label: &str, text: &str, trust: bool) -> Result<Self, InputError> {
         let again = "a calibration.toml as `vibrissa calibrate` wrote it";
         let broken = |message: &str| InputError::new(message).at(label, None).allowed(again);

@@ -140,7 +140,7 @@ impl<'a> Source<'a> {
                     let (line, said) = (self.number, self.ask.columns);
                     rows.same(line, text, said).map_err(|e| e.at(self.ask.label(), Some(line)))?;
                 }
-                Some(text) => self.comments.push(self.number, text),
+                Some(text) => self.comments.push((self.number, text.to_owned())),
                 None => {}
             }
         }

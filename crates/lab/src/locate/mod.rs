@@ -30,7 +30,7 @@ pub use crate::estimator::{self, Estimator, Found, Parameter};
 pub use answers::Sequence;
 pub use calibration::Calibration;
 pub(crate) use calibration::Opened;
-pub use locator::{Located, Locator};
+pub use locator::{Located, Locator, opener};
 pub use object::{By, Objects};
 pub use pair::Spatial;
 pub use rows::{Answerer, Reading};

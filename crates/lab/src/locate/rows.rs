@@ -9,7 +9,7 @@ use super::{Locator, Spatial};
 use crate::error::{Error, InputError};
 use crate::fields::{self, Decimals, fields, separator};
 use crate::measure::columns::{Columns, may_drive};
-use crate::measure::header::{Comments, same};
+use crate::measure::header::{Comments, before, same};
 use crate::measure::time::Memory;
 use crate::measure::{Names, Unit};
 use crate::scene::{Drive, Signal};
@@ -187,7 +187,7 @@ impl<'a> RowReader<'a> {
         let mut comment = None;
         if let LabRow::Line(line) = row {
             let own = self.who.said(said, 0);
-            if let Some((at, others)) = comments.before(line, &names, &own)? {
+            if let Some((at, others)) = before(comments, line, &names, &own)? {
                 (comment, names) = (Some(at), others);
             } else if !names.iter().any(|f| own.known(f) || (file && fields::number(f).is_none())) {
                 if said.is_empty() {

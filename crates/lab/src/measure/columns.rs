@@ -1,9 +1,7 @@
 //! Finds the columns of a file by their names, or as `--columns` says.
 
-use super::Unit;
-use super::file::Row;
-use super::group::Groups;
 use super::names::{DISTANCE, Names, Role, meant};
+use super::{Groups, Row, Unit};
 use crate::error::InputError;
 use crate::reduce::distinct;
 use crate::scene::Drive;
@@ -35,9 +33,7 @@ pub struct Columns {
 
 impl Columns {
     /// Finds the columns among the header's `names`, with the user's names in `said`; of two drives takes `kind`.
-    ///
-    /// # Errors
-    /// A missing, doubled or contradicting column; a name like that of a drive.
+    /// Errors: A missing, doubled or contradicting column; a name like that of a drive.
     pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
         for (role, name) in &said.said {
             if !names.contains(name) {
@@ -50,14 +46,13 @@ impl Columns {
         }
         let roles: Vec<Option<Role>> = names.iter().map(|n| said.role(n)).collect();
         let once = |wanted: Role| {
-            let mut places = (0..names.len()).filter(|&i| roles[i] == Some(wanted));
-            let first = places.next();
-            match (first, places.next()) {
-                (Some(place), Some(_)) => {
+            let places: Vec<usize> = (0..names.len()).filter(|&i| roles[i] == Some(wanted)).collect();
+            match places[..] {
+                [place, _, ..] => {
                     let error = InputError::new("this column appears twice").key(&names[place]);
                     Err(error.allowed("each column once"))
                 }
-                _ => Ok(first),
+                _ => Ok(places.first().copied()),
             }
         };
         let a = once(Role::Distance)?;
@@ -84,10 +79,7 @@ impl Columns {
         }
         let signal = match signals.as_slice() {
             [one] => *one,
-            [] => match &said.channel {
-                Some(channel) => return Err(channel.missing(names)),
-                None => return Err(no_signal(names)),
-            },
+            [] => return Err(said.channel.as_ref().map_or_else(|| no_signal(names), |c| c.missing(names))),
             several => {
                 let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
                 let error =

@@ -2,17 +2,15 @@
 
 use std::path::Path;
 
-use super::Unit;
 use super::columns::{Columns, Others, all_names, followed, missing};
-use super::group::rounded;
-use super::header::Sheet;
 use super::missing::{self, Missing};
 pub use super::names::{DISTANCE, Names};
 use super::time::{Runs, forward, seconds};
+use super::{Unit, group::rounded, header::Sheet};
 use crate::error::InputError;
 use crate::fields::Decimals;
 use crate::scene::Drive;
-use crate::sink::lab::LabTable;
+use crate::sink::LabTable;
 use crate::text_file::{Limit, TextFile};
 
 /// One line of a data file; NaN for a missing value.
@@ -81,22 +79,18 @@ impl Data {
     /// A copy with distances, drives and tilts freed of rounding, so that they can be compared; `as_they_are` excludes distances or drives.
     pub fn rounded(&self, as_they_are: [bool; 2]) -> Self {
         let mut data = self.clone();
-        let column = |f: fn(&Row) -> f64| rounded(&self.rows.iter().map(f).collect::<Vec<_>>());
         let tilts = rounded(&self.beside.values.iter().map(|v| v[1]).collect::<Vec<_>>());
         data.beside.values.iter_mut().zip(tilts).for_each(|(v, tilt)| v[1] = tilt);
-        if !as_they_are[0] {
-            data.rows.iter_mut().zip(column(|r| r.a)).for_each(|(r, a)| r.a = a);
-        }
-        if !as_they_are[1] {
-            data.rows.iter_mut().zip(column(|r| r.drive)).for_each(|(r, drive)| r.drive = drive);
+        let labels: [fn(&mut Row) -> &mut f64; 2] = [|r| &mut r.a, |r| &mut r.drive];
+        for (label, _) in labels.into_iter().zip(as_they_are).filter(|(_, as_it_is)| !as_it_is) {
+            let values = rounded(&data.rows.iter_mut().map(|r| *label(r)).collect::<Vec<_>>());
+            data.rows.iter_mut().zip(values).for_each(|(r, x)| *label(r) = x);
         }
         data
     }
 
     /// The largest distance, mm.
-    ///
-    /// # Errors
-    /// No distance > 0.
+    /// Errors: No distance > 0.
     pub fn furthest(&self) -> Result<f64, InputError> {
         let furthest = self.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
         let error = || InputError::new("no row has a distance > 0").at(&self.file, None).key("a_mm");
@@ -104,9 +98,7 @@ impl Data {
     }
 
     /// Reads the file at `path`.
-    ///
-    /// # Errors
-    /// A missing file, no CSV; missing, doubled or contradicting columns; a field that is not a number. Empty, `NaN` and `inf` are missing values.
+    /// Errors: A missing file, no CSV; missing, doubled or contradicting columns; a field that is not a number. Empty, `NaN` and `inf` are missing values.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         Self::parse(&path.display().to_string(), &Self::load(path)?)
     }
@@ -159,16 +151,13 @@ impl Data {
             }
             let mut number = |place: usize| {
                 decimals.number(&record[place]).ok_or_else(|| {
-                    let allowed = match decimals.refuses(&record[place]) {
-                        true => {
-                            "one decimal mark in the whole file, point or comma; nothing between thousands"
-                        }
-                        false => "a number without unit; empty or NaN where it is missing",
+                    let allowed = if decimals.refuses(&record[place]) {
+                        "one decimal mark in the whole file, point or comma; nothing between thousands"
+                    } else {
+                        "a number without unit; empty or NaN where it is missing"
                     };
-                    let error = InputError::new(decimals.wrong(&record[place]))
-                        .key(&names[place])
-                        .value(&record[place]);
-                    error.allowed(allowed).at(label, Some(line))
+                    let error = InputError::new(decimals.wrong(&record[place])).key(&names[place]);
+                    error.value(&record[place]).allowed(allowed).at(label, Some(line))
                 })
             };
             others.push(&record);

@@ -5,45 +5,34 @@ use super::columns::drive_like;
 use super::names::{Names, Role};
 use crate::error::InputError;
 use crate::fields::{fields, lines, number, separator};
-use crate::sink::lab::{LabCell, LabRow, LabTable};
+use crate::sink::{LabCell, LabRow, LabTable};
 
 /// Words in column names other than drives.
 const WORDS: &str = "reading signal strain microstrain ustrain voltage volt volts mv adc count counts raw value force moment channel ch gauge sensor \
                      distance dist position pos time run spannung dehnung kraft abstand";
 
 /// Comments of a file before its rows, with their lines.
-#[derive(Debug, Default)]
-pub struct Comments(Vec<(usize, String)>);
+pub type Comments = Vec<(usize, String)>;
 
-impl Comments {
-    /// Adds a comment before the first row.
-    pub fn push(&mut self, line: usize, text: &str) {
-        self.0.push((line, text.to_owned()));
+/// The column names in the last of the `comments` before the `first` line, which has the fields `names`, and its line; `None` if that line is the header.
+/// Errors: A comment that names columns, in another number than there are fields.
+pub fn before(
+    comments: &Comments,
+    first: &str,
+    names: &[String],
+    said: &Names,
+) -> Result<Option<(usize, Vec<String>)>, InputError> {
+    if names.iter().any(|name| said.known(name)) {
+        return Ok(None);
     }
-
-    /// The column names in the last comment before the `first` line, which has the fields `names`, and its line; `None` if that line is the header.
-    ///
-    /// # Errors
-    /// A comment that names columns, in another number than there are fields.
-    pub fn before(
-        &self,
-        first: &str,
-        names: &[String],
-        said: &Names,
-    ) -> Result<Option<(usize, Vec<String>)>, InputError> {
-        if names.iter().any(|name| said.known(name)) {
-            return Ok(None);
-        }
-        let found = self.0.iter().rev().find_map(|(line, text)| Some((*line, named(text, first, said)?)));
-        let other = self.0.iter().find(|(_, text)| found.is_none() && names_columns(text));
-        let Some((line, text)) = other else { return Ok(found) };
-        let count = names.len();
-        let message = format!("this comment names columns, but the rows have {count} fields");
-        let error = InputError::new(message).value(text);
-        let allowed =
-            "one name for each field, with what separates the fields; or a header that is no comment";
-        Err(InputError { line: Some(*line), ..error.allowed(allowed) })
-    }
+    let found = comments.iter().rev().find_map(|(line, text)| Some((*line, named(text, first, said)?)));
+    let other = comments.iter().find(|(_, text)| found.is_none() && names_columns(text));
+    let Some((line, text)) = other else { return Ok(found) };
+    let count = names.len();
+    let message = format!("this comment names columns, but the rows have {count} fields");
+    let error = InputError::new(message).value(text);
+    let allowed = "one name for each field, with what separates the fields; or a header that is no comment";
+    Err(InputError { line: Some(*line), ..error.allowed(allowed) })
 }
 
 /// A row with its line and its fields.
@@ -66,9 +55,7 @@ pub struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     /// Finds the column names, with the user's names in `said`; `allowed` lists columns for messages.
-    ///
-    /// # Errors
-    /// Text without a line; a comment with column names of another number than the columns.
+    /// Errors: Text without a line; a comment with column names of another number than the columns.
     pub fn new(table: LabTable<'a, &'a str>, said: &Names, allowed: &str) -> Result<Self, InputError> {
         let text = match table {
             LabTable::Text(text) => text.trim_start_matches('\u{feff}'),
@@ -82,7 +69,7 @@ impl<'a> Sheet<'a> {
         let mut lines = (1..).zip(lines(text)).filter(|(_, line)| !line.trim().is_empty()).peekable();
         let mut comments = Comments::default();
         while let Some((line, text)) = lines.next_if(|(_, line)| line.starts_with('#')) {
-            comments.push(line, text);
+            comments.push((line, text.to_owned()));
         }
         let Some((line, first)) = lines.peek().copied() else {
             let message = "this file is empty; its first line must name the columns";
@@ -90,7 +77,7 @@ impl<'a> Sheet<'a> {
         };
         let mark = separator(first);
         let names: Vec<String> = fields(first, mark).iter().map(|f| f.to_string()).collect();
-        let commented = comments.before(first, &names, said)?;
+        let commented = before(&comments, first, &names, said)?;
         if commented.is_none() {
             lines.next();
         }
@@ -100,9 +87,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// The next row with its line and its fields.
-    ///
-    /// # Errors
-    /// A comment that names other columns.
+    /// Errors: A comment that names other columns.
     pub fn next(&mut self, said: &Names) -> Result<Option<Read<'a>>, InputError> {
         for (line, row) in &mut self.rows {
             match row {
@@ -135,14 +120,12 @@ impl<'a> Sheet<'a> {
 
 /// Refuses a `comment` that names other columns than `names`.
 pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Names) -> Result<(), InputError> {
-    match named(comment, row, said) {
-        Some(other) if other != names => {
-            let message = "this comment names other columns than the rows before it have";
-            let error = InputError::new(message).value(comment).allowed(names.join(","));
-            Err(InputError { line: Some(line), ..error })
-        }
-        _ => Ok(()),
+    if named(comment, row, said).is_none_or(|other| other == names) {
+        return Ok(());
     }
+    let message = "this comment names other columns than the rows before it have";
+    let error = InputError::new(message).value(comment).allowed(names.join(","));
+    Err(InputError { line: Some(line), ..error })
 }
 
 /// Line of the names before the first three rows of numbers.
@@ -240,10 +223,9 @@ impl Thousands {
                 continue;
             }
             grouped |= three;
-            match three {
-                true if column.marked[k].is_none() => column.marked[k] = Some((line, field.to_string())),
-                true => {}
-                false => self.decimal[k] = true,
+            self.decimal[k] |= !three;
+            if three {
+                column.marked[k].get_or_insert_with(|| (line, field.to_string()));
             }
             // With commas as separators, a comma within quotes is hardly a decimal mark.
             column.plain |= MARKS[k] == separator;

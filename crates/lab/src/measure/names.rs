@@ -1,10 +1,8 @@
 //! Content of a column, by its name or as `--columns` says.
 
-use super::Unit;
-use super::columns::drive_like;
+use super::{Unit, columns::drive_like};
 use crate::error::InputError;
-use crate::scene::channels::numbered;
-use crate::scene::{Drive, Signal};
+use crate::scene::{Drive, Signal, channels::numbered};
 
 /// Column of the contact distance.
 pub const DISTANCE: &str = "a_mm";
@@ -66,6 +64,10 @@ impl Role {
         }
     }
 
+    pub(super) fn column(self) -> Option<&'static str> {
+        Self::ALL.iter().find(|r| r.2 == self).map(|r| r.1)
+    }
+
     fn of_column(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(_, column, role)| *column == name && *role != Self::Ignored).map(|r| r.2)
     }
@@ -115,9 +117,7 @@ pub enum Channel {
 
 impl Names {
     /// Reads the value of `--columns`.
-    ///
-    /// # Errors
-    /// A part that is not `role=name`; a role that is unknown or named twice.
+    /// Errors: A part that is not `role=name`; a role that is unknown or named twice.
     pub fn parse(text: &str) -> Result<Self, InputError> {
         let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, run, t, channel_1 … channel_6, ignore; each as role=column";
         let fault = |message: String, part: &str| {
@@ -184,21 +184,15 @@ impl Names {
             }),
         };
         let Some(channel) = &self.channel else { return role };
+        let (reading, ignored) = (Some(Role::Signal(Unit::Reading)), Some(Role::Ignored));
+        let is_said = |column| self.said.iter().any(|(role, _)| *role == Role::Channel(column));
         match (channel, role) {
-            (Channel::Named(column), Some(Role::Channel(said))) if said == *column => {
-                Some(Role::Signal(Unit::Reading))
-            }
-            (_, Some(Role::Channel(_))) => Some(Role::Ignored),
-            (Channel::Named(column), _)
-                if name == *column && !self.said.iter().any(|(role, _)| *role == Role::Channel(column)) =>
-            {
-                Some(Role::Signal(Unit::Reading))
-            }
-            (Channel::Named(_), None) if name.starts_with("channel_") => Some(Role::Ignored),
-            (Channel::Named(_), Some(Role::Signal(_))) => Some(Role::Ignored),
-            (Channel::Of(signal), Some(Role::Signal(unit))) if unit.signal() != Some(*signal) => {
-                Some(Role::Ignored)
-            }
+            (Channel::Named(column), Some(Role::Channel(said))) if said == *column => reading,
+            (_, Some(Role::Channel(_))) => ignored,
+            (Channel::Named(column), _) if name == *column && !is_said(column) => reading,
+            (Channel::Named(_), None) if name.starts_with("channel_") => ignored,
+            (Channel::Named(_), Some(Role::Signal(_))) => ignored,
+            (Channel::Of(signal), Some(Role::Signal(unit))) if unit.signal() != Some(*signal) => ignored,
             _ => role,
         }
     }

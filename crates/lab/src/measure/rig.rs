@@ -2,8 +2,7 @@
 
 use crate::design::Design;
 use crate::error::InputError;
-use crate::measure::Data;
-use crate::measure::names::Channel;
+use crate::measure::{Data, names::Channel};
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::taper::Taper;
 use crate::scene::{Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple};
@@ -26,9 +25,7 @@ pub struct Rig {
 #[allow(non_snake_case)]
 impl Rig {
     /// The whisker of `tuple`, whose distance and drive are unused.
-    ///
-    /// # Errors
-    /// Numbers that give no whisker with a gauge.
+    /// Errors: Numbers that give no whisker with a gauge.
     pub fn new(mut setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
         setup.directions = [false; 2];
         let design = Design::new(&setup, tuple);
@@ -41,9 +38,7 @@ impl Rig {
     }
 
     /// A rig with an unknown whisker, tapped up to `furthest` mm: a uniform rod with the gauge at its base, of which only ε ∝ 1/a is used.
-    ///
-    /// # Errors
-    /// A distance that is not positive.
+    /// Errors: A distance that is not positive.
     pub fn unknown(setup: Setup, furthest: f64) -> Result<Self, InputError> {
         let L_a = 2.0 * furthest;
         let (D, l) = (0.1 * L_a, 1e-6 * L_a);
@@ -52,9 +47,7 @@ impl Rig {
     }
 
     /// [`Self::unknown`] for `data`, with `drive` if they do not say; and a spec of it.
-    ///
-    /// # Errors
-    /// Data without a distance.
+    /// Errors: Data without a distance.
     pub fn of_data(data: &Data, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
         let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
         let rig = Self::unknown(setup.clone(), data.furthest()?)?;

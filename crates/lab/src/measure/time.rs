@@ -1,7 +1,6 @@
 //! Times of rows: the runs of a file, during which the rig was not set up anew, and a sensor that lags, as rubber and glue creep.
 
-use super::Data;
-use super::file::Row;
+use super::{Data, Row};
 use crate::error::InputError;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -86,9 +85,7 @@ impl Runs {
     }
 
     /// Refuses a column that does not name runs, in a file of `rows` rows.
-    ///
-    /// # Errors
-    /// A run of one row; a different value in each row.
+    /// Errors: A run of one row; a different value in each row.
     pub fn check(&self, rows: usize) -> Result<(), InputError> {
         let allowed = "the same value for all rows of a run, two or more; or --columns ignore=NAME";
         if self.0.len() == rows && rows > 1 {
@@ -121,9 +118,7 @@ pub fn seconds(t: f64) -> Result<(), InputError> {
 }
 
 /// Refuses times that run backwards. A clock may restart at another distance or run.
-///
-/// # Errors
-/// The line and the fault.
+/// Errors: The line and the fault.
 pub fn forward(rows: &[Row]) -> Result<(), (usize, InputError)> {
     let back = |w: &&[Row]| w[1].t < w[0].t;
     let often = 2 * rows.windows(2).filter(back).count() > rows.len();

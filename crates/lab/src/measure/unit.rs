@@ -1,6 +1,6 @@
 //! Units of the signal column.
 
-use super::Data;
+use super::{Data, names::Role};
 use crate::scene::Signal;
 
 /// Unit of the recorded signal.
@@ -25,29 +25,24 @@ impl Unit {
     pub const ALL: [Self; 6] =
         [Self::Strain, Self::Microstrain, Self::Bridge, Self::Reading, Self::Moment, Self::Force];
 
-    /// Their columns, those of the second gauge, and the quantities of the whisker that are measured.
-    const FACTS: [(&'static str, &'static str, Option<Signal>); 6] = [
-        ("strain", "strain_2", Some(Signal::Strain)),
-        ("microstrain", "microstrain_2", Some(Signal::Strain)),
-        ("bridge_mV_per_V", "bridge_mV_per_V_2", Some(Signal::Strain)),
-        ("reading", "reading_2", None),
-        ("moment_Nmm", "reading_2", Some(Signal::Moment)),
-        ("force_N", "reading_2", Some(Signal::Force)),
-    ];
-
     /// Name of the column that holds it.
     pub fn column(self) -> &'static str {
-        Self::FACTS[self as usize].0
+        Role::Signal(self).column().unwrap_or_default()
     }
 
     /// Name of the second gauge's column.
     pub fn second(self) -> &'static str {
-        Self::FACTS[self as usize].1
+        Role::Second(self).column().unwrap_or("reading_2")
     }
 
     /// The quantity of the whisker that is measured; `None` for a reading, which may be any.
     pub fn signal(self) -> Option<Signal> {
-        Self::FACTS[self as usize].2
+        match self {
+            Self::Strain | Self::Microstrain | Self::Bridge => Some(Signal::Strain),
+            Self::Reading => None,
+            Self::Moment => Some(Signal::Moment),
+            Self::Force => Some(Signal::Force),
+        }
     }
 
     /// The unit of `signal`.

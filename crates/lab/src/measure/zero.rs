@@ -1,7 +1,6 @@
 //! The sensor's zero: rows without contact (drive 0, or before contact where the drive has its own zero), joined by straight lines in file order.
 
-use super::group::Groups;
-use super::{Data, Row};
+use super::{Data, Groups, Row};
 use crate::reduce::median;
 use serde::{Deserialize, Serialize};
 
@@ -63,19 +62,12 @@ pub struct Zero {
 impl Zero {
     /// From (index in the file, value) in file order. Readings without a tap between them form one run.
     pub fn new(readings: &[(usize, f64)]) -> Self {
-        let mut runs: Vec<(f64, f64, usize)> = Vec::new();
-        let mut last = None;
-        for &(place, value) in readings {
-            match runs.last_mut() {
-                Some((p, v, n)) if last == Some(place.wrapping_sub(1)) => {
-                    *n += 1;
-                    *p += (place as f64 - *p) / *n as f64;
-                    *v += (value - *v) / *n as f64;
-                }
-                _ => runs.push((place as f64, value, 1)),
-            }
-            last = Some(place);
-        }
+        let add = |(p, v, n): (f64, f64, usize), &(place, value): &(usize, f64)| {
+            let n = n + 1;
+            (p + (place as f64 - p) / n as f64, v + (value - v) / n as f64, n)
+        };
+        let run = |readings: &[(usize, f64)]| readings.iter().fold((0.0, 0.0, 0), add);
+        let runs = readings.chunk_by(|p, q| q.0 == p.0 + 1).map(run).collect();
         Self { runs, count: readings.len() }
     }
 
@@ -110,23 +102,21 @@ impl Zero {
     /// readings, one is an outlier if the others agree.
     pub fn outliers(readings: &[(usize, f64)], scale: f64) -> Vec<usize> {
         if readings.len() < 5 {
-            let middle = crate::reduce::median(&mut readings.iter().map(|r| r.1).collect::<Vec<_>>());
-            let mut by_size: Vec<(usize, f64)> =
-                readings.iter().map(|r| (r.0, (r.1 - middle).abs())).collect();
-            by_size.sort_by(|p, q| q.1.total_cmp(&p.1));
-            return match by_size[..] {
+            let middle = median(&mut readings.iter().map(|r| r.1).collect::<Vec<_>>());
+            let mut off: Vec<(usize, f64)> = readings.iter().map(|r| (r.0, (r.1 - middle).abs())).collect();
+            off.sort_by(|p, q| q.1.total_cmp(&p.1));
+            return match off[..] {
                 [(place, off), (_, next), _, ..] if off > 0.1 * scale && next < TOGETHER * off => vec![place],
                 _ => Vec::new(),
             };
         }
-        let off: Vec<f64> = (0..readings.len())
-            .map(|i| {
-                let from = i.saturating_sub(2).min(readings.len() - 5);
-                let mut near: Vec<f64> = readings[from..from + 5].iter().map(|r| r.1).collect();
-                (readings[i].1 - crate::reduce::median(&mut near)).abs()
-            })
-            .collect();
-        let usual = crate::reduce::median(&mut off.clone());
+        let off = |i: usize| {
+            let from = i.saturating_sub(2).min(readings.len() - 5);
+            let mut near: Vec<f64> = readings[from..from + 5].iter().map(|r| r.1).collect();
+            (readings[i].1 - median(&mut near)).abs()
+        };
+        let off: Vec<f64> = (0..readings.len()).map(off).collect();
+        let usual = median(&mut off.clone());
         let far = |&i: &usize| off[i] > 8.0 * 1.4826 * usual && off[i] > 0.1 * scale;
         (0..readings.len()).filter(far).map(|i| readings[i].0).collect()
     }
@@ -159,8 +149,7 @@ impl Rest {
         let all = 0..signals.len();
         let drive = |i: usize| data.rows[i].drive;
         let at_zero = |i: usize| data.drive.is_some() && drive(i) == 0.0;
-        let mut before: Vec<usize> =
-            all.clone().filter(|&i| drive(i) < 0.0 && signals[i].is_finite()).collect();
+        let mut before: Vec<_> = all.clone().filter(|&i| drive(i) < 0.0 && signals[i].is_finite()).collect();
         before.sort_by(|i, j| drive(*i).total_cmp(&drive(*j)));
         let lowest = before.chunk_by(|i, j| drive(*i) == drive(*j)).find(|level| rows.before_contact(level));
         let Some(level) = lowest else {

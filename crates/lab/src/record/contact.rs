@@ -132,26 +132,18 @@ fn plateau(record: &Record, rest: &Rest, contact: Span, stretch: Span, high: f64
 /// The largest signal of a contact: the top of the parabola through the samples next to it that are as high but for noise, three or more.
 fn peak(record: &Record, rest: &Rest, contact: Span, top: usize) -> Reading {
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
-    let near = |k: usize| off(k) >= off(top) - (NEAR * rest.scatter).max(NEXT * off(top));
-    let [mut first, mut last] = [top.saturating_sub(1).max(contact[0]), (top + 1).min(contact[1])];
-    while first > contact[0] && near(first - 1) {
-        first -= 1;
-    }
-    while last < contact[1] && near(last + 1) {
-        last += 1;
-    }
+    let near = |k: &usize| off(*k) >= off(top) - (NEAR * rest.scatter).max(NEXT * off(top));
+    let [first, last] = [top.saturating_sub(1).max(contact[0]), (top + 1).min(contact[1])];
+    let first = (contact[0]..first).rev().take_while(near).last().unwrap_or(first);
+    let last = (last + 1..=contact[1]).take_while(near).last().unwrap_or(last);
     let told = mean(record, rest, Kind::Peak, contact, [first, last]);
     // Least squares of level + slope x + curve x² on places −1 … 1.
     let n = last - first;
     let place = |k: usize| 2.0 * (k - first) as f64 / n as f64 - 1.0;
-    let mut sums = [0.0; 4];
-    for k in first..=last {
+    let [xx, xxxx, xy, xxy] = (first..=last).fold([0.0; 4], |[xx, xxxx, xy, xxy], k| {
         let (x, y) = (place(k), sample(record, rest, k) - told.signal);
-        for (sum, value) in sums.iter_mut().zip([x * x, x.powi(4), x * y, x * x * y]) {
-            *sum += value;
-        }
-    }
-    let [xx, xxxx, xy, xxy] = sums;
+        [xx + x * x, xxxx + x.powi(4), xy + x * y, xxy + x * x * y]
+    });
     let curve = xxy / (xxxx - xx * xx / (n + 1) as f64);
     let (slope, level) = (xy / xx, -curve * xx / (n + 1) as f64);
     // A top outside the samples is none.

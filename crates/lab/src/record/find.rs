@@ -51,18 +51,15 @@ pub struct Reading {
 
 /// Rests and contacts of `record` in the order of time.
 pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputError> {
-    if let Some((kind, drives)) = &record.drive
-        && drives.iter().all(|d| *d == 0.0)
-    {
-        let error = InputError::new("this drive is 0 throughout, so that it says of no tap")
-            .at(record.file.clone(), None);
-        return Err(error
-            .key(kind.column())
-            .allowed("the drive of each sample; --columns ignore=NAME leaves it out"));
+    if let Some((kind, _)) = record.drive.as_ref().filter(|(_, drives)| drives.iter().all(|d| *d == 0.0)) {
+        let error = InputError::new("this drive is 0 throughout, so that it says of no tap");
+        let error = error.at(record.file.clone(), None).key(kind.column());
+        return Err(error.allowed("the drive of each sample; --columns ignore=NAME leaves it out"));
     }
     let rest = rest(record);
-    let fault = |message: &str, value: String, allowed: &str| {
-        InputError::new(message).at(record.file.clone(), None).key("signal").value(value).allowed(allowed)
+    let fault = |message: &str, allowed: &str| {
+        let error = InputError::new(message).at(record.file.clone(), None).key("signal");
+        Err(error.value(format!("noise {:.3e}", rest.noise)).allowed(allowed))
     };
     if rest.blocks.is_empty() {
         let (what, allowed) = match &record.drive {
@@ -75,7 +72,7 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
                 "a record that also shows the sensor without contact, for five samples or more",
             ),
         };
-        return Err(fault(&what, format!("noise {:.3e}", rest.noise), allowed));
+        return fault(&what, allowed);
     }
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
     let mut readings: Vec<Reading> =
@@ -83,22 +80,13 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     let n = record.signal.len();
     let largest = |[first, last]: [usize; 2]| (first..=last).map(off).fold(0.0, f64::max);
     let mut found: Vec<[usize; 2]> = Vec::new();
-    let mut beyond: Vec<[usize; 2]> = Vec::new();
-    for k in (0..n).filter(|k| off(*k) > rest.away) {
-        match beyond.last_mut() {
-            Some(last) if k - last[1] <= APART => last[1] = k,
-            _ => beyond.push([k, k]),
-        }
-    }
-    beyond.retain(|c| c[1] - c[0] + 1 >= LEAST);
-    for [mut first, mut last] in beyond {
+    let away: Vec<usize> = (0..n).filter(|k| off(*k) > rest.away).collect();
+    let beyond = away.chunk_by(|j, k| k - j <= APART).map(|c| [c[0], c[c.len() - 1]]);
+    for [first, last] in beyond.filter(|c| c[1] - c[0] + 1 >= LEAST) {
         // With the samples around it that are off the rest.
-        while first > 0 && off(first - 1) > 2.0 * rest.scatter {
-            first -= 1;
-        }
-        while last + 1 < n && off(last + 1) > 2.0 * rest.scatter {
-            last += 1;
-        }
+        let stands = |k: &usize| off(*k) > 2.0 * rest.scatter;
+        let first = (0..first).rev().take_while(stands).last().unwrap_or(first);
+        let last = (last + 1..n).take_while(stands).last().unwrap_or(last);
         let before = found.last_mut().filter(|before| {
             let rested = || rest.blocks.iter().any(|b| (2 * before[1]..2 * first).contains(&(b[0] + b[1])));
             let (one, other) = (largest(**before), largest([first, last]));
@@ -113,9 +101,8 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
         readings.extend(of_contact(record, &rest, contact, take));
     }
     if readings.iter().all(|r| r.kind == Kind::Rest) {
-        let value = format!("noise {:.3e}", rest.noise);
         let allowed = "taps that stand out of the noise by six standard deviations; --take peak where none stands still";
-        return Err(fault("no tap is found in this signal", value, allowed));
+        return fault("no tap is found in this signal", allowed);
     }
     readings.sort_by_key(|r| r.mean[0]);
     certain(record, &rest, &readings)?;
@@ -162,8 +149,7 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
     let fault = |what: String, value: f64| {
         let message = format!("it is not certain where this signal rests: {what}");
         let error = InputError::new(message).at(record.file.clone(), None).key("signal");
-        let error = error.value(format!("{value:.4e}"));
-        Err(error.allowed(
+        Err(error.value(format!("{value:.4e}")).allowed(
             "a record that rests at one level before and after each contact; or a column theta_deg or delta_mm with the drive of each \
              sample, which says what is no contact",
         ))
@@ -178,9 +164,8 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
                 format!("what is still before {from} s and after {to} s differs by much of what is between");
             return fault(what, b.moved);
         }
-        if b.least > OTHER * b.height
-            && b.times[0].min(b.times[1]) as f64 > FREE * b.times[0].max(b.times[1]) as f64
-        {
+        let [up, down] = b.times;
+        if b.least > OTHER * b.height && up.min(down) as f64 > FREE * up.max(down) as f64 {
             let what = format!("from {from} to {to} s it goes to both sides without a rest between");
             return fault(what, b.least);
         }
@@ -244,16 +229,12 @@ fn between(rest: &Rest, before: [usize; 2], after: [usize; 2]) -> Between {
 fn humps(off: &[f64]) -> usize {
     let [ends, begins, lasts] = ONCE;
     let height = off.iter().copied().fold(0.0, f64::max);
-    let (mut all, mut up): (Vec<usize>, bool) = (Vec::new(), false);
-    for off in off {
-        if *off > begins * height && !up {
-            all.push(0);
-        }
-        up = *off > begins * height || up && *off > ends * height;
-        if let Some(last) = all.last_mut().filter(|_| up) {
-            *last += 1;
-        }
-    }
+    let ups = off.iter().scan(false, |up, off| {
+        *up = *off > begins * height || *up && *off > ends * height;
+        Some(*up)
+    });
+    let ups: Vec<bool> = ups.collect();
+    let all: Vec<usize> = ups.chunk_by(|p, q| p == q).filter(|c| c[0]).map(<[bool]>::len).collect();
     let longest = all.iter().copied().max().unwrap_or_default();
     all.iter().filter(|n| **n as f64 > lasts * longest as f64).count()
 }

@@ -12,11 +12,8 @@ pub use find::{Kind, Reading, Take, find};
 use crate::error::InputError;
 use crate::fields::Decimals;
 use crate::locate::object::NAME as OBJECT;
-use crate::measure::Unit;
-use crate::measure::columns::Columns;
-use crate::measure::header::Sheet;
 use crate::measure::names::{DISTANCE, Names, TILT};
-use crate::measure::time::seconds;
+use crate::measure::{Unit, columns::Columns, header::Sheet, time::seconds};
 use crate::scene::Drive;
 use crate::sink::lab::LabTable;
 
@@ -50,9 +47,8 @@ impl Record {
         let columns = Columns::find(&names, said, None).map_err(|e| sheet.elsewhere(e, file))?;
         let Some(time) = columns.time else {
             let error = InputError::new("column t_s is missing: a raw record has the time of each sample");
-            let error =
-                error.key("t_s").value(names.join(",")).allowed("t_s, in seconds; or --columns t=NAME");
-            return Err(at(error, first));
+            let error = error.key("t_s").value(names.join(","));
+            return Err(at(error.allowed("t_s, in seconds; or --columns t=NAME"), first));
         };
         let mut record = Self {
             file: file.to_owned(),
@@ -91,9 +87,8 @@ impl Record {
             let t = number(time)?;
             seconds(t).map_err(|e| at(e.key(&names[time]).allowed("seconds"), line))?;
             if record.time.last().is_some_and(|before| *before >= t) {
-                let error =
-                    InputError::new("this time is not after the one before").key(&names[time]).value(t);
-                return Err(at(error.allowed("seconds that rise from sample to sample"), line));
+                let error = InputError::new("this time is not after the one before").key(&names[time]);
+                return Err(at(error.value(t).allowed("seconds that rise from sample to sample"), line));
             }
             record.time.push(t);
             record.signal.push(number(columns.signal.1)?);

@@ -157,21 +157,12 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
 
 /// First and last of each run of samples that are `still`, `least` or more together.
 pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<Span> {
-    let mut all = Vec::new();
-    let mut begun = None;
-    for k in 0..=n {
-        match (begun, k < n && still(k)) {
-            (None, true) => begun = Some(k),
-            (Some(first), false) => {
-                if k - first >= least {
-                    all.push([first, k - 1]);
-                }
-                begun = None;
-            }
-            _ => {}
-        }
-    }
-    all
+    let (still, mut next): (Vec<bool>, _) = ((0..n).map(still).collect(), 0);
+    let spans = still.chunk_by(|p, q| p == q).map(|same| {
+        next += same.len();
+        (same[0] && same.len() >= least).then_some([next - same.len(), next - 1])
+    });
+    spans.flatten().collect()
 }
 
 /// A rest without the samples at its ends that are off the line through its middle: of a slow ramp not all is seen.
@@ -292,18 +283,13 @@ fn chain(y: &[f64], span: f64, blocks: &[Span], away: f64, lasts: Option<f64>) -
         ends.push(best);
     }
     let whole = |k: usize| ends[k].0 + ended(k);
-    let Some(mut at) = (0..ends.len()).max_by(|i, j| whole(*i).total_cmp(&whole(*j)).then(j.cmp(i))) else {
+    let Some(at) = (0..ends.len()).max_by(|i, j| whole(*i).total_cmp(&whole(*j)).then(j.cmp(i))) else {
         return (0.0, Vec::new(), true);
     };
-    let score = whole(at);
-    let ends_cut = ended(at) < 0.0;
-    let mut all = vec![blocks[at]];
-    while let Some(before) = ends[at].1 {
-        at = before;
-        all.push(blocks[at]);
-    }
-    all.reverse();
-    (score, all, begun(at) < 0.0 || ends_cut)
+    let mut way: Vec<usize> = std::iter::successors(Some(at), |at| ends[*at].1).collect();
+    way.reverse();
+    let cut = begun(way[0]) < 0.0 || ended(at) < 0.0;
+    (whole(at), way.iter().map(|k| blocks[*k]).collect(), cut)
 }
 
 /// Largest and smallest of the first 0, 1, 2 … values.

@@ -14,9 +14,7 @@ use vibrissa_learned::curve::Spread;
 use vibrissa_learned::plan::{Ask, Planner, Tap};
 
 use crate::error::{Error, InputError};
-use crate::estimator::learned::whisker;
-use crate::estimator::parameter::spec_values;
-use crate::estimator::{Exact, Extent, Opener};
+use crate::estimator::{Exact, Extent, Opener, learned::whisker, parameter::spec_values};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
 
@@ -91,26 +89,16 @@ impl Planned {
         fits.map(|(_, sigma)| *sigma).min_by(f64::total_cmp)
     }
 
-    /// Positions in use, mm, with the number of taps at each.
-    pub fn positions(&self) -> Vec<(f64, usize)> {
-        self.used(0, &self.distances)
-    }
-
-    /// Drives in use, with the number of taps at each.
-    pub fn by_drive(&self) -> Vec<(f64, usize)> {
-        self.used(1, &self.drives)
-    }
-
-    fn used(&self, axis: usize, values: &[f64]) -> Vec<(f64, usize)> {
+    /// Positions in use, mm (`axis` 0), or drives (1), with the number of taps at each.
+    pub fn used(&self, axis: usize) -> Vec<(f64, usize)> {
+        let values = if axis == 0 { &self.distances } else { &self.drives };
         let count = |i: usize| self.taps.iter().filter(|t| t[axis] == i).count();
         values.iter().enumerate().map(|(i, x)| (*x, count(i))).filter(|(_, n)| *n > 0).collect()
     }
 }
 
 /// Plans the calibration of `rig` within the axes of `space`.
-///
-/// # Errors
-/// A spec without noise, with one distance, or with taps beyond the gauge's limit; a model without solution; an unreachable error.
+/// Errors: A spec without noise, with one distance, or with taps beyond the gauge's limit; a model without solution; an unreachable error.
 pub fn plan(
     rig: &Rig,
     space: &Space,
@@ -126,9 +114,8 @@ pub fn plan(
         let message = format!(
             "without any calibration a guess of the middle of the distances {first} … {last} mm is as good"
         );
-        let error = InputError::new(message);
-        let allowed = format!("< {guess:.3} mm, or distances farther apart");
-        return Err(error.key("--error").value(asked.error).allowed(allowed).into());
+        let error = InputError::new(message).key("--error").value(asked.error);
+        return Err(error.allowed(format!("< {guess:.3} mm, or distances farther apart")).into());
     }
     let noise = rig.setup.gauge.noise_strain.filter(|noise| *noise > 0.0);
     let spread = match (like, noise) {
@@ -157,11 +144,8 @@ pub fn plan(
     let near = rig.shared().gauge[1];
     let allowed = |a: f64, u: f64| {
         let signal = curve(a, u);
-        a > near
-            && rig.design.admits(&rig.setup, a, u)
-            && signal > 0.0
-            && signal <= limit
-            && signal.is_finite()
+        let measured = signal > 0.0 && signal <= limit && signal.is_finite();
+        a > near && rig.design.admits(&rig.setup, a, u) && measured
     };
     let ask = Ask {
         curve: &curve,
@@ -211,8 +195,7 @@ pub fn plan(
         path.push((planner.len(), planner.sigma()));
     }
     let at = [distances.as_slice(), &drives];
-    let pairs: Vec<(f64, f64)> =
-        distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
+    let pairs: Vec<_> = distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
     Ok(Planned {
         rows: order::rows(&taps, asked.runs, asked.seed),
