@@ -235,9 +235,7 @@ impl Slice {
     }
 
     /// Distance for a signal `y`; `more` is the variance of its zero.
-    ///
-    /// # Errors
-    /// A signal weaker than at the farthest distance of the table, or stronger than any.
+    /// Errors: a signal weaker than at the farthest distance of the table, or stronger than any.
     pub fn find(&self, y: f64, more: f64) -> Result<Found, Status> {
         let spread = |p: &[f64; 3]| (p[1] + p[2] + more).sqrt();
         let last = POINTS - 1;

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use vibrissa_core::normal::quantile;
 
-use crate::fit::{Fault, Fit, From, Task, fit};
+use crate::fit::{Fault, Fit, From, Task, fit, start};
 use crate::rows::cells;
-use crate::start::start;
 use vibrissa_core::reduce::range;
 
 /// False-alarm rate: a clean set of rows loses one with this probability.

@@ -30,9 +30,7 @@ pub struct Export<'a> {
 
 impl<'a> Export<'a> {
     /// Export of `locator`, which was opened from `calibration`.
-    ///
-    /// # Errors
-    /// A calibration of two signals; an estimator that is not smooth enough, or has no answer at some drive.
+    /// Errors: a calibration of two signals; an estimator that is not smooth enough, or has no answer at some drive.
     pub fn new(locator: &'a Locator, calibration: &'a Calibration) -> Result<Self, Error> {
         if locator.is_twofold() {
             let message = "the file answers one signal, and this calibration is of two: distance and tilt take the model itself";

@@ -10,9 +10,7 @@ use crate::spec::{self, Item};
 
 impl Strokes {
     /// Parses `text` of the file `label`; its files are relative to `folder`.
-    ///
-    /// # Errors
-    /// A text that is not such a file; an invalid object.
+    /// Errors: a text that is not such a file; an invalid object.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described(label, text, "object", |file| Self::of(file, folder))
     }
@@ -113,9 +111,7 @@ pub struct Array {
 
 impl Array {
     /// Parses `text` of the file `label`; calibrations are relative to `folder`.
-    ///
-    /// # Errors
-    /// A text that is not an array; two whiskers with one name.
+    /// Errors: a text that is not an array; two whiskers with one name.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described(label, text, "array", |file| Self::of(file, folder))
     }
