@@ -160,11 +160,8 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
 /// Least exponent of 1/a of a whisker's signal.
 const SHALLOW: f64 = 0.3;
 
-/// Start of a fit.
-pub struct Start {
-    /// Curve that the model corrects.
+pub(crate) struct Start {
     pub base: Base,
-    /// Fitted power law, if the whisker is unknown.
     pub power: Option<Fitted>,
     /// Unit of the signals, zero, unit of the base.
     pub numbers: [f64; 3],
@@ -173,7 +170,7 @@ pub struct Start {
 }
 
 /// Start of the model of `cells`; with [`From::Near`] or [`From::Held`] from the base of that fit.
-pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault> {
+pub(crate) fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault> {
     let mut rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
@@ -277,7 +274,7 @@ pub fn lowest(of: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], looks: usize) -> f64 
 }
 
 /// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a fitted quadratic.
-pub fn slopes(cells: &[Cell], start: &Start, scales: &Scales) -> Vec<f64> {
+pub(crate) fn slopes(cells: &[Cell], start: &Start, scales: &Scales) -> Vec<f64> {
     const RIDGE: f64 = 1e-4;
     let [unit, zero, base_unit] = start.numbers;
     let base = |a: f64, u: f64| start.base.value(a, u) / base_unit;

@@ -238,9 +238,7 @@ impl Planner {
 
     /// Adds the best tap.
     pub fn grow(&mut self) {
-        if let Some(place) = self.best() {
-            self.add(place);
-        }
+        self.best().into_iter().for_each(|place| self.add(place));
     }
 
     /// Removes the tap with the least information.

@@ -118,8 +118,7 @@ fn border(mut inside: f64, mut outside: f64, is: impl Fn(f64) -> bool) -> f64 {
 }
 
 fn nodes(n: usize) -> Vec<f64> {
-    let node = |k: usize| if n == 1 { 0.0 } else { -(PI * k as f64 / (n - 1) as f64).cos() };
-    (0..n).map(node).collect()
+    (0..n).map(|k| if n == 1 { 0.0 } else { -(PI * k as f64 / (n - 1) as f64).cos() }).collect()
 }
 
 fn weights(nodes: &[f64], x: f64) -> Vec<f64> {
