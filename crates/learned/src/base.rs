@@ -36,7 +36,7 @@ impl Base {
     }
 
     /// Value and derivatives at a (mm) and u, divided by `unit`.
-    pub fn about(&self, unit: f64, a: f64, u: f64) -> About {
+    pub(crate) fn about(&self, unit: f64, a: f64, u: f64) -> About {
         let (less, more, at) = (1.0 - STEP, 1.0 + STEP, |p: f64, q: f64| self.value(a * p, u * q) / unit);
         let [value, nearer, farther] = [1.0, less, more].map(|p| at(p, 1.0));
         let [less, more] = [less, more].map(|q| at(1.0, q));
@@ -52,10 +52,8 @@ impl Base {
 /// Step of central differences, in ln.
 pub const STEP: f64 = 1e-3;
 
-/// Value and derivatives of the base at a tap.
 #[derive(Debug, Clone, Copy)]
-pub struct About {
-    /// Value m.
+pub(crate) struct About {
     pub value: f64,
     /// ∂m/∂a · a.
     pub by_distance: f64,

@@ -12,7 +12,7 @@ use vibrissa_core::reduce::{range, sorted};
 const DEGREE: usize = 2;
 const LESS: f64 = 0.3;
 /// Count of waves in ln a and in ln u, the constant included, and largest sum of both orders in a product.
-pub const WAVES: [usize; 3] = [9, 4, 9];
+pub(crate) const WAVES: [usize; 3] = [9, 4, 9];
 /// Half of the period of the waves, in half ranges of the data.
 const PERIOD: f64 = 1.8;
 const KNOTS: usize = 16;
@@ -40,17 +40,15 @@ pub enum Term {
 
 /// Prior of a column: ln variance = `fixed` + 2 Σ ln hyper, for a wave plus its spectrum.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Column {
-    /// Meaning of the column.
+pub(crate) struct Column {
     pub term: Term,
-    /// Part that is not learned.
     pub fixed: f64,
     /// Learned parts, as indices into the hyperparameters.
     pub learned: Vec<usize>,
 }
 
 /// Angular frequency of wave n, in 1/half range.
-pub fn frequency(n: usize) -> f64 {
+pub(crate) fn frequency(n: usize) -> f64 {
     n as f64 * std::f64::consts::PI / (2.0 * PERIOD)
 }
 
@@ -100,7 +98,7 @@ fn legendre(x: f64) -> [f64; DEGREE + 1] {
 }
 
 /// Terms of new readings, for a `known` whisker, for `several` drives.
-pub fn terms(known: bool, several: bool) -> Vec<Term> {
+pub(crate) fn terms(known: bool, several: bool) -> Vec<Term> {
     let pairs = |n: usize, m: usize, most: usize| {
         let m = if several { m } else { 1 };
         let all = (0..n).flat_map(move |j| (0..m).map(move |k| (j, k)));
@@ -120,7 +118,7 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
 }
 
 /// Value of each of `terms` for a tap at a (mm) and drive u with the base `base`; 1 for [`Term::Zero`].
-pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> Vec<f64> {
+pub(crate) fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> Vec<f64> {
     let m = base.value;
     let [x, v] = scales.place(a, u);
     let (p, q) = (legendre(x), legendre(v));
@@ -136,24 +134,19 @@ pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> 
     terms.iter().map(value).collect()
 }
 
-/// Effects that a rig has.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effects {
-    /// True if the base is the curve of a known whisker.
+pub(crate) struct Effects {
     pub known: bool,
     /// Prior standard deviation of the zero in units of the signal, large if zeros were read; `None` if it is learned.
     pub zero: Option<f64>,
-    /// True if a drift is fitted.
     pub drift: bool,
 }
 
 /// Model matrix of cells with priors.
-pub struct Columns {
-    /// Row for each cell.
+pub(crate) struct Columns {
     pub matrix: DMatrix<f64>,
     /// Prior of each column; the [`terms`] of new readings come last.
     pub columns: Vec<Column>,
-    /// Learned numbers.
     pub hypers: Vec<Hyper>,
 }
 

@@ -70,8 +70,7 @@ pub type Weighted = [f64; 4];
 
 /// Offset of the drives of a calibration: contact begins at minus this.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Offset {
-    /// Mean offset.
+pub(crate) struct Offset {
     pub mean: f64,
     /// Change of the offset by one standard deviation of each shared number ([`Curve::moved`]).
     pub moved: Vec<f64>,
@@ -154,7 +153,7 @@ impl Curve {
     }
 
     /// Offset of the drive. A calibration at one drive does not determine it: then the usual deviation counts.
-    pub fn offset(&self, base: &Base) -> Offset {
+    pub(crate) fn offset(&self, base: &Base) -> Offset {
         let size = self.scales.sizes[1];
         let mut moved = vec![0.0; self.shared()];
         let Some(k) = self.terms.iter().position(|t| *t == Term::OffsetU) else {

@@ -15,7 +15,6 @@ pub(crate) fn ln_det(factor: &Cholesky<f64, Dyn>) -> f64 {
     2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>()
 }
 
-/// Likelihood and priors of the learned numbers.
 pub struct Problem {
     pub model: Columns,
     y: DVector<f64>,
@@ -229,7 +228,6 @@ impl Prior {
     }
 }
 
-/// A learned number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Hyper {
     /// Noise of every reading, independent of the signal.

@@ -235,9 +235,7 @@ impl Slice {
     }
 
     /// Distance for a signal `y`; `more` is the variance of its zero.
-    ///
-    /// # Errors
-    /// A signal weaker than at the farthest distance of the table, or stronger than any.
+    /// Errors: a signal weaker than at the farthest distance of the table, or stronger than any.
     pub fn find(&self, y: f64, more: f64) -> Result<Found, Status> {
         let spread = |p: &[f64; 3]| (p[1] + p[2] + more).sqrt();
         let last = POINTS - 1;
@@ -315,22 +313,20 @@ pub(crate) fn prior([first, last, fades]: [f64; 3], x: f64) -> f64 {
 
 /// Quantiles, at [`SHARES`], of a density that is linear between points.
 pub(crate) fn quantiles(points: &[f64; FINE], from: f64, step: f64) -> [f64; 5] {
-    SHARES.map(|share| quantile(points, from, step, share))
-}
-
-fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
-    let wanted = share * points.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>();
-    let mut below = 0.0;
-    for (k, w) in points.windows(2).enumerate() {
-        let (p, q) = (w[0], w[1]);
-        let cell = 0.5 * (p + q);
-        if below + cell >= wanted {
-            let (rise, left) = (q - p, wanted - below);
-            let (flat, end) = (rise.abs() < 1e-12 * (p + q), (p * p + 2.0 * rise * left).max(0.0).sqrt());
-            let t = if flat { left / p } else { (end - p) / rise };
-            return from + step * (k as f64 + t);
+    SHARES.map(|share| {
+        let wanted = share * points.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>();
+        let mut below = 0.0;
+        for (k, w) in points.windows(2).enumerate() {
+            let (p, q) = (w[0], w[1]);
+            let cell = 0.5 * (p + q);
+            if below + cell >= wanted {
+                let (rise, left) = (q - p, wanted - below);
+                let (flat, end) = (rise.abs() < 1e-12 * (p + q), (p * p + 2.0 * rise * left).max(0.0).sqrt());
+                let t = if flat { left / p } else { (end - p) / rise };
+                return from + step * (k as f64 + t);
+            }
+            below += cell;
         }
-        below += cell;
-    }
-    f64::NAN
+        f64::NAN
+    })
 }

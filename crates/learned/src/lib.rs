@@ -20,5 +20,4 @@ pub mod least;
 mod peaks;
 pub mod plan;
 pub mod rows;
-pub mod start;
 pub mod suspects;

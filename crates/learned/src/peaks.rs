@@ -21,7 +21,6 @@ const LONGEST: f64 = 2.0;
 pub struct Peak {
     /// Logarithms of the learned numbers.
     pub at: Vec<f64>,
-    /// Coefficients at the peak.
     pub solved: Solved,
     /// Second derivatives of −ln(likelihood × prior).
     pub hessian: DMatrix<f64>,

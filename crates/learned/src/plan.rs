@@ -10,8 +10,8 @@ use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
 use crate::curve::Spread;
 use crate::evidence::{Hyper, Prior, Problem};
+use crate::fit::{Start, slopes};
 use crate::rows::{Cell, Row};
-use crate::start::{Start, slopes};
 
 /// Largest prior standard deviation of a coefficient, in units of the signal: a gain may be twice as large as expected.
 const UNKNOWN: f64 = 1.0;
@@ -192,13 +192,8 @@ impl Planner {
     }
 
     /// Number of chosen taps.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.chosen.len()
-    }
-
-    /// True before the first tap.
-    pub fn is_empty(&self) -> bool {
-        self.chosen.is_empty()
     }
 
     /// Expected RMS standard deviation of a distance over the places of later use, in mm, for a tap in another run.
@@ -243,9 +238,7 @@ impl Planner {
 
     /// Adds the best tap.
     pub fn grow(&mut self) {
-        if let Some(place) = self.best() {
-            self.add(place);
-        }
+        self.best().into_iter().for_each(|place| self.add(place));
     }
 
     /// Removes the tap with the least information.
@@ -274,14 +267,9 @@ impl Planner {
     pub fn with(&self, taps: impl IntoIterator<Item = Tap>) -> Self {
         let mut other = self.clone();
         other.pinned = 0;
-        while !other.is_empty() {
-            other.remove(0);
-        }
-        for tap in taps {
-            if let Some(place) = other.taps.iter().position(|t| *t == tap) {
-                other.add(place);
-            }
-        }
+        (0..self.chosen.len()).for_each(|_| _ = other.remove(0));
+        let places = taps.into_iter().filter_map(|tap| self.taps.iter().position(|t| *t == tap));
+        places.for_each(|place| other.add(place));
         other
     }
 }

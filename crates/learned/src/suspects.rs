@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use vibrissa_core::normal::quantile;
 
-use crate::fit::{Fault, Fit, From, Task, fit};
+use crate::fit::{Fault, Fit, From, Task, fit, start};
 use crate::rows::cells;
-use crate::start::start;
 use vibrissa_core::reduce::range;
 
 /// False-alarm rate: a clean set of rows loses one with this probability.
@@ -48,8 +47,11 @@ pub fn sound(task: &Task, places: &[usize]) -> Result<(Fit, Vec<Suspect>), Fault
     let mut kept = without(places, &found);
     let mut last = fit(task, &kept, From::Nowhere, true)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
-        let one = worst(task, &last, kept.len()).map(|suspect| vec![suspect]);
-        let wrong = one.unwrap_or_else(|| hidden(task, &last, &kept));
+        let freedom = (last.freedom - 1.0).max(1.0);
+        let wrong = match off_most(task, &last).first() {
+            Some((suspect, t)) if is_rare(*t, freedom, kept.len()) => vec![*suspect],
+            _ => hidden(task, &last, &kept),
+        };
         if wrong.is_empty() {
             break;
         }
@@ -80,11 +82,6 @@ fn gross(task: &Task, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
     };
     let found: Vec<Suspect> = places.iter().filter_map(suspect).collect();
     Ok(if found.len() as f64 <= MOST * places.len() as f64 { found } else { Vec::new() })
-}
-
-fn worst(task: &Task, fit: &Fit, n: usize) -> Option<Suspect> {
-    let (suspect, t) = *off_most(task, fit).first()?;
-    is_rare(t, (fit.freedom - 1.0).max(1.0), n).then_some(suspect)
 }
 
 /// Wrong rows among few: exclusion raises the evidence by more than the prior costs. Sets are tried, because wrong rows hide each other as noise.

@@ -12,7 +12,7 @@ use crate::scene::Side;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use vibrissa_learned::base::power;
-use vibrissa_learned::start::lowest;
+use vibrissa_learned::fit::lowest;
 
 /// Relative accuracy of solved models: smaller offsets count as 0.
 const SOLVED: f64 = 3e-7;

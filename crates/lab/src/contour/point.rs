@@ -168,14 +168,14 @@ pub const MORE: [&str; 4] = ["base_z_mm", "contact_deg", "sense", "stroke"];
 pub fn placed(readings: &Readings) -> Result<Vec<(Pose, Option<f64>)>, InputError> {
     let n = readings.rows.len();
     let file = || readings.file.clone();
-    let mut needed = Vec::new();
-    for name in NEEDED {
-        needed.push(readings.numbers(name)?.ok_or_else(|| {
+    let column = |name: &str| {
+        readings.numbers(name)?.ok_or_else(|| {
             missing(name, &readings.names).at(file(), Some(1)).allowed(
                 "base_x_mm, base_y_mm, heading_deg; sense, contact_deg, stroke, base_z_mm where they are needed; then those of readings",
             )
-        })?);
-    }
+        })
+    };
+    let [x, y, heading] = [column(NEEDED[0])?, column(NEEDED[1])?, column(NEEDED[2])?];
     let or = |name: &str, other: f64| {
         Ok::<_, InputError>(readings.numbers(name)?.unwrap_or_else(|| vec![other; n]))
     };
@@ -190,9 +190,9 @@ pub fn placed(readings: &Readings) -> Result<Vec<(Pose, Option<f64>)>, InputErro
             return Err(error.key("sense").value(sense).allowed("1 (counterclockwise) or -1"));
         }
         let pose = Pose {
-            base: [needed[0][i], needed[1][i], z[i]],
+            base: [x[i], y[i], z[i]],
             // Without a sense of rotation the heading at touch is unknown.
-            heading: if sense.is_nan() { f64::NAN } else { (needed[2][i] + contact[i]).to_radians() },
+            heading: if sense.is_nan() { f64::NAN } else { (heading[i] + contact[i]).to_radians() },
             sense,
         };
         let stroke = Some(stroke[i]).filter(|s| s.is_finite());

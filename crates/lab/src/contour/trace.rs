@@ -229,7 +229,6 @@ pub fn compared(trace: &Trace, readings: &Readings, object: &Object) -> Result<V
         let traced = chosen.curve.traced(&trace.samples, OUTLINE / 2);
         rms(traced.iter().map(|(at, ..)| object.distance(*at)).collect())
     });
-    Ok(
-        json!({ "points_rms_mm": points, "places_rms_mm": apart, "curve_rms_mm": curve, "points": there.len() }),
-    )
+    let n = there.len();
+    Ok(json!({ "points_rms_mm": points, "places_rms_mm": apart, "curve_rms_mm": curve, "points": n }))
 }

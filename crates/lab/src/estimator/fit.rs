@@ -12,7 +12,7 @@ use super::taps::Cell;
 use crate::estimator::{Exact, Extent, ModelError, Opener, Parameter, Values};
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;
-use vibrissa_learned::start::lowest;
+use vibrissa_learned::fit::lowest;
 
 /// A parameter is determined if its standard error is below this share of its width, and with errors of [`MODEL`] only, below [`SOLVABLE`].
 const DETERMINED: f64 = 0.1;

@@ -10,7 +10,7 @@ use std::fmt;
 
 use super::size;
 use crate::error::InputError;
-use crate::estimator::Known;
+use crate::estimator::{Found, Known};
 use crate::locate::{Locator, Opened};
 use crate::status::Status;
 
@@ -38,14 +38,12 @@ const SHARE: f64 = 1e-3;
 /// σ/a above which the error is measured in shares of σ.
 const WIDE: f64 = 0.05;
 
-#[derive(Clone, Copy)]
-struct Told {
-    a: f64,
-    sigma: f64,
-    /// True for the median of a wide posterior; true if readings rise with the distance.
-    kind: (bool, bool),
-    ambiguous: bool,
-    outside: bool,
+/// A distance, its standard deviation in it, and what is to say of it.
+type Told = (Found, Status);
+
+/// True for the median of a wide posterior; true if readings rise with the distance.
+fn kind((found, _): Told) -> (bool, bool) {
+    (found.wide, !found.wide && found.slope > 0.0)
 }
 
 pub(super) struct Side<'a> {
@@ -118,8 +116,7 @@ fn border(mut inside: f64, mut outside: f64, is: impl Fn(f64) -> bool) -> f64 {
 }
 
 fn nodes(n: usize) -> Vec<f64> {
-    let node = |k: usize| if n == 1 { 0.0 } else { -(PI * k as f64 / (n - 1) as f64).cos() };
-    (0..n).map(node).collect()
+    (0..n).map(|k| if n == 1 { 0.0 } else { -(PI * k as f64 / (n - 1) as f64).cos() }).collect()
 }
 
 fn weights(nodes: &[f64], x: f64) -> Vec<f64> {
@@ -170,20 +167,13 @@ impl<'a> Side<'a> {
     fn told(&self, drive: f64, size: f64) -> Option<Told> {
         let (found, sigma) =
             self.locator.on_side(self.of, drive, self.strain(size), Known::default()).ok()?;
-        let doubts = self.of.doubts(found.a, found.near, sigma);
-        Some(Told {
-            a: found.a,
-            sigma,
-            kind: (found.wide, !found.wide && found.slope > 0.0),
-            ambiguous: doubts.has(Status::AMBIGUOUS),
-            outside: doubts.has(Status::OUTSIDE_CALIBRATION),
-        })
+        Some((Found { sigma, ..found }, self.of.doubts(found.a, found.near, sigma)))
     }
 
     fn row(&self, drive: f64) -> Result<Row, InputError> {
         let told = |x: f64| self.told(drive, x.exp() * drive);
         let ([first, last], [nearest, farthest]) = (self.of.distances, self.reach);
-        let is = |x: f64| told(x).is_some_and(|t| (nearest..=farthest).contains(&t.a));
+        let is = |x: f64| told(x).is_some_and(|(t, _)| (nearest..=farthest).contains(&t.a));
         let some = (0..=8).map(|k| first * (last / first).powf(f64::from((5 * k + 4) % 9) / 8.0));
         let some =
             some.map(|a| (size(self.locator, self.of.sign, self.of.answers.expected(a, drive)) / drive).ln());
@@ -199,10 +189,9 @@ impl<'a> Side<'a> {
             let s = (k as f64 / LOOKS as f64).clamp(FIRST, 1.0 - 1e-9);
             top - s * s * (top - bottom)
         };
-        let kinds: Vec<Option<(bool, bool)>> = (0..=LOOKS).map(|k| told(place(k)).map(|t| t.kind)).collect();
+        let kinds: Vec<Option<(bool, bool)>> = (0..=LOOKS).map(|k| told(place(k)).map(kind)).collect();
         let same = |i: usize, j: usize| {
-            let is = |x: f64| told(x).is_some_and(|t| Some(t.kind) == kinds[i]);
-            border(place(i), place(j), is)
+            border(place(i), place(j), |x| told(x).is_some_and(|t| Some(kind(t)) == kinds[i]))
         };
         let narrow = |k: &usize| kinds[*k].is_some_and(|kind| !kind.0);
         let mut ends = [top, bottom, bottom, bottom, bottom];
@@ -219,7 +208,9 @@ impl<'a> Side<'a> {
         }
         let mut row = Row { ends, ambiguous: [[1.0, 0.0]; PARTS] };
         for part in 0..PARTS {
-            let is = |s: f64| self.at(drive, &row, part, s).is_some_and(|t| t.ambiguous);
+            let is = |s: f64| {
+                self.at(drive, &row, part, s).is_some_and(|(_, doubts)| doubts.has(Status::AMBIGUOUS))
+            };
             let place = |k: usize| (k as f64 / 64.0).clamp(FIRST, 1.0 - 1e-9);
             let all: Vec<usize> = (0..=64).filter(|k| is(place(*k))).collect();
             let (Some(&from), Some(&to)) = (all.first(), all.last()) else { continue };
@@ -241,7 +232,7 @@ impl<'a> Side<'a> {
 
     /// Distance and s σ at the ends of `cells` cells of a part.
     fn values(&self, drive: f64, row: &Row, part: usize, cells: usize) -> Vec<[f64; 2]> {
-        let at = |s: f64| self.at(drive, row, part, s).map_or([f64::NAN; 2], |t| [t.a, s * t.sigma]);
+        let at = |s: f64| self.at(drive, row, part, s).map_or([f64::NAN; 2], |(t, _)| [t.a, s * t.sigma]);
         let mut all: Vec<[f64; 2]> =
             (0..=cells).map(|k| at((k as f64 / cells as f64).clamp(FIRST, 1.0 - 1e-9))).collect();
         let w = weights(&[FIRST, 1.0 / cells as f64, 2.0 / cells as f64], 0.0);
@@ -307,7 +298,8 @@ impl<'a> Side<'a> {
                 let s = ((k * cells / TRIED) as f64 + 0.5) / cells as f64;
                 let y = head[3 * part] - s * s * (head[3 * part] - head[3 * part + 3]);
                 let measured = part > 0 || s > PEAK;
-                let Some(told) = self.told(drive, y.exp() * drive).filter(|_| measured) else { continue };
+                let told = self.told(drive, y.exp() * drive);
+                let Some((told, doubts)) = told.filter(|_| measured) else { continue };
                 let [a, sigma] = strip.at(&weights, part, s);
                 let [distance, relative] = [(a - told.a).abs(), (sigma / told.sigma - 1.0).abs()];
                 if distance.is_nan() || relative.is_nan() {
@@ -316,7 +308,7 @@ impl<'a> Side<'a> {
                     )));
                 }
                 let share = distance / told.sigma;
-                off = off.or(match told.outside || told.sigma > WIDE * told.a {
+                off = off.or(match doubts.has(Status::OUTSIDE_CALIBRATION) || told.sigma > WIDE * told.a {
                     true => Off { rest: [share, relative], ..Off::default() },
                     false if share > SHARE => Off { distance, sigma: relative, ..Off::default() },
                     false => Off { sigma: relative, ..Off::default() },

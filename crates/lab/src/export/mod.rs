@@ -30,9 +30,7 @@ pub struct Export<'a> {
 
 impl<'a> Export<'a> {
     /// Export of `locator`, which was opened from `calibration`.
-    ///
-    /// # Errors
-    /// A calibration of two signals; an estimator that is not smooth enough, or has no answer at some drive.
+    /// Errors: a calibration of two signals; an estimator that is not smooth enough, or has no answer at some drive.
     pub fn new(locator: &'a Locator, calibration: &'a Calibration) -> Result<Self, Error> {
         if locator.is_twofold() {
             let message = "the file answers one signal, and this calibration is of two: distance and tilt take the model itself";
@@ -163,37 +161,27 @@ impl Export<'_> {
         let tared = &self.locator.tared;
         let zero = if tared.from == TaredBy::Fitted { tared.value } else { 0.0 };
         let zero = self.locator.unit.value(zero, self.locator.rig.setup.gauge.factor);
-        let (drive, unit) = (drive(self.locator), unit(self.locator));
-        let head = HEAD.replace("@COMMENT", &self.comment()).replace("@ZERO", &format!("{zero:e}"));
-        let head = head.replace("@DRIVE", drive).replace("@UNIT", unit).replace("@VALUES", &values);
-        head + &REALS.map(|real| self.code(real)).concat() + "\n#endif\n"
-    }
-
-    fn comment(&self) -> String {
         let (l, c, t) = (self.locator, self.calibration, &self.locator.rig.design.tuple);
-        let mut lines = vec![
-            "/* Distance of a contact from the signal of a whisker: one calibration, one file, no dependency.".to_owned(),
-            format!("Written by vibrissa {} (estimator: {}).\n", c.version, l.estimator.name()),
-        ];
-        if l.rig.known {
-            lines.push(format!(
-                "whisker      D = {} mm, d = {} mm, L_a = {} mm; gauge x_ss = {} mm, l = {} mm",
-                t.D, t.d, t.L_a, t.x_ss, t.l
-            ));
-        }
-        lines.push(format!("signal       {}", unit(l)));
-        lines.push(format!("drive        {}", drive(l)));
-        lines.extend(self.sides.iter().map(|side| self.domain(side)));
-        let (noise, common) = (l.noise(), l.unit.common());
-        lines.push(format!(
-            "sigma        noise of one reading ({noise:.3e} {common}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside"
-        ));
-        let off = self.off.to_string().replace("; ", ";\n             ");
-        lines.push(format!("error        to `vibrissa locate`, measured: up to {off};"));
-        lines.push("             next to the peak of the signal more; float: 5e-5 mm more".to_owned());
-        lines.push(format!("data         {}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)));
-        lines.push(format!("calibration  SHA-256 {}\n*/", harmless(&c.checksum)));
-        lines.join("\n").replace('\n', "\n   ").replace("   \n", "\n").replace("\n   */", "\n*/")
+        let whisker = format!(
+            "   whisker      D = {} mm, d = {} mm, L_a = {} mm; gauge x_ss = {} mm, l = {} mm\n",
+            t.D, t.d, t.L_a, t.x_ss, t.l
+        );
+        let domains: Vec<String> = self.sides.iter().map(|side| self.domain(side)).collect();
+        let head = HEAD
+            .replace("@VERSION", &c.version)
+            .replace("@ESTIMATOR", l.estimator.name())
+            .replace("@WHISKER", if l.rig.known { &whisker } else { "" })
+            .replace("@UNIT", unit(l))
+            .replace("@DRIVE", drive(l))
+            .replace("@DOMAINS", &domains.join("\n   "))
+            .replace("@NOISE", &format!("{:.3e} {}", l.noise(), l.unit.common()))
+            .replace("@BEYOND", &BEYOND.to_string())
+            .replace("@OFF", &self.off.to_string().replace("; ", ";\n                "))
+            .replace("@DATA", &format!("{}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)))
+            .replace("@CHECKSUM", &harmless(&c.checksum))
+            .replace("@ZERO", &format!("{zero:e}"))
+            .replace("@VALUES", &values);
+        head + &REALS.map(|real| self.code(real)).concat() + "\n#endif\n"
     }
 
     fn domain(&self, side: &Side<'_>) -> String {
@@ -265,30 +253,35 @@ impl Export<'_> {
     /// Lines of C that convert the arguments to the drive and signal of the table.
     fn prepare(&self, real: Real) -> String {
         let (l, n) = (self.locator, |x: f64| real.number(x));
-        let mut lines = Vec::new();
-        if !l.drive_recorded {
-            lines.push("    drive = 1; /* it was not recorded when the whisker was calibrated */".to_owned());
-        }
-        if l.drive_recorded && l.drive_origin == 0.0 && self.sides.len() > 1 {
-            lines.push("    drive = fabs_F(drive); /* below 0: to the other side */".to_owned());
-        }
-        if l.drive_origin != 0.0 {
-            lines.push(format!("    drive -= {}; /* the drive that counts as 0 */", n(l.drive_origin)));
-        }
-        lines.push("    signal -= zero;".to_owned());
-        if l.unit == Unit::Bridge {
-            lines.push(format!(
-                "    signal = (signal < {}) ? signal : NAN; /* no quarter bridge gives more */",
-                n(500.0)
-            ));
-        }
-        if l.tared.wraps {
-            let lean = if let [one] = &l.sides[..] { one.sign } else { 0.0 };
-            let [below, turn] = [crate::measure::counts::below(lean), 65536.0].map(n);
-            lines.push(format!(
-                "    signal -= {turn} * floor_F((signal + {below}) / {turn}); /* counts of 16 bits begin anew */"
-            ));
-        }
-        lines.join("\n")
+        let lean = if let [one] = &l.sides[..] { one.sign } else { 0.0 };
+        let [below, turn] = [crate::measure::counts::below(lean), 65536.0].map(n);
+        let mirrored = l.drive_recorded && l.drive_origin == 0.0 && self.sides.len() > 1;
+        let lines = [
+            (
+                !l.drive_recorded,
+                "drive = 1; /* it was not recorded when the whisker was calibrated */".to_owned(),
+            ),
+            (mirrored, "drive = fabs_F(drive); /* below 0: to the other side */".to_owned()),
+            (
+                l.drive_origin != 0.0,
+                format!("drive -= {}; /* the drive that counts as 0 */", n(l.drive_origin)),
+            ),
+            (true, "signal -= zero;".to_owned()),
+            (
+                l.unit == Unit::Bridge,
+                format!(
+                    "signal = (signal < {}) ? signal : NAN; /* no quarter bridge gives more */",
+                    n(500.0)
+                ),
+            ),
+            (
+                l.tared.wraps,
+                format!(
+                    "signal -= {turn} * floor_F((signal + {below}) / {turn}); /* counts of 16 bits begin anew */"
+                ),
+            ),
+        ];
+        let held = lines.into_iter().filter(|(holds, _)| *holds);
+        held.map(|(_, line)| format!("    {line}")).collect::<Vec<_>>().join("\n")
     }
 }

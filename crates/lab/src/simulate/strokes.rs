@@ -18,7 +18,7 @@ use crate::physics::rod::{RodProblem, RodTap};
 use crate::reduce::sorted;
 use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Model, Signal};
 use crate::sink::{Field, Frame, heading};
-use vibrissa_learned::start::lowest;
+use vibrissa_learned::fit::lowest;
 
 pub const FILE: &str = "strokes.csv";
 

@@ -6,15 +6,11 @@
 
 mod course;
 mod object;
-mod outlook;
 mod posterior;
-mod stroke;
 
-pub use course::{Course, Told as ToldCourse};
-pub use object::{Object, integrate};
-pub use outlook::Outlook;
+pub use course::{Course, Stroke, Told as ToldCourse};
+pub use object::{Object, Outlook, integrate};
 pub use posterior::simplex;
-pub use stroke::Stroke;
 
 use std::ops::Range;
 

@@ -12,9 +12,9 @@ use crate::invert::{FINE, POINTS, lagrange, quantiles};
 /// Taps of one object so far.
 #[derive(Debug, Clone)]
 pub struct Object<'a> {
-    pub(super) joint: &'a Joint,
+    joint: &'a Joint,
     /// True for taps of a run of the calibration.
-    pub(super) same_run: bool,
+    same_run: bool,
     taps: Vec<Tap>,
     /// Number of taps.
     pub count: usize,
@@ -56,7 +56,7 @@ impl<'a> Object<'a> {
         [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
     }
 
-    pub(super) fn weigh(&mut self, tap: Tap, times: f64) {
+    fn weigh(&mut self, tap: Tap, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             // Integrates the error of the last zero out, so that this one can use its number.
             self.points.iter_mut().for_each(|(a, b, c)| *c += integrate(a, b, b.len() - 1));
@@ -75,20 +75,15 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// A tap more above the last zero, with no signal yet; `shift` is that from the first tap.
-    pub(super) fn next(&self, u: f64, shift: f64) -> Tap {
-        Tap { u, y: 0.0, of_zero: self.of_zero, zero: self.zero.unwrap_or_default(), shift }
-    }
-
     /// By how much the shared numbers, as the taps tell them at point `k`, move a tap that has these; it stands above the last zero.
-    pub(super) fn moved(&self, k: usize, shared: &[f64]) -> f64 {
+    fn moved(&self, k: usize, shared: &[f64]) -> f64 {
         let (a, b, _) = &self.points[k];
         let solved = a.clone().cholesky().map_or(DVector::zeros(b.len()), |factor| factor.solve(b));
         let of_zero = self.of_zero.sqrt();
         solved.iter().zip(shared.iter().chain([&of_zero])).map(|(s, x)| s * x).sum()
     }
 
-    pub(super) fn heights(&self) -> Vec<f64> {
+    fn heights(&self) -> Vec<f64> {
         let joint = self.joint;
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
@@ -189,7 +184,7 @@ pub fn integrate(a: &mut DMatrix<f64>, b: &mut DVector<f64>, k: usize) -> f64 {
     own.ln() - of * of / own
 }
 
-pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
+fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
     let highest = (0..POINTS).max_by(|i, k| heights[*i].total_cmp(&heights[*k])).unwrap_or(0);
     let wide = top_of(joint, heights, highest).1 >= NARROW * joint.inverse.grid[1];
     let modes = if wide { Vec::new() } else { modes(joint, heights) };
@@ -211,7 +206,7 @@ fn deviation(all: &[(f64, f64)]) -> f64 {
 }
 
 /// Nodes in ln a that represent a posterior, with their shares.
-pub(super) fn likely(joint: &Joint, heights: &[f64]) -> Vec<(f64, f64)> {
+fn likely(joint: &Joint, heights: &[f64]) -> Vec<(f64, f64)> {
     let modes = modes(joint, heights);
     let narrow = |mode: &&Mode| mode.sd < NARROW * joint.inverse.grid[1];
     if modes.iter().all(|mode| narrow(&mode)) {
@@ -243,7 +238,7 @@ const NOTHING: f64 = 60.0;
 /// Modes with fewer steps per standard deviation are described by a parabola, wider ones by all their points.
 const NARROW: f64 = 2.0;
 
-pub(super) fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
+fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
     let (k, t) = joint.place(x);
     lagrange::<NEAR>(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
 }
@@ -298,4 +293,49 @@ fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
 
 fn density(height: f64, top: f64) -> f64 {
     if height > top - NOTHING { (height - top).exp() } else { 0.0 }
+}
+
+/// State of an object before one more tap, and what that would bring: what is known after it, if it gives the signal that is most likely where the object
+/// may be. n more taps at one drive count as their mean; the information in their scatter is neglected.
+pub struct Outlook<'a> {
+    object: &'a Object<'a>,
+    /// RMS deviation from the mean of the present posterior, mm.
+    pub spread: f64,
+    /// Nodes in ln a that represent the posterior, from the base of the first tap, with their shares.
+    pub likely: Vec<(f64, f64)>,
+}
+
+impl<'a> Outlook<'a> {
+    /// State after the taps of `object`; the next taps are of the same run or of none.
+    pub fn new(object: &'a Object<'a>) -> Self {
+        let heights = object.heights();
+        let (spread, likely) = (spread_of(object.joint, &heights), likely(object.joint, &heights));
+        Self { object, spread, likely }
+    }
+
+    /// Expected [`Self::spread`] after `times` more taps at drive `u`, with the base shifted by `shift` mm from the first tap.
+    pub fn after(&self, u: f64, shift: f64, times: f64) -> f64 {
+        let joint = self.object.joint;
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (x, share) in &self.likely {
+            let y = joint.signal(u, joint.seen(*x, shift)) + self.beside(*x, u, shift);
+            let mut then = self.object.clone();
+            // Above the last zero.
+            let zero = then.zero.unwrap_or_default();
+            then.weigh(Tap { u, y, of_zero: then.of_zero, zero, shift }, times);
+            sum += share * spread_of(joint, &then.heights());
+            total += share;
+        }
+        sum / total
+    }
+
+    /// By how much the shared numbers, as the taps so far tell them, move the next tap if the object is at ln a = x.
+    fn beside(&self, x: f64, u: f64, shift: f64) -> f64 {
+        let joint = self.object.joint;
+        let (first, t) = joint.place(x);
+        let slice = joint.shifted(u, shift, self.object.same_run, first..first + NEAR);
+        let points = slice.chunks(joint.width()).zip(first..);
+        let moved = points.map(|(point, k)| self.object.moved(k, &point[2..]));
+        lagrange::<NEAR>(t).iter().zip(moved).map(|(w, e)| w * e).sum()
+    }
 }

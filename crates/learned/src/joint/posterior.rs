@@ -15,6 +15,7 @@ const JUDGED: usize = 12;
 const ROUNDS: usize = 10;
 /// Standard deviations of χ² above which a curve does not fit.
 const SMOOTH: f64 = 4.0;
+const VALLEYS: usize = 3;
 
 impl Task<'_> {
     /// Mass about `mode` relative to exp(−`least`/2), quantiles of the distance, and touch with standard deviation.
@@ -89,32 +90,7 @@ impl Task<'_> {
         let judged = excess > SMOOTH || left.len() >= JUDGED;
         Some((most, if judged { chi2 / freedom } else { 1.0 }))
     }
-}
 
-fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
-    let top = of.iter().copied().fold(0.0, f64::max);
-    let logs = of.map(|p| (p / top).ln().max(-NONE));
-    std::array::from_fn(|i| {
-        let s = (i * (POSTERIOR[0] - 1)) as f64 / (FINE - 1) as f64;
-        let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POSTERIOR[0] - NEAR);
-        let ln: f64 = lagrange::<NEAR>(s - k as f64).iter().zip(&logs[k..]).map(|(w, l)| w * l).sum();
-        if ln <= -0.9 * NONE { 0.0 } else { ln.exp() }
-    })
-}
-
-/// Factor for a reach: above 1 where the `density` is cut at an end, below 1 where few of its points count.
-fn wider(density: &[f64]) -> f64 {
-    let top = density.iter().copied().fold(0.0, f64::max);
-    let counts = |p: &f64| *p > 1e-3 * top;
-    if counts(&density[0]) || counts(&density[density.len() - 1]) {
-        return 1.7;
-    }
-    if 3 * density.iter().filter(|p| counts(p)).count() < density.len() { 0.4 } else { 1.0 }
-}
-
-const VALLEYS: usize = 3;
-
-impl Task<'_> {
     pub fn starts(&self) -> Vec<Place> {
         let grid = |k: usize, n: usize, i: usize| {
             let [lo, hi] = self.ends[k];
@@ -202,6 +178,27 @@ impl Task<'_> {
         let alone = (xx - xc * xc / cc).max(1e-9);
         Some(Mode { at, value, shape: [h[0] / alone.sqrt(), -xc / cc * h[1] / h[0], h[1] / cc.sqrt()] })
     }
+}
+
+fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
+    let top = of.iter().copied().fold(0.0, f64::max);
+    let logs = of.map(|p| (p / top).ln().max(-NONE));
+    std::array::from_fn(|i| {
+        let s = (i * (POSTERIOR[0] - 1)) as f64 / (FINE - 1) as f64;
+        let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POSTERIOR[0] - NEAR);
+        let ln: f64 = lagrange::<NEAR>(s - k as f64).iter().zip(&logs[k..]).map(|(w, l)| w * l).sum();
+        if ln <= -0.9 * NONE { 0.0 } else { ln.exp() }
+    })
+}
+
+/// Factor for a reach: above 1 where the `density` is cut at an end, below 1 where few of its points count.
+fn wider(density: &[f64]) -> f64 {
+    let top = density.iter().copied().fold(0.0, f64::max);
+    let counts = |p: &f64| *p > 1e-3 * top;
+    if counts(&density[0]) || counts(&density[density.len() - 1]) {
+        return 1.7;
+    }
+    if 3 * density.iter().filter(|p| counts(p)).count() < density.len() { 0.4 } else { 1.0 }
 }
 
 fn valleys(values: &[f64]) -> Vec<usize> {

@@ -163,9 +163,9 @@ pub fn plan(
     let even = order::even(&planner, &distances, &drives, asked.runs);
     planner.pin();
     let mut path = Vec::new();
-    while (planner.sigma() > asked.error || planner.len() < LEAST) && planner.len() < MOST {
+    while (planner.sigma() > asked.error || planner.count() < LEAST) && planner.count() < MOST {
         planner.grow();
-        path.push((planner.len(), planner.sigma()));
+        path.push((planner.count(), planner.sigma()));
     }
     if planner.sigma() > asked.error {
         let (sigma, floor) = (planner.sigma(), planner.floor());
@@ -182,7 +182,7 @@ pub fn plan(
         let mut fewer = planner.clone();
         fewer.shrink();
         fewer.exchange();
-        if fewer.len() < LEAST || fewer.sigma() > asked.error {
+        if fewer.count() < LEAST || fewer.sigma() > asked.error {
             break;
         }
         planner = fewer;
@@ -192,7 +192,7 @@ pub fn plan(
     path.push((taps.len(), sigma));
     for _ in 0..taps.len().min(MOST - taps.len()) {
         planner.grow();
-        path.push((planner.len(), planner.sigma()));
+        path.push((planner.count(), planner.sigma()));
     }
     let at = [distances.as_slice(), &drives];
     let pairs: Vec<_> = distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();

@@ -78,7 +78,7 @@ pub fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -
             })
         });
         let grid = planner.with(taps);
-        all.push((grid.len(), grid.sigma()));
+        all.push((grid.count(), grid.sigma()));
     }
     all.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
     let mut least = f64::INFINITY;

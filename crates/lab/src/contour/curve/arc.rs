@@ -1,9 +1,13 @@
 //! A line or a circle, as one family: a place, a direction and a curvature, which is 0 of a line. Nothing is singular where one becomes the other.
+//!
+//! A smooth curve: such a base, and how far left of it the curve lies, as cubic B-splines whose coefficients bend as little as the points
+//! allow (P-splines: Eilers and Marx, Stat. Sci. 11:89, 1996).
 
 use nalgebra::{DMatrix, DVector};
 
 use super::Sample;
-use vibrissa_learned::least::{FREE, by_values, slopes};
+use vibrissa_core::reduce::sorted;
+use vibrissa_learned::least::{self, FREE, by_values, slopes};
 
 /// Small changes of offset (mm), direction (rad), curvature (1/mm).
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
@@ -145,5 +149,205 @@ impl Arc {
         let n = self.values.len();
         let found = by_values(&of, &self.values, &STEPS[..n], &vec![FREE; n], SETTLED)?;
         Some(Self { values: found.at, covariance: found.covariance, ..self.clone() })
+    }
+}
+
+/// Most intervals between knots.
+const INTERVALS: usize = 40;
+/// Widest gap between points of a circle, as a share of a turn, over which the curve is closed.
+const GAP: f64 = 0.25;
+/// Passes over the lean of the curve against its base, which enters the variance of a point across it.
+const PASSES: usize = 3;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smooth {
+    pub(super) base: Arc,
+    pub(super) basis: Basis,
+    /// Of the offset to the left of the base, mm.
+    values: DVector<f64>,
+    pub(super) covariance: DMatrix<f64>,
+}
+
+/// Cubic B-splines on even knots.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Basis {
+    /// Ends along the base, mm.
+    pub ends: [f64; 2],
+    intervals: usize,
+    closed: bool,
+}
+
+impl Basis {
+    fn len(&self) -> usize {
+        if self.closed { self.intervals } else { self.intervals + 3 }
+    }
+
+    /// Place of the first of four splines at s, their values and slopes.
+    fn at(&self, s: f64) -> ([usize; 4], [f64; 4], [f64; 4]) {
+        let h = (self.ends[1] - self.ends[0]) / self.intervals as f64;
+        let x = (s - self.ends[0]) / h;
+        let x = if self.closed { x.rem_euclid(self.intervals as f64) } else { x };
+        let k = (x.floor().max(0.0) as usize).min(self.intervals - 1);
+        let (t, n) = (x - k as f64, self.len());
+        let u = 1.0 - t;
+        let (hump, fall) = (|t: f64| (3.0 * t - 6.0) * t * t + 4.0, |t: f64| (3.0 * t - 4.0) * t);
+        let values = [u * u * u, hump(t), hump(u), t * t * t].map(|x| x / 6.0);
+        let slopes = [-u * u, fall(t), -fall(u), t * t].map(|x| 0.5 * x);
+        (std::array::from_fn(|i| (k + i) % n), values, slopes.map(|d| d / h))
+    }
+
+    /// Squares of second differences of the coefficients.
+    fn roughness(&self) -> DMatrix<f64> {
+        let n = self.len();
+        let mut p = DMatrix::zeros(n, n);
+        let rows = if self.closed { n } else { n - 2 };
+        for k in 0..rows {
+            for (i, x) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+                for (j, y) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+                    p[((k + i) % n, (k + j) % n)] += x * y;
+                }
+            }
+        }
+        p
+    }
+}
+
+/// Ends of points along an arc, and whether they close it: the widest gap of a circle is left out, or narrow.
+pub fn ends(base: &Arc, points: impl Iterator<Item = [f64; 2]>) -> ([f64; 2], bool) {
+    let all = sorted(points.map(|p| base.along(p)));
+    let (Some(first), Some(last)) = (all.first(), all.last()) else { return ([0.0, 0.0], false) };
+    let Some((_, radius)) = base.circle() else { return ([*first, *last], false) };
+    let turn = std::f64::consts::TAU * radius;
+    let across = [(first + turn - last, *first, *last)];
+    let gaps = all.windows(2).map(|w| (w[1] - w[0], w[1], w[0] + turn)).chain(across);
+    let (gap, from, to) = gaps.max_by(|a, b| a.0.total_cmp(&b.0)).expect("one at least");
+    if gap < GAP * turn { ([from, from + turn], true) } else { ([from, to], false) }
+}
+
+/// Normal equations of one fit, to which points can be added and taken away.
+type Sums = (DMatrix<f64>, DVector<f64>);
+
+impl Smooth {
+    /// Beside `base`, as flat as it, on a basis for these samples; `None` where they cover nothing.
+    pub fn beside(base: &Arc, samples: &[Sample], groups: usize) -> Option<Self> {
+        let (ends, closed) = ends(base, samples.iter().map(|s| s.at));
+        let intervals = groups.clamp(6, INTERVALS);
+        let basis = Basis { ends, intervals, closed };
+        let n = basis.len();
+        let (values, covariance) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        (ends[1] - ends[0] > 0.0).then(|| Self { base: base.clone(), basis, values, covariance })
+    }
+
+    /// Along the base, into the range of the curve.
+    fn along(&self, p: [f64; 2]) -> f64 {
+        let s = self.base.along(p);
+        match self.base.circle() {
+            // Moved by whole turns into the range.
+            Some((_, radius)) => {
+                let turn = std::f64::consts::TAU * radius;
+                let middle = 0.5 * (self.basis.ends[0] + self.basis.ends[1]);
+                s + turn * ((middle - s) / turn).round()
+            }
+            None => s,
+        }
+    }
+
+    /// Offset to the left of the base (mm), slope and standard deviation of the offset, at s along it.
+    fn offset(&self, s: f64) -> (f64, f64, f64) {
+        let (places, values, slopes) = self.basis.at(s);
+        let of = |x: &[f64; 4]| places.iter().zip(x).map(|(k, x)| self.values[*k] * x).sum::<f64>();
+        let mut variance = 0.0;
+        for (i, x) in places.iter().zip(&values) {
+            for (j, y) in places.iter().zip(&values) {
+                variance += x * y * self.covariance[(*i, *j)];
+            }
+        }
+        let offset = of(&values);
+        // Lengths shrink towards the centre of the base.
+        let slope = of(&slopes) / (1.0 - self.base.curvature() * offset).max(0.1);
+        (offset, slope, variance.max(0.0).sqrt())
+    }
+
+    /// How far a place lies to the left, mm, and the unit vector across the curve there.
+    pub fn off(&self, p: [f64; 2]) -> (f64, [f64; 2]) {
+        let (offset, slope, _) = self.offset(self.along(p));
+        let size = 1.0f64.hypot(slope);
+        let n = self.base.normal(p);
+        let across = [(n[0] - slope * n[1]) / size, (n[1] + slope * n[0]) / size];
+        // The normal of the base turned by the lean: n is to the left of t, so that t = (n_y, −n_x).
+        ((self.base.off(p) - offset) / size, across)
+    }
+
+    /// Standard deviation across the curve beside a place, mm, with that of its base, which no stiffness takes away.
+    pub fn deviation(&self, p: [f64; 2]) -> f64 {
+        let (_, slope, sigma) = self.offset(self.along(p));
+        (sigma / 1.0f64.hypot(slope)).hypot(self.base.deviation(p))
+    }
+
+    /// The place at s along the base, and the direction of the curve there.
+    pub fn at(&self, s: f64) -> ([f64; 2], f64) {
+        let (on, direction) = self.base.at(s);
+        let (offset, slope, _) = self.offset(s);
+        let (sin, cos) = direction.sin_cos();
+        ([on[0] - offset * sin, on[1] + offset * cos], direction + slope.atan())
+    }
+
+    /// Weighted sums of some samples; weights as they lie across the curve so far.
+    fn sums<'a>(&self, samples: impl Iterator<Item = (&'a Sample, f64)>) -> Sums {
+        let n = self.basis.len();
+        let (mut matrix, mut vector): Sums = (DMatrix::zeros(n, n), DVector::zeros(n));
+        for (s, weight) in samples.filter(|(_, w)| *w > 0.0) {
+            let along = self.along(s.at);
+            let (places, values, _) = self.basis.at(along);
+            let (_, slope, _) = self.offset(along);
+            let (_, across) = self.off(s.at);
+            let w = weight / (s.covariance.of(across) * (1.0 + slope * slope));
+            let off = self.base.off(s.at);
+            for (i, x) in places.iter().zip(&values) {
+                vector[*i] += w * x * off;
+                for (j, y) in places.iter().zip(&values) {
+                    matrix[(*i, *j)] += w * x * y;
+                }
+            }
+        }
+        (matrix, vector)
+    }
+
+    fn solve(&self, (matrix, vector): &Sums, stiffness: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        // A trace of stiffness against the base keeps the matrix regular where there are no points.
+        let n = self.basis.len();
+        let scale = (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n as f64;
+        let m =
+            matrix + self.basis.roughness() * (stiffness * scale) + DMatrix::identity(n, n) * (1e-9 * scale);
+        least::solve(&m, vector)
+    }
+
+    /// This one, drawn to the samples with this stiffness.
+    pub fn fit(&self, samples: &[Sample], weights: &[f64], stiffness: f64) -> Option<Self> {
+        let mut curve = self.clone();
+        for _ in 0..PASSES {
+            let sums = curve.sums(samples.iter().zip(weights.iter().copied()));
+            let (values, covariance) = curve.solve(&sums, stiffness)?;
+            curve = Self { values, covariance, ..curve };
+        }
+        Some(curve)
+    }
+
+    /// The curve without each of `groups`, in their order; weights lean as this curve does, which saw all of them.
+    pub fn without(
+        &self,
+        samples: &[Sample],
+        weights: &[f64],
+        stiffness: f64,
+        groups: &[Vec<usize>],
+    ) -> Option<Vec<Self>> {
+        let all = self.sums(samples.iter().zip(weights.iter().copied()));
+        let one = |group: &Vec<usize>| {
+            let out = self.sums(group.iter().map(|&i| (&samples[i], weights[i])));
+            let left = (&all.0 - out.0, &all.1 - out.1);
+            let (values, covariance) = self.solve(&left, stiffness)?;
+            Some(Self { values, covariance, ..self.clone() })
+        };
+        groups.iter().map(one).collect()
     }
 }

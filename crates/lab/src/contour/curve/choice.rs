@@ -2,9 +2,7 @@
 
 use indexmap::IndexMap;
 
-use super::arc::Arc;
-use super::smooth::Smooth;
-use super::{Curve, Kind, Sample, Spot};
+use super::{Arc, Curve, Kind, Sample, Smooth, Spot};
 use vibrissa_core::reduce::median;
 
 /// A point farther off than so many of its standard deviations, where those are as large as the points say, is an outlier.

@@ -7,11 +7,9 @@
 
 mod arc;
 mod choice;
-mod smooth;
 
-pub use arc::Arc;
+pub use arc::{Arc, Smooth, ends};
 pub use choice::{Chosen, Judged, Nothing, choose};
-pub use smooth::{Smooth, ends};
 use vibrissa_core::reduce::median;
 
 /// A point that takes part.

@@ -1,4 +1,15 @@
-@COMMENT
+/* Distance of a contact from the signal of a whisker: one calibration, one file, no dependency.
+   Written by vibrissa @VERSION (estimator: @ESTIMATOR).
+
+@WHISKER   signal       @UNIT
+   drive        @DRIVE
+   @DOMAINS
+   sigma        noise of one reading (@NOISE), of the calibration, bias; @BEYOND sigma beyond the distances is outside
+   error        to `vibrissa locate`, measured: up to @OFF;
+                next to the peak of the signal more; float: 5e-5 mm more
+   data         @DATA
+   calibration  SHA-256 @CHECKSUM
+*/
 #ifndef VIBRISSA_LOCATE
 #define VIBRISSA_LOCATE
 
