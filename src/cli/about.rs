@@ -184,9 +184,7 @@ pub fn devices(common: &Common) -> Result<Reply, Error> {
         "reference" => "the reference",
         _ => "CPU kernels",
     });
-    let asked = options.backend.unwrap_or(BackendChoice::Auto);
-    let word =
-        BackendChoice::WORDS.iter().find(|(_, choice, _)| *choice == asked).map_or("auto", |(word, ..)| word);
+    let word = options.backend.unwrap_or(BackendChoice::Auto).word();
     let _ = writeln!(text, "--backend {word} takes: {name} ({})", b.reason);
 
     Ok(Reply {

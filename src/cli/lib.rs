@@ -50,7 +50,7 @@ pub fn run() -> u8 {
         Err(e) => return reply::usage(&e),
     };
     if !quiet {
-        gpu::tell(|words| reply::warning(words));
+        gpu::tell(|words| reply::line(format_args!("warning: {words}")));
     }
     let context = &Context::new(&reply::Terminal, quiet);
     let result = match &args.command {

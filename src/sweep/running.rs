@@ -41,7 +41,7 @@ impl<'a> Run<'a> {
         Self {
             study,
             evaluator,
-            writers: Writers::none(),
+            writers: Writers::default(),
             reached,
             plan,
             stop,

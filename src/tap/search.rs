@@ -203,7 +203,9 @@ pub(super) fn tried(
 ) -> Result<Report, Error> {
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     beyond_gauge(setup, &layout)?;
-    let looser = looser(asked.choice)?;
+    // A choice for few taps may be too fine: then f64 with its usual tolerance.
+    let free = asked.choice.backend.reason == FEW;
+    let looser = free.then(|| few(&RunOptions::default())).transpose()?;
     let first = looser.is_some().then_some((asked.choice, steps[0]));
     let then = steps.iter().map(|steps| (looser.as_ref().unwrap_or(asked.choice), *steps));
     for (choice, steps) in first.into_iter().chain(then) {
@@ -221,11 +223,6 @@ pub(super) fn tried(
         .key("tap.a")
         .allowed("distances beyond the end of the gauge, a whisker that tapers less; or --backend reference, which takes its time")
         .into())
-}
-
-/// Replaces the `choice` for few taps if it is too fine: f64 with its usual tolerance.
-fn looser(choice: &Choice) -> Result<Option<Choice>, Error> {
-    (choice.backend.reason == FEW).then(|| few(&RunOptions::default())).transpose()
 }
 
 /// Refuses a contact at or before the gauge's near end: no drive gives it a signal.
