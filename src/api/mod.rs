@@ -81,8 +81,7 @@ pub struct Whisker {
 impl Whisker {
     /// Diameters D and d of base and tip, and length L_a, mm. Defaults: gauge of 2 mm at 5 mm, object at 30 mm, tap angle 4°.
     pub fn mm(base: impl Into<Axis>, tip: impl Into<Axis>, length: impl Into<Axis>) -> Self {
-        let rest = [5.0, 2.0, 30.0, 4.0].map(Axis::from);
-        let [at, grid, distance, theta] = rest;
+        let [at, grid, distance, theta] = [5.0, 2.0, 30.0, 4.0].map(Axis::from);
         Self {
             axes: [base.into(), tip.into(), length.into(), at, grid, distance, theta],
             drive: Drive::Angle,

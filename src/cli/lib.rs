@@ -54,7 +54,7 @@ pub fn run() -> u8 {
     }
     let context = &Context::new(&reply::Terminal, quiet);
     let result = match &args.command {
-        Command::Help(asked) => return about::run(asked),
+        Command::Help { topic, part } => return about::help(topic.as_deref(), part.as_deref()),
         command => command.run(context),
     };
     let code = match result {

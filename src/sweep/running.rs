@@ -98,7 +98,7 @@ impl<'a> Run<'a> {
     pub fn absorb(&mut self, status: &Counts) {
         self.reached.counts.taps += status.taps;
         self.reached.counts.combinations.add(&status.combinations);
-        self.progress.at(self.reached.counts.taps, self.taps);
+        self.show(0);
     }
 
     pub fn show(&mut self, more: u64) {

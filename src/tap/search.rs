@@ -4,7 +4,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{FEW, LimitedBy, Report, Sample, TapAsked, best, few, find_by, write};
+use super::{EVALUATIONS, FEW, LimitedBy, Report, Sample, TapAsked, best, few, find_by, write};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::census::sample::{Row, choosing_in};
@@ -36,7 +36,7 @@ impl<'a> Curve<'a> {
         Self {
             scorer,
             whisker: layout.stroke(&layout.design(0), 0),
-            taps: [layout.n_distances, super::taps(layout)],
+            taps: [layout.n_distances, EVALUATIONS.saturating_mul(layout.n_distances)],
             progress,
             evaluations: 0,
         }
