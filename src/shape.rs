@@ -170,12 +170,12 @@ pub fn tables(
     Ok(([tuples.len(), shapes], [sections, contacts]))
 }
 
-/// Upper bound of the rows of `shape.csv` for all taps of `space`; an error if there are more than `room`.
-pub fn rows(space: &Space, nodes: usize, room: u64) -> Result<u64, InputError> {
+/// Fails if `shape.csv` may have more rows than `room` for all taps of `space`.
+pub fn rows(space: &Space, nodes: usize, room: u64) -> Result<(), InputError> {
     // Two more from contact to tip, or up to `FREE` + 1 for a built whisker.
     let rows = tuples(space)?.len() as u64 * (nodes + FREE + 1) as u64;
     if rows <= room {
-        return Ok(rows);
+        return Ok(());
     }
     let error = InputError::new("there is no memory for so many sections").key("nodes").value(nodes);
     Err(error.allowed(format!("{room} sections of all taps")))

@@ -32,9 +32,7 @@ pub use crate::tap::Report as BestTap;
 pub use crate::taps::Taps;
 
 /// Strain, forces and contact of each of `taps` (mm, degrees or mm), on the CPU kernels.
-///
-/// # Errors
-/// Threads or kernels that fail; a tap without a solution says so in its status.
+/// Errors: threads or kernels that fail; a tap without a solution says so in its status.
 pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
     let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
     let mut all = vec![Outcome::NOTHING; taps.len()];
@@ -43,9 +41,7 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 }
 
 /// Sweeps `study` and writes its tables and `run.json` into the folder `out`, as `vibrissa sweep` does with a spec named `name`.
-///
-/// # Errors
-/// A folder that holds something else, tables that would be too large, a backend that fails.
+/// Errors: a folder that holds something else, tables that would be too large, a backend that fails.
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
     let choice = Choice::for_work(options, plan::of_study(study, options))?;
     let plan = Plan::new(study, &choice)?;
@@ -54,9 +50,7 @@ pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Res
 }
 
 /// The tap angle (degrees; displacement, mm) between `ends` at which the one whisker of `study` tells distance best, over its distances.
-///
-/// # Errors
-/// No drive that keeps the strain limit, no complete row, a backend that fails.
+/// Errors: no drive that keeps the strain limit, no complete row, a backend that fails.
 pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<BestTap, Error> {
     tap::find(
         study,
@@ -87,8 +81,7 @@ pub struct Whisker {
 impl Whisker {
     /// Diameters D and d of base and tip, and length L_a, mm. Defaults: gauge of 2 mm at 5 mm, object at 30 mm, tap angle 4°.
     pub fn mm(base: impl Into<Axis>, tip: impl Into<Axis>, length: impl Into<Axis>) -> Self {
-        let rest = [5.0, 2.0, 30.0, 4.0].map(Axis::from);
-        let [at, grid, distance, theta] = rest;
+        let [at, grid, distance, theta] = [5.0, 2.0, 30.0, 4.0].map(Axis::from);
         Self {
             axes: [base.into(), tip.into(), length.into(), at, grid, distance, theta],
             drive: Drive::Angle,
@@ -120,9 +113,7 @@ impl Whisker {
     }
 
     /// Its one tap, for [`strains`]; of a displacement, the setup must say so ([`Setup::drive`]).
-    ///
-    /// # Errors
-    /// An axis of several values.
+    /// Errors: an axis of several values.
     pub fn tap(&self) -> Result<Tuple, Error> {
         let names = ["D", "d", "L_a", "x_ss", "l", "a", self.drive.column()];
         if let Some(k) = (0..7).find(|k| self.axes[*k].len() != 1) {
@@ -134,9 +125,7 @@ impl Whisker {
     }
 
     /// The study of every combination of its axes, with this model, gauge and output, for [`sweep()`] and [`best_tap`].
-    ///
-    /// # Errors
-    /// More than 2⁶⁴ combinations.
+    /// Errors: more than 2⁶⁴ combinations.
     pub fn study(self, setup: Setup, output: Output) -> Result<Study, Error> {
         let space = Space::grid(self.axes);
         let too_many = || InputError::new("these axes have too many combinations").allowed("fewer than 2^64");

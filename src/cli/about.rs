@@ -1,7 +1,7 @@
 //! `vibrissa help`, `completions`, `man`, `devices`, and `cite`: how to cite the program, the model and a result.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args as Flags, CommandFactory, Parser};
 use serde_json::{Value, json};
@@ -17,35 +17,11 @@ use super::reply::{self, Reply};
 
 const ALL: &str = "reference";
 
-/// Help, or the reference.
-#[derive(Debug, Flags)]
-pub struct Help {
-    /// A command; or spec, columns, statuses; or reference: all three as Markdown
-    pub topic: Option<String>,
-    /// Only this section ([gauge], axis, optimise.limits), table (rows.csv) or list (status)
-    pub part: Option<String>,
-}
-
-/// Shell completions.
-#[derive(Debug, Flags)]
-pub struct Completions {
-    /// The shell
-    pub shell: clap_complete::Shell,
-}
-
-/// Manual pages.
-#[derive(Debug, Flags)]
-pub struct Man {
-    /// Write the page of the program and one of each command into this folder
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-}
-
-pub fn run(help: &Help) -> u8 {
-    let told = match help.topic.as_deref() {
+pub fn help(topic: Option<&str>, part: Option<&str>) -> u8 {
+    let told = match topic {
         None => return of_clap(&["--help"]),
         Some(command) if commands().iter().any(|c| c == command) => return of_clap(&[command, "--help"]),
-        Some(topic) => tell(topic, help.part.as_deref()),
+        Some(topic) => tell(topic, part),
     };
     match told {
         Ok(text) => reply::print(Reply { text, ..Reply::default() }, false),
@@ -84,14 +60,14 @@ fn commands() -> Vec<String> {
     Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect()
 }
 
-pub fn completions(asked: &Completions) -> Result<Reply, Error> {
+pub fn completions(shell: clap_complete::Shell) -> Result<Reply, Error> {
     let mut script = Vec::new();
-    clap_complete::generate(asked.shell, &mut Args::command(), "vibrissa", &mut script);
+    clap_complete::generate(shell, &mut Args::command(), "vibrissa", &mut script);
     Ok(Reply { text: text(script)?, ..Reply::default() })
 }
 
-pub fn man(asked: &Man) -> Result<Reply, Error> {
-    let Some(folder) = &asked.out else {
+pub fn man(out: Option<&Path>) -> Result<Reply, Error> {
+    let Some(folder) = out else {
         let mut page = Vec::new();
         clap_mangen::Man::new(Args::command()).render(&mut page).map_err(|e| Error::Run(e.to_string()))?;
         return Ok(Reply { text: text(page)?, ..Reply::default() });
@@ -184,9 +160,7 @@ pub fn devices(common: &Common) -> Result<Reply, Error> {
         "reference" => "the reference",
         _ => "CPU kernels",
     });
-    let asked = options.backend.unwrap_or(BackendChoice::Auto);
-    let word =
-        BackendChoice::WORDS.iter().find(|(_, choice, _)| *choice == asked).map_or("auto", |(word, ..)| word);
+    let word = options.backend.unwrap_or(BackendChoice::Auto).word();
     let _ = writeln!(text, "--backend {word} takes: {name} ({})", b.reason);
 
     Ok(Reply {

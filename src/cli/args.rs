@@ -1,18 +1,21 @@
 //! The command line.
 
-use clap::{Args as Flags, Parser, Subcommand};
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
 use vibrissa::command::array::LocateRequest;
 use vibrissa::command::{self, Context, Reply};
 pub use vibrissa::command::{Asked, Common};
 use vibrissa::error::Error;
 
-use super::about::{self, Cite, Completions, Help, Man};
-use super::new::New;
+use super::about::{self, Cite};
 use super::{locate, new};
 
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
     The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
     Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
+const SCHEMA: &str = "An editor with TOML support (Taplo, Even Better TOML) reads a first line `#:schema ./spec.schema.json` in a spec.\n\
+    Example: vibrissa schema > spec.schema.json";
 
 /// Sweeps, optimises and calibrates tapered soft whisker sensors.
 #[derive(Debug, Parser)]
@@ -36,17 +39,30 @@ pub enum Command {
     /// List adapters, their limits and features, and which one `--backend auto` uses
     Devices(Common),
     /// Write a first spec, commented: five questions, or flags
-    New(New),
+    New(new::New),
     /// How to cite the program, the model and a result
     Cite(Cite),
     /// The JSON Schema of specs, by which editors complete and check them
-    Schema(Schema),
+    #[command(after_help = SCHEMA)]
+    Schema,
     /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
-    Help(Help),
+    Help {
+        /// A command; or spec, columns, statuses; or reference: all three as Markdown
+        topic: Option<String>,
+        /// Only this section ([gauge], axis, optimise.limits), table (rows.csv) or list (status)
+        part: Option<String>,
+    },
     /// A shell script that completes commands and flags
-    Completions(Completions),
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
     /// The manual page, on stdout; or the pages of all commands, into a folder
-    Man(Man),
+    Man {
+        /// Write the page of the program and one of each command into this folder
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
 }
 
 impl Command {
@@ -57,19 +73,11 @@ impl Command {
             Self::Devices(common) => about::devices(common),
             Self::New(new) => new::run(new),
             Self::Cite(cite) => about::cite(cite),
-            Self::Schema(_) => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
-            Self::Completions(asked) => about::completions(asked),
-            Self::Man(asked) => about::man(asked),
+            Self::Schema => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
+            Self::Completions { shell } => about::completions(*shell),
+            Self::Man { out } => about::man(out.as_deref()),
             // Handled before, with clap's output.
-            Self::Help(_) => Ok(Reply::default()),
+            Self::Help { .. } => Ok(Reply::default()),
         }
     }
 }
-
-/// The JSON Schema of specs, for editors.
-#[derive(Debug, Flags)]
-#[command(
-    after_help = "An editor with TOML support (Taplo, Even Better TOML) reads a first line `#:schema ./spec.schema.json` in a spec.\n\
-                  Example: vibrissa schema > spec.schema.json"
-)]
-pub struct Schema {}

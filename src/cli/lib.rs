@@ -50,11 +50,11 @@ pub fn run() -> u8 {
         Err(e) => return reply::usage(&e),
     };
     if !quiet {
-        gpu::tell(|words| reply::warning(words));
+        gpu::tell(|words| reply::line(format_args!("warning: {words}")));
     }
     let context = &Context::new(&reply::Terminal, quiet);
     let result = match &args.command {
-        Command::Help(asked) => return about::run(asked),
+        Command::Help { topic, part } => return about::help(topic.as_deref(), part.as_deref()),
         command => command.run(context),
     };
     let code = match result {

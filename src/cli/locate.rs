@@ -172,12 +172,11 @@ enum Source {
 impl Source {
     fn new(readings: Option<&Path>) -> Result<Self, Error> {
         let Some(path) = readings else { return Ok(Self::Stream(stdin())) };
-        let file = open(path)?;
-        if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
-            return Ok(Self::Stream(LabStream::of(Patient(file))));
+        if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+            let pipe = File::open(path).map_err(|e| unread("readings", &path.display().to_string(), &e))?;
+            return Ok(Self::Stream(LabStream::of(Patient(pipe))));
         }
-        let mut text = TextFile::new(file, &path.display().to_string(), "readings", Limit::AnyLines);
-        Ok(Self::File(text.bytes()?))
+        Ok(Self::File(TextFile::open(path, "readings", Limit::AnyLines)?.bytes()?))
     }
 
     fn digest(&self) -> String {
@@ -245,19 +244,6 @@ fn filed(
     let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body, context)?;
     // A long table is not read again for one sentence.
     Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
-}
-
-fn open(path: &Path) -> Result<File, Error> {
-    let label = path.display().to_string();
-    if path.is_dir() {
-        return Err(InputError::new("this is a folder; a file of readings is needed").at(label, None).into());
-    }
-    File::open(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => {
-            InputError::new("there is no such file of readings").at(label, None).into()
-        }
-        _ => unread("readings", &label, &e).into(),
-    })
 }
 
 fn zeros(counts: &stream::Counts) -> String {

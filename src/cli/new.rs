@@ -65,13 +65,8 @@ pub struct New {
     pub json: bool,
 }
 
-struct Answers {
-    whisker: [f64; 3],
-    gauge: [f64; 3],
-    clamp: &'static str,
-    distances: [f64; 2],
-    goal: &'static str,
-}
+/// Whisker, gauge, clamp, distances and goal.
+type Answers = ([f64; 3], [f64; 3], &'static str, [f64; 2], &'static str);
 
 pub fn run(args: &New) -> Result<Reply, Error> {
     let refused = |message: &str, allowed: &str| {
@@ -85,7 +80,8 @@ pub fn run(args: &New) -> Result<Reply, Error> {
         return Err(refused("the folder of this file does not exist", "a file such as whisker.toml").into());
     }
     let answers = answers(args)?;
-    in_microstrain(&answers.gauge)?;
+    let (_, gauge, _, _, goal) = answers;
+    in_microstrain(&gauge)?;
     let text = text(&answers);
     let label = args.spec.display().to_string();
     let read = spec::parse(&label, &text, folder)?;
@@ -93,7 +89,7 @@ pub fn run(args: &New) -> Result<Reply, Error> {
     write(&args.spec, &text)?;
     let beside = args.spec.with_file_name(SCHEMA);
     write(&beside, &schema::text())?;
-    let next = match answers.goal {
+    let next = match goal {
         "calibrate" => format!("vibrissa calibrate DATA.csv --whisker {label}"),
         goal => format!("vibrissa {goal} {label}"),
     };
@@ -119,13 +115,13 @@ fn answers(args: &New) -> Result<Answers, Error> {
         let message = "the answers are missing, and there is no terminal for the questions";
         return Err(InputError::new(message).key("new").allowed(asked.join(" ")).into());
     }
-    Ok(Answers {
-        whisker: numbers("--whisker", &args.whisker, WHISKER_ASKED)?,
-        gauge: numbers("--gauge", &args.gauge, GAUGE_ASKED)?,
-        clamp: args.clamp.map_or_else(|| choose("How is the base held?", CLAMPS), Ok)?,
-        distances: numbers("--distances", &args.distances, DISTANCES_ASKED)?,
-        goal: args.goal.map_or_else(|| choose("What do you want to know?", GOALS), Ok)?,
-    })
+    Ok((
+        numbers("--whisker", &args.whisker, WHISKER_ASKED)?,
+        numbers("--gauge", &args.gauge, GAUGE_ASKED)?,
+        args.clamp.map_or_else(|| choose("How is the base held?", CLAMPS), Ok)?,
+        numbers("--distances", &args.distances, DISTANCES_ASKED)?,
+        args.goal.map_or_else(|| choose("What do you want to know?", GOALS), Ok)?,
+    ))
 }
 
 /// Refuses a noise so small that it must be in strain.
@@ -200,8 +196,7 @@ fn commented(toml: &str) -> String {
 }
 
 fn text(answers: &Answers) -> String {
-    let Answers { whisker: [base, tip, length], gauge, clamp, distances: [near, far], goal } = answers;
-    let [place, grid, noise] = gauge;
+    let ([base, tip, length], [place, grid, noise], clamp, [near, far], goal) = answers;
     let angles = if *goal == "optimise" { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
     let head = format!(
         "#:schema ./{SCHEMA}\n# Lengths in mm, angles in degrees, moduli in MPa, strain without unit. `vibrissa help spec` explains every key.\n"

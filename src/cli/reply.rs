@@ -37,12 +37,9 @@ fn json() -> bool {
     JSON.load(Ordering::Relaxed)
 }
 
-fn command() -> &'static str {
-    COMMAND.get().map_or("", String::as_str)
-}
-
 /// What every JSON object begins with.
-fn headed(command: &str, ok: bool) -> Value {
+fn headed(ok: bool) -> Value {
+    let command = COMMAND.get().map_or("", String::as_str);
     json!({ "format": FORMAT, "command": command, "version": env!("CARGO_PKG_VERSION"), "ok": ok })
 }
 
@@ -56,7 +53,7 @@ pub fn print(reply: Reply, quiet: bool) -> u8 {
     }
     let wrong = reply.broken.map(Error::Run).or(reply.refused.map(Error::Input));
     if json() {
-        let mut object = headed(command(), wrong.is_none());
+        let mut object = headed(wrong.is_none());
         object["out"] = json!(reply.out.as_deref().map(path));
         object["files"] = reply.files.iter().map(|p| path(p)).collect();
         object["counts"] = reply.counts;
@@ -99,7 +96,9 @@ fn taken(written: std::io::Result<()>) -> Result<(), ()> {
 /// Prints an error: as JSON on stdout, or on stderr with the lines of the file; returns the exit code.
 pub fn failure(error: &Error) -> u8 {
     if json() {
-        print_failure(command(), error);
+        let mut object = headed(false);
+        object["error"] = error_json(error);
+        let _ = write_out(&format!("{object}\n"));
     } else {
         part(render(error) + "\n");
     }
@@ -108,12 +107,6 @@ pub fn failure(error: &Error) -> u8 {
 
 pub fn interrupted(stays: &str) -> u8 {
     failure(&Error::Run(format!("interrupted{stays}")))
-}
-
-fn print_failure(command: &str, error: &Error) {
-    let mut object = headed(command, false);
-    object["error"] = error_json(error);
-    let _ = write_out(&format!("{object}\n"));
 }
 
 fn error_json(error: &Error) -> Value {
@@ -175,8 +168,8 @@ pub fn usage(e: &clap::Error) -> u8 {
     }
     let command = std::env::args_os().nth(1).map(|a| a.to_string_lossy().into_owned());
     let command = command.filter(|a| !a.starts_with('-')).unwrap_or_default();
+    to(&command);
     if let Some(error) = gone(&command, e) {
-        to(&command);
         return failure(&error);
     }
     if json() {
@@ -190,20 +183,15 @@ pub fn usage(e: &clap::Error) -> u8 {
         let allowed = message.split_once(": allowed: ").map(|(_, allowed)| allowed.to_owned());
         let allowed = allowed.or_else(|| said(e, ContextKind::ValidValue));
         let error = InputError { key, value, allowed, message, ..InputError::default() };
-        print_failure(&command, &error.into());
-    } else {
-        let _ = e.print();
+        return failure(&error.into());
     }
+    let _ = e.print();
     2
 }
 
 /// Prints a line; control characters, which may come from a file, are made harmless.
 pub fn line(text: impl Display) {
     part(format!("{}\n", printable(&text.to_string())));
-}
-
-pub fn warning(text: impl Display) {
-    line(format_args!("warning: {text}"));
 }
 
 pub fn part(text: impl Display) {

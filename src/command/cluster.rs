@@ -9,7 +9,7 @@ use super::{Asked, Common, Context, Reply, folder, grouped, listed, rough, whole
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::plan::Plan;
-use crate::scene::{BackendChoice, Precision, RunOptions};
+use crate::scene::{BackendChoice, RunOptions};
 use crate::sink::{Question, Shard, run_json};
 use crate::spec;
 
@@ -103,15 +103,11 @@ fn flags(common: &Common, whole: &Path) -> Result<String, Error> {
     let mut text = format!(" --out {}", quoted(whole)?);
     let word =
         |flag: &str, value: Option<String>| value.map_or(String::new(), |value| format!(" --{flag} {value}"));
-    text += &word("backend", common.backend.and_then(|b| name(&BackendChoice::WORDS, b)));
+    text += &word("backend", common.backend.map(|b| b.word().to_owned()));
     text += &word("adapter", common.adapter.as_deref().map(|a| quoted(Path::new(a))).transpose()?);
-    text += &word("precision", common.precision.and_then(|p| name(&Precision::WORDS, p)));
+    text += &word("precision", common.precision.map(|p| p.word().to_owned()));
     text += &word("tolerance", common.tolerance.map(|t| format!("{t:e}")));
     Ok(text)
-}
-
-fn name<T: PartialEq>(words: &[(&str, T, &str)], of: T) -> Option<String> {
-    words.iter().find(|(_, choice, _)| *choice == of).map(|(name, ..)| (*name).to_owned())
 }
 
 /// Replaces each mark in `template` by its value, in one pass: a mark inside a value is kept.

@@ -62,7 +62,7 @@ pub fn run(asked: &Asked<ReportRequest>, context: &Context<'_>) -> Result<Reply,
     let mut files: Vec<(String, Vec<u8>)> = drawn.into_iter().flatten().collect();
     files.push((report::PAGE.to_owned(), page.into_bytes()));
     let bytes = files.last().map_or(0, |(_, page)| page.len());
-    let endings: Vec<&str> = formats.iter().map(|f| f.ending()).collect();
+    let endings: Vec<&str> = formats.iter().map(|f| f.word()).collect();
     let of = json!({
         "drawn": source.hash, "figures": endings, "width_mm": style.width, "font_size_pt": style.size, "font": style.font.family,
     });

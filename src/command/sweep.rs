@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::Args as Flags;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::{Asked, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
 use crate::backend::{Backend, Choice};
@@ -124,7 +124,7 @@ pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, 
         seconds: json!(report.seconds),
         backend: json!(report.backend),
         result: json!({
-            "best": report.highlights.iter().map(|k| row(&spec, k)).collect::<Vec<_>>(),
+            "best": report.highlights.iter().map(|k| k.at.json(&spec.study.setup)).collect::<Vec<_>>(),
             "by": spec.study.listed_by().word(),
             "ranked_rows": report.ranked,
             "model_error": report.model_error,
@@ -206,14 +206,10 @@ fn planned(
     })
 }
 
-fn row(spec: &Spec, k: &Kept) -> Value {
-    k.at.json(&spec.study.setup)
-}
-
 fn answer(spec: &Spec, report: &Report) -> String {
     let setup = &spec.study.setup;
     let ([_, sd], by) = (k_names(setup), spec.study.listed_by().word());
-    let best = report.highlights.first().map(|k| row(spec, k));
+    let best = report.highlights.first().map(|k| k.at.json(setup));
     let Some((best, standing)) = best.zip(report.standing) else { return String::new() };
     of_best(&Recommended {
         number: &|name| best[name].as_f64(),

@@ -32,12 +32,6 @@ vibrissa_core::choices! {
     }
 }
 
-impl Format {
-    pub fn ending(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-}
-
 #[derive(Debug, Clone)]
 pub struct Style {
     /// Width of a column, mm, and of a figure with one panel; others have two columns and their gap.
@@ -81,5 +75,5 @@ pub fn files(figure: &Figure, style: &Style, formats: &[Format]) -> Result<Vec<(
         Format::Png => png::write(&drawing, &style.font, png::DPI),
         Format::Pdf => Ok(pdf::write(&drawing, &style.font, figure)),
     };
-    formats.iter().map(|f| Ok((format!("{}.{}", figure.name, f.ending()), bytes(f)?))).collect()
+    formats.iter().map(|f| Ok((format!("{}.{}", figure.name, f.word()), bytes(f)?))).collect()
 }

@@ -8,13 +8,12 @@ use rayon::prelude::*;
 use super::running::{chunks, offer};
 use super::{Kept, Reached, Run, Taps};
 use crate::census::{self, Row};
-use crate::chart::lanes::{Found, Words};
+use crate::chart::lanes::Found;
 use crate::chart::ranker::{Ranker, Rankers};
 use crate::error::{Error, SolveError};
 use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::plan::Layout;
 use crate::sink::AtDrive;
-use crate::sink::run_json::Counts;
 use crate::statistics::Told;
 use crate::status::Status;
 
@@ -58,7 +57,8 @@ pub(super) fn run(
         chart["ranked_by"] = by.into();
     }
     let (mut found, mut best) = (std::mem::take(found), std::mem::take(best));
-    note(counts, &found.words);
+    let noted = found.words.combinations().filter(|(_, n)| *n > 0);
+    noted.for_each(|(status, n)| counts.combinations.note(status, n));
     if !ranker.all().all(Ranker::tells_words) {
         counts.combinations.retain(Status::SLIPPED_OFF | Status::INVALID_GEOMETRY);
         if let Some(chart) = &mut counts.chart {
@@ -76,10 +76,6 @@ pub(super) fn run(
     }
     solved.into_iter().for_each(|row| best.offer(row));
     Ok(best.into_rows())
-}
-
-pub(super) fn note(counts: &mut Counts, words: &Words) {
-    words.combinations().filter(|(_, n)| *n > 0).for_each(|(status, n)| counts.combinations.note(status, n));
 }
 
 struct Search<'a> {

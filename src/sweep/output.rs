@@ -108,6 +108,7 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
 /// Position of each row of a part in the whole, for `merge`.
 pub const PLACES: &str = "places.bin";
 
+#[derive(Default)]
 pub(super) struct Writers {
     sheets: [Option<Sheet>; 3],
     pub places: Option<Output>,
@@ -127,12 +128,8 @@ pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
 }
 
 impl Writers {
-    pub fn none() -> Self {
-        Self { sheets: [const { None }; 3], places: None }
-    }
-
     pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
-        let mut sheets = [const { None }; 3];
+        let mut all = Self::default();
         let bytes = wanted(study, plan).map(|table| {
             let width = table.heading().names(&study.setup).len() as u64;
             plan.rows[table as usize].saturating_mul(8 * width)
@@ -147,9 +144,9 @@ impl Writers {
         for table in wanted(study, plan) {
             let mut frame = table.heading().frame_for(&study.setup);
             frame.reserve(plan.rows[table as usize])?;
-            sheets[table as usize] = Some(Sheet::Memory(frame));
+            all.sheets[table as usize] = Some(Sheet::Memory(frame));
         }
-        Ok(Self { sheets, places: None })
+        Ok(all)
     }
 
     pub fn new(

@@ -42,7 +42,7 @@ impl<'a> Run<'a> {
         Self {
             study,
             evaluator,
-            writers: Writers::none(),
+            writers: Writers::default(),
             reached,
             plan,
             stop,
@@ -100,7 +100,7 @@ impl<'a> Run<'a> {
     pub fn absorb(&mut self, status: &Counts) {
         self.reached.counts.taps += status.taps;
         self.reached.counts.combinations.add(&status.combinations);
-        self.progress.at(self.reached.counts.taps, self.taps);
+        self.show(0);
     }
 
     pub fn show(&mut self, more: u64) {

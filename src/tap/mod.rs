@@ -17,8 +17,7 @@ use crate::optimise::{TOLERANCE, no_axes};
 use crate::plan;
 use crate::progress::Progress;
 use crate::scene::{
-    BackendChoice, Budget, Contact, Layout, Limits, Objective, Precision, RunOptions, Search, Setup, Study,
-    Theory,
+    BackendChoice, Budget, Contact, Limits, Objective, Precision, RunOptions, Search, Setup, Study, Theory,
 };
 use crate::statistics::DriveRow;
 use search::{COARSE, Curve, STEPS, incomplete, overstrained, tried};
@@ -31,10 +30,6 @@ const FEW: &str = "few taps";
 /// Taps of the grid, and of the polish, that a kernel may leave to the reference.
 const LEFT: [usize; 2] = [600, 1500];
 const EVALUATIONS: u64 = 1200;
-
-pub fn taps(layout: &Layout) -> u64 {
-    EVALUATIONS.saturating_mul(layout.n_distances)
-}
 
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {

@@ -4,7 +4,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{FEW, LimitedBy, Report, Sample, TapAsked, best, few, find_by, write};
+use super::{EVALUATIONS, FEW, LimitedBy, Report, Sample, TapAsked, best, few, find_by, write};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::census::sample::{Row, choosing_in};
@@ -36,7 +36,7 @@ impl<'a> Curve<'a> {
         Self {
             scorer,
             whisker: layout.stroke(&layout.design(0), 0),
-            taps: [layout.n_distances, super::taps(layout)],
+            taps: [layout.n_distances, EVALUATIONS.saturating_mul(layout.n_distances)],
             progress,
             evaluations: 0,
         }
@@ -203,7 +203,9 @@ pub(super) fn tried(
 ) -> Result<Report, Error> {
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     beyond_gauge(setup, &layout)?;
-    let looser = looser(asked.choice)?;
+    // A choice for few taps may be too fine: then f64 with its usual tolerance.
+    let free = asked.choice.backend.reason == FEW;
+    let looser = free.then(|| few(&RunOptions::default())).transpose()?;
     let first = looser.is_some().then_some((asked.choice, steps[0]));
     let then = steps.iter().map(|steps| (looser.as_ref().unwrap_or(asked.choice), *steps));
     for (choice, steps) in first.into_iter().chain(then) {
@@ -221,11 +223,6 @@ pub(super) fn tried(
         .key("tap.a")
         .allowed("distances beyond the end of the gauge, a whisker that tapers less; or --backend reference, which takes its time")
         .into())
-}
-
-/// Replaces the `choice` for few taps if it is too fine: f64 with its usual tolerance.
-fn looser(choice: &Choice) -> Result<Option<Choice>, Error> {
-    (choice.backend.reason == FEW).then(|| few(&RunOptions::default())).transpose()
 }
 
 /// Refuses a contact at or before the gauge's near end: no drive gives it a signal.

@@ -39,7 +39,7 @@ impl Host for Session<'_> {
     fn line(&self, _: &str) {}
 
     fn progress(&self, _: bool) -> Box<dyn Show + '_> {
-        Box::new(Telling(self))
+        Box::new(self)
     }
 
     fn stop(&self, _: bool) -> &AtomicBool {
@@ -47,20 +47,18 @@ impl Host for Session<'_> {
     }
 }
 
-struct Telling<'s, 'a>(&'s Session<'a>);
-
-impl Progress for Telling<'_, '_> {
+impl Progress for &Session<'_> {
     fn at(&mut self, done: u64, total: u64) {
-        (self.0.tell.borrow_mut())(Heard::Far(done, total));
+        (self.tell.borrow_mut())(Heard::Far(done, total));
     }
 }
 
-impl Watch for Telling<'_, '_> {
+impl Watch for &Session<'_> {
     fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>) {
         let p = &step.best.point;
         let point = [p.D, p.d, p.L_a, p.x_ss, p.l, p.drive];
         let step = (step.evaluations, left, step.start, step.stage.word(), point, value, feasible);
-        (self.0.tell.borrow_mut())(Heard::Step(step));
+        (self.tell.borrow_mut())(Heard::Step(step));
     }
 }
 

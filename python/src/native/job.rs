@@ -1,6 +1,7 @@
 //! Runs long work on a separate thread, without the interpreter's lock, so that Ctrl-C and callbacks work meanwhile.
 
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,11 +18,6 @@ use super::error;
 const GRACE: Duration = Duration::from_millis(1500);
 const STEP: Duration = Duration::from_millis(50);
 const STACK: usize = 8 << 20;
-
-enum News<N, T> {
-    Part(N),
-    End(Result<T, Error>),
-}
 
 pub type Ended<T> = (T, Option<PyErr>);
 
@@ -44,7 +40,7 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
         let told = tell.clone();
         let work = move || {
             work(&asked, &mut |part| {
-                let _ = told.send(News::Part(part));
+                let _ = told.send(ControlFlow::Continue(part));
             })
         };
         let end = match pool {
@@ -52,7 +48,7 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
             None => work(),
         };
         drop(working);
-        let _ = tell.send(News::End(end));
+        let _ = tell.send(ControlFlow::Break(end));
     };
     let worker = Builder::new().stack_size(STACK).spawn(whole);
     let worker = worker.map_err(|e| error::run(py, &e.to_string()))?;
@@ -61,9 +57,9 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
         let mut heard = Ok(true);
         let next = py.detach(|| news.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(STEP));
         match next {
-            Ok(News::Part(part)) if interrupt.is_none() => heard = hear(part),
-            Ok(News::Part(_)) | Err(RecvTimeoutError::Timeout) => {}
-            Ok(News::End(end)) => {
+            Ok(ControlFlow::Continue(part)) if interrupt.is_none() => heard = hear(part),
+            Ok(ControlFlow::Continue(_)) | Err(RecvTimeoutError::Timeout) => {}
+            Ok(ControlFlow::Break(end)) => {
                 return match (end, interrupt) {
                     (Ok(value), interrupt) => Ok((value, interrupt.map(|(e, _)| e))),
                     (Err(_), Some((e, _))) => Err(e),

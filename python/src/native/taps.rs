@@ -117,9 +117,7 @@ impl Taps {
 
     /// `n` taps from the columns of [`Given::new`]: their strains; or, if `full`, the numbers of [`Self::one`], a row for each tap, status bits and
     /// whether they stick. The derivatives by the inputs `by`, for each tap and each of its numbers as many as there are inputs; what should be known.
-    ///
-    /// # Errors
-    /// An input that these taps have not; threads or kernels that fail.
+    /// Errors: an input that these taps have not; threads or kernels that fail.
     #[pyo3(signature = (n, columns, full, by = Vec::new(), progress = None))]
     #[allow(clippy::type_complexity)]
     fn many<'py>(

@@ -41,6 +41,11 @@ macro_rules! choices {
             /// All, with their words and descriptions.
             pub const WORDS: [(&'static str, Self, &'static str); [$($word),+].len()] =
                 [$(($word, Self::$variant, $about)),+];
+
+            /// Its word.
+            pub const fn word(self) -> &'static str {
+                Self::WORDS[self as usize].0
+            }
         }
     };
 }

@@ -36,12 +36,6 @@ vibrissa_core::choices! {
     }
 }
 
-impl Kind {
-    pub fn word(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub enum Curve {
     Point(Spot),
