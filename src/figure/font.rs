@@ -27,10 +27,7 @@ impl Font {
         Self { bytes: BUILT_IN.into(), family: "DejaVu Sans".into(), file: None }
     }
 
-    /// Reads a font file.
-    ///
-    /// # Errors
-    /// A file that cannot be read or is not a TrueType font.
+    /// Reads a font file. Errors: a file that cannot be read or is not a TrueType font.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let refuse = |why: String| {
             InputError::new(why).key("--font").value(path.display()).allowed("a TrueType font file (.ttf)")

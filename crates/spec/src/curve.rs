@@ -23,10 +23,7 @@ pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<
     of_text(label, &text)
 }
 
-/// [`of_frame`] for the file at `path`.
-///
-/// # Errors
-/// Those of [`of_frame`]; the file cannot be read.
+/// [`of_frame`] for the file at `path`. Errors: those of [`of_frame`]; the file cannot be read.
 pub fn of_file(path: &Path) -> Result<MaterialFit> {
     let text = TextFile::open(path, "curve", Limit::Whole)?.text()?;
     Ok(of_text(path.display().to_string(), &text)?.0)
@@ -39,9 +36,7 @@ fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
 }
 
 /// Fits Yeoh's law to a measured curve in memory, with the columns of such a file.
-///
-/// # Errors
-/// A column is missing, the points are not a stress–strain curve, or the law does not fit them.
+/// Errors: a column is missing, the points are not a stress–strain curve, or the law does not fit them.
 pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
     let mut points = Vec::new();
     table::of_frame(frame, COLUMNS, &mut |row, place| points.push(([row[0], row[1]], place)))?;
