@@ -96,19 +96,15 @@ fn checked(mut points: Rows<2>, source: Source<'_>) -> Result<Vec<[f64; 2]>> {
     let whole = |message: String| source.whole(InputError::new(message).key(STRAIN));
     if points.len() < LEAST {
         let message = format!("a curve needs {LEAST} points of different strain or more");
-        return Err(whole(message)
-            .value(format!("{} points", points.len()))
-            .allowed(format!("≥ {LEAST} points")));
+        let error = whole(message).value(format!("{} points", points.len()));
+        return Err(error.allowed(format!("≥ {LEAST} points")));
     }
-    match points.last() {
-        Some([most, _]) if *most <= 0.0 => {
-            let wrong = whole("this curve has no tension".to_owned());
-            Err(wrong
-                .value(format!("at most {most}"))
-                .allowed("points with strain > 0; compression is optional"))
-        }
-        _ => Ok(points),
+    let [most, _] = points[points.len() - 1];
+    if most <= 0.0 {
+        let wrong = whole("this curve has no tension".to_owned()).value(format!("at most {most}"));
+        return Err(wrong.allowed("points with strain > 0; compression is optional"));
     }
+    Ok(points)
 }
 
 /// With `abscissa = true` turns the distances of `space`, abscissae of the resting whisker `built`, into arcs.
