@@ -3,20 +3,19 @@
 //!     cargo run --release --example stream_latency -- target/release/vibrissa results/prototype-d10/calibration.toml
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Number of single questions, and of readings in the long stream.
 const QUESTIONS: usize = 20_000;
 const READINGS: usize = 1_000_000;
 
-fn start(program: &str, calibration: &str) -> std::io::Result<Child> {
-    Command::new(program)
-        .args(["locate", calibration])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
+fn start(program: &str, calibration: &str) -> std::io::Result<(Child, ChildStdin, ChildStdout)> {
+    let mut command = Command::new(program);
+    command.args(["locate", calibration]).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = command.spawn()?;
+    let (input, output) = (child.stdin.take(), child.stdout.take());
+    Ok((child, input.expect("a pipe"), output.expect("a pipe")))
 }
 
 /// Alternating tap angles, so that answers cannot be cached.
@@ -39,8 +38,7 @@ fn main() -> std::io::Result<()> {
     let mut firsts = Vec::new();
     for _ in 0..20 {
         let begin = Instant::now();
-        let mut child = start(program, calibration)?;
-        let (Some(mut input), Some(output)) = (child.stdin.take(), child.stdout.take()) else { continue };
+        let (mut child, mut input, output) = start(program, calibration)?;
         input.write_all(line(0).as_bytes())?;
         let mut output = BufReader::new(output);
         output.read_line(&mut text)?;
@@ -50,14 +48,10 @@ fn main() -> std::io::Result<()> {
         child.wait()?;
     }
     firsts.sort();
-    println!(
-        "first answer after start: median {:.1} ms, worst {:.1} ms",
-        quantile(&firsts, 0.5) / 1e3,
-        quantile(&firsts, 1.0) / 1e3
-    );
+    let [median, worst] = [0.5, 1.0].map(|share| quantile(&firsts, share) / 1e3);
+    println!("first answer after start: median {median:.1} ms, worst {worst:.1} ms");
 
-    let mut child = start(program, calibration)?;
-    let (Some(mut input), Some(output)) = (child.stdin.take(), child.stdout.take()) else { return Ok(()) };
+    let (mut child, mut input, output) = start(program, calibration)?;
     let mut output = BufReader::new(output);
     output.read_line(&mut text)?;
     let mut each = Vec::with_capacity(QUESTIONS);
@@ -72,17 +66,11 @@ fn main() -> std::io::Result<()> {
     drop(input);
     child.wait()?;
     each.sort();
-    println!(
-        "one line, there and back: median {:.1} µs, p99 {:.1} µs",
-        quantile(&each, 0.5),
-        quantile(&each, 0.99)
-    );
+    let [median, late] = [0.5, 0.99].map(|share| quantile(&each, share));
+    println!("one line, there and back: median {median:.1} µs, p99 {late:.1} µs");
 
     let all: String = (0..READINGS).map(line).collect();
-    let mut child = start(program, calibration)?;
-    let (Some(mut input), Some(mut output)) = (child.stdin.take(), child.stdout.take()) else {
-        return Ok(());
-    };
+    let (mut child, mut input, mut output) = start(program, calibration)?;
     let begin = Instant::now();
     let feed = std::thread::spawn(move || input.write_all(all.as_bytes()));
     let mut bytes = Vec::new();

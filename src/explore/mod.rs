@@ -93,12 +93,10 @@ pub fn bake_asked(spec: &Spec, asked: Option<f64>) -> Result<(Baked, f64), Error
 }
 
 /// The chart of the model of `spec` over its domain, with the largest relative strain error `strain`.
-///
-/// # Errors
-/// A spec without ranges; a model without such a chart, or not smooth over the ranges. The error names key and allowed values.
+/// Errors: a spec without ranges; a model without such a chart, or not smooth over the ranges. The error names key and allowed values.
 pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     let setup = &spec.study.setup;
-    let refuse = |message: &str, key: &str, value: String, allowed: &str| {
+    let refuse = |message: &str, key: &str, value: &str, allowed: &str| {
         Err(Error::from(InputError::new(message).key(key).value(value).allowed(allowed)))
     };
     // The first of `keys` that the spec sets to another value than `off`.
@@ -111,42 +109,41 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
         keys.iter().copied().find(|key| spec.in_force.iter().any(|entry| is(key, entry))).unwrap_or(keys[0])
     };
     if setup.model.geometry == Geometry::Linear {
-        return refuse("a page shows the exact rod", "model.geometry", "linear".into(), "exact");
+        return refuse("a page shows the exact rod", "model.geometry", "linear", "exact");
     }
     if setup.model.contact == Contact::Stick {
-        let (message, allowed) =
-            ("what holds a contact that always sticks has no chart", "frictionless, { coulomb = … }");
-        return refuse(message, "model.contact", "stick".into(), allowed);
+        let message = "what holds a contact that always sticks has no chart";
+        return refuse(message, "model.contact", "stick", "frictionless, { coulomb = … }");
     }
     let pole = setup.model.pole_radius;
     if matches!(setup.model.contact, Contact::Coulomb(f64::MIN_POSITIVE..)) && pole > 0.0 {
         let message = "what holds a contact that rolls on a pole has no chart";
-        return refuse(message, "model.pole_radius", pole.to_string(), "0, or a frictionless contact");
+        return refuse(message, "model.pole_radius", &pole.to_string(), "0, or a frictionless contact");
     }
     let Some(layout) = spec.study.space.layout() else {
-        let (value, allowed) = ("a file".to_owned(), "[whisker], [gauge] and [tap]");
-        return refuse("a page needs ranges, not a list of tuples", "tuples", value, allowed);
+        let message = "a page needs ranges, not a list of tuples";
+        return refuse(message, "tuples", "a file", "[whisker], [gauge] and [tap]");
     };
     if !layout.is_upright() {
-        let (key, value) = (written(&["tap.tilt", "tap.lean"], "0"), "not 0".to_owned());
-        return refuse("a page bakes one chart, of upright poles", key, value, "tilt = 0 and lean = 0");
+        let key = written(&["tap.tilt", "tap.lean"], "0");
+        return refuse("a page bakes one chart, of upright poles", key, "not 0", "tilt = 0 and lean = 0");
     }
     if setup.gauge.second {
-        return refuse("a page shows what one gauge reads", "gauge.second", "true".into(), "false");
+        return refuse("a page shows what one gauge reads", "gauge.second", "true", "false");
     }
     if setup.built.is_some() {
-        let (value, allowed) = ("more than a cone".to_owned(), "a cone: D, d, L_a and hub only");
-        return refuse("a page shows a cone clamped at its base", written(&BUILT, "0"), value, allowed);
+        let (message, key) = ("a page shows a cone clamped at its base", written(&BUILT, "0"));
+        return refuse(message, key, "more than a cone", "a cone: D, d, L_a and hub only");
     }
     if let Some(all) = &setup.channels {
-        let (value, allowed) =
-            (format!("{} channels", all.rows.len()), "\"strain\", \"moment\" or \"force\"");
-        let key = written(&["sensor.signal", "sensor.matrix"], "");
-        return refuse("a page shows what one signal tells", key, value, allowed);
+        let (value, key) =
+            (format!("{} channels", all.rows.len()), written(&["sensor.signal", "sensor.matrix"], ""));
+        let allowed = "\"strain\", \"moment\" or \"force\"";
+        return refuse("a page shows what one signal tells", key, &value, allowed);
     }
     if let Some(foil) = setup.gauge.foil {
         let value = format!("{} N/mm", foil.stiffness);
-        return refuse("a page shows what the bare skin reads", "gauge.foil", value, "no foil");
+        return refuse("a page shows what the bare skin reads", "gauge.foil", &value, "no foil");
     }
     let domain = Domain::new(setup, &layout)?;
     for ratios in RATIOS {
@@ -158,7 +155,7 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     }
     let value = format!("a = {:?} mm", domain.a);
     let allowed = "narrower ranges: smaller drives, distances farther from the apex of the whisker";
-    refuse("the model is not smooth enough over these ranges for one chart", "tap", value, allowed)
+    refuse("the model is not smooth enough over these ranges for one chart", "tap", &value, allowed)
 }
 
 /// Largest x/a of the chart; beyond it the page extrapolates the strain.
@@ -187,10 +184,7 @@ fn around([lo, hi]: [f64; 2], factors: [f64; 2]) -> [f64; 2] {
 }
 
 impl Domain {
-    /// Domain of the designs of `layout`.
-    ///
-    /// # Errors
-    /// A pole radius together with a hub: the chart has one axis for both.
+    /// Domain of the designs of `layout`. Errors: a pole radius together with a hub: the chart has one axis for both.
     pub fn new(setup: &Setup, layout: &Layout) -> Result<Self, InputError> {
         let pole = setup.model.pole_radius;
         let angle = setup.drive == Drive::Angle;

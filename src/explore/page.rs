@@ -19,10 +19,7 @@ const NAMES: [&str; FUNCTIONS] = ["contact", "far", "arc", "force", "signal"];
 
 const AXIS_NAMES: [&str; 5] = ["drive", "offset_over_a", "D_over_a", "tau_a", "x_over_a"];
 
-/// JSON of `baked`, with the parts of the spec that the page keeps.
-///
-/// # Errors
-/// The text of the spec does not parse.
+/// JSON of `baked`, with the parts of the spec that the page keeps. Errors: the text of the spec does not parse.
 pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
     let (setup, domain, chart) = (&spec.study.setup, &baked.domain, &baked.chart);
     let branch = |(k, built): (usize, &Built<FUNCTIONS>)| {

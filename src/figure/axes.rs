@@ -29,10 +29,6 @@ pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) ->
     scale.ticks(((long / each) as usize).clamp(3, 8))
 }
 
-fn title(axis: &Axis, room: f64, face: &Face<'_>, size: f64) -> Vec<String> {
-    lines(face, &axis.text(), room / size)
-}
-
 fn stacked(count: usize, size: f64) -> f64 {
     if count == 0 { 0.0 } else { (1.5 + LEADING * (count - 1) as f64) * size }
 }
@@ -41,12 +37,12 @@ fn stacked(count: usize, size: f64) -> f64 {
 pub fn left(panel: &Panel, y: &Scale, high: f64, face: &Face<'_>, size: f64) -> f64 {
     let (named, _) = ticks(&panel.y, y, high, size, true);
     let longest = named.iter().map(|(_, w)| length(face, w) * size).fold(0.0, f64::max);
-    longest + stacked(title(&panel.y, high, face, size).len(), size) + 7.0
+    longest + stacked(lines(face, &panel.y.text(), high / size).len(), size) + 7.0
 }
 
 /// Height of the labels below a panel of width `wide`, pt.
 pub fn below(panel: &Panel, wide: f64, face: &Face<'_>, size: f64) -> f64 {
-    stacked(title(&panel.x, wide, face, size).len(), size) + words_below(panel, size) + 5.0
+    stacked(lines(face, &panel.x.text(), wide / size).len(), size) + words_below(panel, size) + 5.0
 }
 
 fn turned(panel: &Panel) -> bool {
@@ -97,13 +93,13 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Fa
         d.stroke(open(&[[x - 1.4, at], [x, at]]), Stroke::solid(INK, 0.4), None);
     }
     let mut base = y + h + 4.0 + words_below(panel, size) + size;
-    for line in title(&panel.x, cell[1] - cell[0], face, size) {
+    for line in lines(face, &panel.x.text(), (cell[1] - cell[0]) / size) {
         let half = 0.5 * length(face, &line) * size;
         let middle = (x + 0.5 * w).min(cell[1] - half).max(cell[0] + half);
         d.text([middle, base], line, size, Anchor::Middle, false);
         base += LEADING * size;
     }
-    let lines = title(&panel.y, h, face, size);
+    let lines = lines(face, &panel.y.text(), h / size);
     let mut beside = x - 6.5 - widest - 0.35 * size - LEADING * size * lines.len().saturating_sub(1) as f64;
     for line in lines {
         d.text([beside, y + 0.5 * h], line, size, Anchor::Middle, true);

@@ -312,11 +312,9 @@ impl Mark {
         let pairs = |x: &[f64], y: &[f64]| x.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
         match self {
             Self::Points { path, error, .. } if !error.is_empty() => {
-                let ends = pairs(&path.x, &path.y).into_iter().zip(error);
-                ends.flat_map(
-                    |((x, y), e)| if e.is_finite() { [(x, y - e), (x, y + e)] } else { [(x, y); 2] },
-                )
-                .collect()
+                let half = error.iter().map(|e| if e.is_finite() { *e } else { 0.0 });
+                let points = pairs(&path.x, &path.y).into_iter().zip(half);
+                points.flat_map(|((x, y), e)| [(x, y - e), (x, y + e)]).collect()
             }
             Self::Line { path, .. } | Self::Points { path, .. } | Self::Area { path, .. } => {
                 pairs(&path.x, &path.y)

@@ -13,7 +13,7 @@ const BUILT_IN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 
 #[derive(Debug, Clone)]
 pub struct Font {
-    bytes: Arc<[u8]>,
+    pub(super) bytes: Arc<[u8]>,
     /// Family name for SVG.
     pub family: String,
     /// Font file; `None` for the built-in font.
@@ -27,10 +27,7 @@ impl Font {
         Self { bytes: BUILT_IN.into(), family: "DejaVu Sans".into(), file: None }
     }
 
-    /// Reads a font file.
-    ///
-    /// # Errors
-    /// A file that cannot be read or is not a TrueType font.
+    /// Reads a font file. Errors: a file that cannot be read or is not a TrueType font.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let refuse = |why: String| {
             InputError::new(why).key("--font").value(path.display()).allowed("a TrueType font file (.ttf)")
@@ -50,10 +47,6 @@ impl Font {
             face.names().into_iter().find(|n| n.name_id == ttf_parser::name_id::FAMILY && n.is_unicode());
         let family = name.and_then(|n| n.to_string()).unwrap_or_else(|| "sans-serif".into());
         Ok(Self { bytes: bytes.into(), family, file: Some(path.to_owned()) })
-    }
-
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
     }
 
     pub fn face(&self) -> Face<'_> {
@@ -78,8 +71,7 @@ pub fn lines(face: &Face<'_>, text: &str, room: f64) -> Vec<String> {
     for part in parts(text) {
         match lines.last_mut() {
             Some(line) if length(face, line) + length(face, " ") + length(face, &part) <= room => {
-                line.push(' ');
-                line.push_str(&part);
+                *line += &format!(" {part}");
             }
             _ => lines.push(part),
         }
@@ -94,10 +86,7 @@ fn parts(text: &str) -> Vec<String> {
     for word in text.split(' ').filter(|w| !w.is_empty()) {
         let sign = matches!(word, "=" | "≈");
         match parts.last_mut() {
-            Some(part) if open || sign => {
-                part.push(' ');
-                part.push_str(word);
-            }
+            Some(part) if open || sign => *part += &format!(" {word}"),
             _ => parts.push(word.to_owned()),
         }
         open = sign || open && word.parse::<f64>().is_ok();

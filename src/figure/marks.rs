@@ -200,11 +200,8 @@ pub fn draw_notes(d: &mut Drawing, panel: &Panel, p: &Place, face: &Face<'_>) {
 
 fn pieces(mark: &Mark, p: &Place) -> Vec<Piece> {
     let joined = |points: &[[f64; 2]]| -> Vec<Piece> {
-        points
-            .windows(2)
-            .map(|w| [w[0], w[1]])
-            .filter(|w| w.iter().flatten().all(|x| x.is_finite()))
-            .collect()
+        let pairs = points.windows(2).map(|w| [w[0], w[1]]);
+        pairs.filter(|w| w.iter().flatten().all(|x| x.is_finite())).collect()
     };
     let crossed =
         |[x, y]: [f64; 2], r: f64| [[[x - r, y - r], [x + r, y + r]], [[x - r, y + r], [x + r, y - r]]];

@@ -43,9 +43,7 @@ pub struct Style {
 
 impl Style {
     /// `width` in mm and text `size` in pt, with the font of a file or the built-in one.
-    ///
-    /// # Errors
-    /// Sizes that are out of range; a file that is not a font.
+    /// Errors: sizes that are out of range; a file that is not a font.
     pub fn asked(width: f64, size: f64, font: Option<&std::path::Path>) -> Result<Self, InputError> {
         for (key, x, [from, to]) in [("--width", width, [40.0, 400.0]), ("--font-size", size, [4.0, 24.0])] {
             if !(from..=to).contains(&x) {
@@ -64,10 +62,7 @@ impl Default for Style {
     }
 }
 
-/// Name and bytes of `figure` in these formats.
-///
-/// # Errors
-/// A picture too large for memory.
+/// Name and bytes of `figure` in these formats. Errors: a picture too large for memory.
 pub fn files(figure: &Figure, style: &Style, formats: &[Format]) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let drawing = sheet::lay(figure, style);
     let bytes = |format: &Format| match format {

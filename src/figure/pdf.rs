@@ -154,8 +154,8 @@ fn embed(pdf: &mut Pdf, drawing: &Drawing, font: &Font, [type0, cid, descriptor,
         .cap_height(f32::from(face.capital_height().unwrap_or(face.ascender())) * units)
         .stem_v(80.0)
         .font_file2(file);
-    let bytes = packed(font.bytes());
-    pdf.stream(file, &bytes).filter(Filter::FlateDecode).pair(Name(b"Length1"), font.bytes().len() as i32);
+    let bytes = packed(&font.bytes);
+    pdf.stream(file, &bytes).filter(Filter::FlateDecode).pair(Name(b"Length1"), font.bytes.len() as i32);
     let mut map = UnicodeCmap::<u16>::new(Name(b"Figure-Unicode"), SYSTEM);
     used.into_iter().for_each(|(id, c)| map.pair(id, c));
     pdf.cmap(unicode, &map.finish());

@@ -12,10 +12,7 @@ use crate::error::Error;
 /// Pixels to the inch.
 pub const DPI: f64 = 300.0;
 
-/// The PNG file on white.
-///
-/// # Errors
-/// A picture too large for memory.
+/// The PNG file on white. Errors: a picture too large for memory.
 pub fn write(drawing: &Drawing, font: &Font, dpi: f64) -> Result<Vec<u8>, Error> {
     let scale = dpi / 72.0;
     let [w, h] = drawing.size.map(|x| (x * scale).ceil().max(1.0) as u32);
@@ -62,12 +59,8 @@ fn encoded(map: &Pixmap, dpi: f64) -> Result<Vec<u8>, png::EncodingError> {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::High);
-    let per_metre = (dpi / 0.0254).round() as u32;
-    encoder.set_pixel_dims(Some(png::PixelDimensions {
-        xppu: per_metre,
-        yppu: per_metre,
-        unit: png::Unit::Meter,
-    }));
+    let (per_metre, unit) = ((dpi / 0.0254).round() as u32, png::Unit::Meter);
+    encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit }));
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&opaque)?;
     writer.finish()?;

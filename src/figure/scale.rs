@@ -93,16 +93,12 @@ impl Scale {
         let [a, b] = self.ends.map(f64::log10);
         let whole: Vec<i32> = (a.floor().max(-308.0) as i32..=b.ceil().min(308.0) as i32).collect();
         let every = (whole.len() / wanted.max(1)).max(1) as i32;
-        let within = |steps: &[f64]| -> Vec<f64> {
-            let all = whole.iter().flat_map(|n| steps.iter().map(move |s| s * 10f64.powi(*n)));
+        let each = |steps: &[f64], every: i32| -> Vec<f64> {
+            let powers = whole.iter().filter(|n| *n % every == 0);
+            let all = powers.flat_map(|n| steps.iter().map(move |s| s * 10f64.powi(*n)));
             all.filter(|x| self.holds(*x)).collect()
         };
-        let tens: Vec<f64> = whole
-            .iter()
-            .filter(|n| *n % every == 0)
-            .map(|n| 10f64.powi(*n))
-            .filter(|x| self.holds(*x))
-            .collect();
+        let (tens, within) = (each(&[1.0], every), |steps: &[f64]| each(steps, 1));
         let small =
             if b - a <= 6.0 { within(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { within(&[1.0]) };
         // With one decade or less, label ticks within it too.
@@ -171,17 +167,8 @@ fn ten(power: i32) -> String {
     if power == 0 {
         return "1".into();
     }
-    let raised = power
-        .to_string()
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            c => c.to_digit(10).and_then(|d| char::from_u32(0x2070 + d)).unwrap_or(c),
-        })
-        .collect::<String>();
+    let digit = |c: char| c.to_digit(10).and_then(|d| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(d as usize));
+    let raised: String = power.to_string().chars().map(|c| digit(c).unwrap_or('⁻')).collect();
     format!("10{raised}")
 }
 

@@ -23,10 +23,7 @@ pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<
     of_text(label, &text)
 }
 
-/// [`of_frame`] for the file at `path`.
-///
-/// # Errors
-/// Those of [`of_frame`]; the file cannot be read.
+/// [`of_frame`] for the file at `path`. Errors: those of [`of_frame`]; the file cannot be read.
 pub fn of_file(path: &Path) -> Result<MaterialFit> {
     let text = TextFile::open(path, "curve", Limit::Whole)?.text()?;
     Ok(of_text(path.display().to_string(), &text)?.0)
@@ -39,9 +36,7 @@ fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
 }
 
 /// Fits Yeoh's law to a measured curve in memory, with the columns of such a file.
-///
-/// # Errors
-/// A column is missing, the points are not a stress–strain curve, or the law does not fit them.
+/// Errors: a column is missing, the points are not a stress–strain curve, or the law does not fit them.
 pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
     let mut points = Vec::new();
     table::of_frame(frame, COLUMNS, &mut |row, place| points.push(([row[0], row[1]], place)))?;
@@ -101,19 +96,15 @@ fn checked(mut points: Rows<2>, source: Source<'_>) -> Result<Vec<[f64; 2]>> {
     let whole = |message: String| source.whole(InputError::new(message).key(STRAIN));
     if points.len() < LEAST {
         let message = format!("a curve needs {LEAST} points of different strain or more");
-        return Err(whole(message)
-            .value(format!("{} points", points.len()))
-            .allowed(format!("≥ {LEAST} points")));
+        let error = whole(message).value(format!("{} points", points.len()));
+        return Err(error.allowed(format!("≥ {LEAST} points")));
     }
-    match points.last() {
-        Some([most, _]) if *most <= 0.0 => {
-            let wrong = whole("this curve has no tension".to_owned());
-            Err(wrong
-                .value(format!("at most {most}"))
-                .allowed("points with strain > 0; compression is optional"))
-        }
-        _ => Ok(points),
+    let [most, _] = points[points.len() - 1];
+    if most <= 0.0 {
+        let wrong = whole("this curve has no tension".to_owned()).value(format!("at most {most}"));
+        return Err(wrong.allowed("points with strain > 0; compression is optional"));
     }
+    Ok(points)
 }
 
 /// With `abscissa = true` turns the distances of `space`, abscissae of the resting whisker `built`, into arcs.

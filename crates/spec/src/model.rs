@@ -113,11 +113,8 @@ pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
     if rubs && let Some((term, why)) = TERMS.iter().rev().filter(on).find_map(|t| Some((t, t.frictionless?)))
     {
         let off = format!("{} = {}", term.key, term.off());
-        return Err((
-            "contact",
-            format!("friction needs {off}: {why}"),
-            format!("\"frictionless\", or {off} in [model]"),
-        ));
+        let allowed = format!("\"frictionless\", or {off} in [model]");
+        return Err(("contact", format!("friction needs {off}: {why}"), allowed));
     }
     Ok(())
 }

@@ -134,12 +134,8 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     for (_, key, column) in columns {
         sd[column as usize] = item.or(key, 0.0, Item::ranged)?;
     }
-    let mut properties = Vec::new();
-    for property in unsure() {
-        if let Some(value) = variable(item, property) {
-            properties.push((property, value.ranged()?));
-        }
-    }
+    let read = |property| Some(variable(item, property)?.ranged().map(|sd| (property, sd)));
+    let mut properties = unsure().filter_map(read).collect::<Result<Vec<_>>>()?;
     properties.retain(|(_, sd)| *sd > 0.0);
     if sd == [0.0; COLUMNS] && properties.is_empty() {
         return item.wrong("no standard deviation is larger than zero: nothing to be robust against");

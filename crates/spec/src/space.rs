@@ -154,17 +154,15 @@ fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
             longest = part;
         }
     }
-    match taps.saturating_mul(samples) {
-        n if n > MOST_TAPS => {
-            let message =
-                format!("one design would have {n} taps, all its distances at all tilts, leans and drives");
-            let allowed = format!(
-                "{MOST_TAPS} at most: fewer values here, or samples, as in {{ min = …, max = …, samples = N }} for the drive and an axis of the whisker, which belong together"
-            );
-            longest.item.refuse(message, allowed)
-        }
-        _ => Ok(()),
+    let n = taps.saturating_mul(samples);
+    if n <= MOST_TAPS {
+        return Ok(());
     }
+    let message = format!("one design would have {n} taps, all its distances at all tilts, leans and drives");
+    let allowed = format!(
+        "{MOST_TAPS} at most: fewer values here, or samples, as in {{ min = …, max = …, samples = N }} for the drive and an axis of the whisker, which belong together"
+    );
+    longest.item.refuse(message, allowed)
 }
 
 fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[RigAxis<'_>]) -> Result<Space> {

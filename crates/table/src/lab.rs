@@ -74,10 +74,7 @@ impl<'a> LabRow<'a> {
     /// A 64-bit hash of the row.
     pub fn fingerprint(self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        match self {
-            Self::Line(line) => line.hash(&mut hasher),
-            Self::Of(..) => self.to_string().hash(&mut hasher),
-        }
+        self.to_string().hash(&mut hasher);
         hasher.finish()
     }
 

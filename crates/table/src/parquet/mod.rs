@@ -223,12 +223,8 @@ fn write(writer: &mut ColumnWriter<'_>, values: &Values) -> Result<()> {
             let texts: Vec<ByteArray> = words.known.iter().map(|word| word.as_str().into()).collect();
             let is = |code: &u32| !words.known[*code as usize].is_empty();
             let there: Vec<i16> = words.codes.iter().map(|code| i16::from(is(code))).collect();
-            let known: Vec<ByteArray> = words
-                .codes
-                .iter()
-                .filter(|code| is(code))
-                .map(|code| texts[*code as usize].clone())
-                .collect();
+            let codes = words.codes.iter().filter(|code| is(code));
+            let known: Vec<ByteArray> = codes.map(|code| texts[*code as usize].clone()).collect();
             writer.write_batch(&known, Some(&there), None)?;
         }
         _ => return Err(ParquetError::General("a column of two kinds".into())),
