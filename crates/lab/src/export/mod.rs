@@ -184,7 +184,7 @@ impl Export<'_> {
         lines.push(format!("signal       {}", unit(l)));
         lines.push(format!("drive        {}", drive(l)));
         lines.extend(self.sides.iter().map(|side| self.domain(side)));
-        let (noise, common) = (l.noise(), l.unit.common());
+        let (noise, common) = (l.noise, l.unit.common());
         lines.push(format!(
             "sigma        noise of one reading ({noise:.3e} {common}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside"
         ));
