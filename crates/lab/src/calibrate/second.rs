@@ -7,7 +7,7 @@ use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::estimator::{Extent, ModelError, Opener, Values, least};
-use crate::evaluate::Task;
+use crate::evaluate::{Evaluator, Task};
 use crate::locate::{calibration::Second, pair::Pair};
 use crate::measure::{Data, Zero};
 
@@ -95,7 +95,7 @@ fn rows(data: &Data, of: &Calibrated, sign: f64, model: &Pair, open: Opener<'_>)
     let taps: Vec<&Tap> = of.taps.iter().filter(|t| sound(t) && recorded(t.place).is_finite()).collect();
     let tilt = |t: &Tap| if data.beside.tilt.is_some() { data.beside.values[t.place][1] } else { 0.0 };
     let places: Vec<Task> = taps.iter().map(|t| model.tap(t.a, tilt(t), t.drive)).collect();
-    let mut evaluator = model.evaluator(open(&model.setup.model)?);
+    let mut evaluator = Evaluator::new(&model.setup, open(&model.setup.model)?);
     let strains = model.strains(&mut evaluator, &places).map_err(ModelError::Solve)?;
     let row = |(t, strains): (&&Tap, Option<[f64; 3]>)| {
         let signal = sign * data.unit.above(recorded(t.place), zero.at(t.place), factor);

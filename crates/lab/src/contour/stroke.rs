@@ -161,7 +161,7 @@ pub fn swept(
         }
         let of = |&i: &usize| {
             let r = readings[i];
-            [angle(r), r.signal, (locator.noise() * (1.0 + r.share).sqrt()).hypot(LEAST * scale)]
+            [angle(r), r.signal, (locator.noise * (1.0 + r.share).sqrt()).hypot(LEAST * scale)]
         };
         let told: Vec<[f64; 3]> = used.iter().map(of).collect();
         let span = told.iter().map(|[angle, ..]| *angle).fold(0.0, f64::max);
@@ -203,7 +203,7 @@ pub fn swept(
         let at = stroke.place(&found.at, pose, angle);
         // Errors of the calibration move the whole stroke along the whisker.
         let slope = (stroke.expected(a + 0.01, turn)? - stroke.expected(a - 0.01, turn)?) / 0.02;
-        let of_reading = stroke.locator.noise().powi(2) * (1.0 + reading.share) / (slope * slope);
+        let of_reading = stroke.locator.noise.powi(2) * (1.0 + reading.share) / (slope * slope);
         let common = (reading.answer.located.sigma.powi(2) - of_reading).max(0.0);
         let heading = pose.turned((angle - turn).to_radians());
         let across = [-(at[1] - pose.base[1]), at[0] - pose.base[0]];

@@ -176,8 +176,7 @@ impl Extent {
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
         let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
         // Taps next to a real tip slip off.
-        let ends = rig.setup.built.is_some();
-        let room = if ends {
+        let room = if rig.setup.built.is_some() {
             0.97 * length
         } else if tau > 0.0 {
             length + 0.4 * (1.0 / tau - length).max(0.0)
@@ -233,8 +232,7 @@ impl Exact {
         if Parameter::ALL.iter().filter(|p| p.is_physical()).all(same) {
             return Ok(Self { values, ..self.clone() });
         }
-        let (fitted, covariance) = (self.fitted.clone(), self.covariance.clone());
-        Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides: Vec::new() })
+        Ok(Self { values, surface: surface(rig, &values, at, open)?, sides: Vec::new(), ..self.clone() })
     }
 
     /// Solves the neighbouring whiskers for [`Self::gradient`].

@@ -60,9 +60,7 @@ impl Estimator {
     }
 
     /// Opens its section of `record`; `None` if that section is missing or for the other side of the gauge.
-    ///
-    /// # Errors
-    /// A backend that fails; a model without taps.
+    /// Errors: a backend that fails; a model without taps.
     pub fn open(
         self,
         rig: &Rig,
@@ -154,9 +152,7 @@ impl SideRecord {
     }
 
     /// Refuses contradictory values.
-    ///
-    /// # Errors
-    /// The first key at fault, what is wrong with its value, and allowed values.
+    /// Errors: the first key at fault, what is wrong with its value, and allowed values.
     pub fn check(&self) -> Result<(), [&'static str; 3]> {
         let [lo, hi] = self.distances_mm;
         let n = self.drives.len();

@@ -174,7 +174,7 @@ impl Export<'_> {
             .replace("@UNIT", unit(l))
             .replace("@DRIVE", drive(l))
             .replace("@DOMAINS", &domains.join("\n   "))
-            .replace("@NOISE", &format!("{:.3e} {}", l.noise(), l.unit.common()))
+            .replace("@NOISE", &format!("{:.3e} {}", l.noise, l.unit.common()))
             .replace("@BEYOND", &BEYOND.to_string())
             .replace("@OFF", &self.off.to_string().replace("; ", ";\n                "))
             .replace("@DATA", &format!("{}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)))

@@ -61,7 +61,7 @@ impl Calibration {
     }
 
     /// Locator from the file's text, opened as `locate` does.
-    /// Errors: A calibration that `locate` refuses; a backend that fails.
+    /// Errors: a calibration that `locate` refuses; a backend that fails.
     pub fn opened(&self, open: Opener<'_>) -> Result<Locator, Error> {
         const NAME: &str = "calibration.toml";
         let read = Self::parse(NAME, &self.to_text(), false).map_err(Error::from);
@@ -78,13 +78,13 @@ impl Calibration {
     }
 
     /// Reads the file at `path`; with `trust` also one that was edited by hand.
-    /// Errors: A file that is missing, of another format, edited, or contradictory.
+    /// Errors: a file that is missing, of another format, edited, or contradictory.
     pub fn read(path: &Path, trust: bool) -> Result<Self, InputError> {
         Self::parse(&path.display().to_string(), &Self::load(path)?, trust)
     }
 
     /// Text of the file at `path`.
-    /// Errors: A missing file, or a folder.
+    /// Errors: a missing file, or a folder.
     pub fn load(path: &Path) -> Result<String, InputError> {
         if path.is_dir() {
             let error = InputError::new("this is a folder; the calibration file in it is needed");
@@ -190,7 +190,7 @@ fn misfit(text: &str, at: &Range<usize>, complaint: &str, again: &str) -> InputE
 
 impl Locator {
     /// Opens the calibration file at `path` with the chosen estimator.
-    /// Errors: A file that cannot be used; a backend that fails.
+    /// Errors: a file that cannot be used; a backend that fails.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let calibration = Calibration::read(path, false)?;

@@ -65,7 +65,7 @@ impl Sensor {
     }
 
     /// Parses `text` of the file `label`; with `trust` also calibrations that were edited by hand.
-    /// Errors: A text that is not such a file; errors of its calibrations.
+    /// Errors: a text that is not such a file; errors of its calibrations.
     pub fn parse(label: &str, text: &str, trust: bool) -> Result<Self, InputError> {
         let again = "a calibration.toml as `vibrissa calibrate` wrote it";
         let broken = |message: &str| InputError::new(message).at(label, None).allowed(again);

@@ -99,7 +99,7 @@ impl Rig {
 
     /// Whisker of the spec in `table` of the `text` of file `label`, as written by [`Self::to_table`]. Without a whisker: an unknown one that
     /// taps up to `furthest` mm.
-    /// Errors: An invalid spec, with the place in `text`.
+    /// Errors: an invalid spec, with the place in `text`.
     pub fn of_table(label: &str, text: &str, table: &DeTable<'_>, furthest: f64) -> Result<Self, InputError> {
         let drive = table.get("tap").and_then(|t| t.get_ref().get("drive")?.get_ref().as_str());
         let drive = if drive == Some("displacement") { Drive::Displacement } else { Drive::Angle };
@@ -188,7 +188,7 @@ fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
 
 impl Mount {
     /// Opens the whisker by its `calibration`, with the chosen estimator unless `estimator` is given.
-    /// Errors: An estimator that is not in the calibration; a backend that fails.
+    /// Errors: an estimator that is not in the calibration; a backend that fails.
     pub fn open(
         &self,
         calibration: &Calibration,

@@ -28,10 +28,7 @@ impl Strokes {
             starts.extend(around(&table, object.centre())?);
         }
         if starts.is_empty() {
-            let error = match file.needs("start") {
-                Ok(list) => list.error("there is no start"),
-                Err(missing) => missing,
-            };
+            let error = file.needs("start").map_or_else(|e| e, |list| list.error("there is no start"));
             return Err(error.key("start").allowed("[[start]] x, y, heading, or [around] starts, distance"));
         }
         Ok(Self { object, starts, touch_noise, files: curve.into_iter().collect() })
@@ -53,7 +50,13 @@ fn object(table: &Item<'_>, folder: &Path) -> Result<Object, InputError> {
         }
         _ => {
             let closed = table.or("closed", false, Item::flag)?;
-            Ok(Object::Curve(curve(&table.needs("file")?, folder, closed)?))
+            let columns = ["x_mm", "y_mm"];
+            let (label, points) =
+                spec::columns(&table.needs("file")?, folder, "curve", columns, |_| "a number in mm")?;
+            Curve::new(points, closed).map(Object::Curve).ok_or_else(|| {
+                let error = InputError::new("these points make no curve").at(&label, None);
+                error.allowed("four points or more, no two that follow each other the same")
+            })
         }
     }
 }
@@ -79,14 +82,6 @@ fn around(table: &Item<'_>, [x, y]: [f64; 2]) -> Result<Vec<Pose>, InputError> {
         Pose { base: [x + distance * cos, y + distance * sin, 0.0], heading, sense }
     };
     Ok((0..n).map(pose).collect())
-}
-
-fn curve(file: &Item<'_>, folder: &Path, closed: bool) -> Result<Curve, InputError> {
-    let (label, points) = spec::columns(file, folder, "curve", ["x_mm", "y_mm"], |_| "a number in mm")?;
-    Curve::new(points, closed).ok_or_else(|| {
-        let error = InputError::new("these points make no curve").at(&label, None);
-        error.allowed("four points or more, no two that follow each other the same")
-    })
 }
 
 /// A whisker and its mounting.
@@ -122,23 +117,18 @@ impl Array {
         let whiskers = file.needs("whisker")?;
         let mut mounts: Vec<Mount> = Vec::new();
         for whisker in whiskers.tables()? {
-            let mount = mount(&whisker, folder)?;
-            if mounts.iter().any(|m| m.name == mount.name) {
+            let (pose, name) = (pose(&whisker)?, whisker.needs("name")?.text()?.to_owned());
+            let calibration = folder.join(whisker.needs("calibration")?.text()?);
+            if mounts.iter().any(|m| m.name == name) {
                 return whisker.needs("name")?.refuse("two whiskers have this name", "different names");
             }
-            mounts.push(mount);
+            mounts.push(Mount { name, calibration, pose });
         }
         if mounts.is_empty() {
             return whiskers.wrong("there is no whisker");
         }
         Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
     }
-}
-
-fn mount(whisker: &Item<'_>, folder: &Path) -> Result<Mount, InputError> {
-    let pose = pose(whisker)?;
-    let name = whisker.needs("name")?.text()?.to_owned();
-    Ok(Mount { name, calibration: folder.join(whisker.needs("calibration")?.text()?), pose })
 }
 
 /// Sense of rotation of the whisker of `table`: 1 (counterclockwise, default) or −1.

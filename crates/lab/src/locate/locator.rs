@@ -82,7 +82,8 @@ pub struct Locator {
     pub lag: Option<Lag>,
     /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
     pub same_run: bool,
-    noise: f64,
+    /// Standard deviation of one reading, strain or the unit of the reading.
+    pub noise: f64,
     /// Variance of the zero of the calibration: it moves all of it.
     pub(crate) of_zero: f64,
     pub(crate) sides: Vec<Opened>,
@@ -91,16 +92,13 @@ pub struct Locator {
 
 impl Locator {
     /// From a calibration; `label` names its file, `asked` overrules the winner, `open` solves models.
-    ///
-    /// # Errors
-    /// An estimator that the calibration does not hold; a backend that fails.
+    /// Errors: an estimator that the calibration does not hold; a backend that fails.
     pub fn new(
-        calibration: &Calibration,
+        c: &Calibration,
         label: &str,
         asked: Option<Estimator>,
         open: Opener<'_>,
     ) -> Result<Self, Error> {
-        let c = calibration;
         let rig = c.rig.clone();
         let unit =
             Unit::of_column(&c.signal).ok_or_else(|| InputError::new("unknown signal").key("signal"))?;
@@ -128,9 +126,8 @@ impl Locator {
             sides.extend(Opened::new(Estimator::Exact, &rig, (record, other), open).map_err(at)?);
         }
         let twofold = Twofold::new(c, &rig, estimator, open).map_err(at)?;
-        let tared = c.zero.clone();
-        let of_zero = match tared.from {
-            TaredBy::Fitted => tared.error * tared.error,
+        let of_zero = match c.zero.from {
+            TaredBy::Fitted => c.zero.error * c.zero.error,
             TaredBy::Rows | TaredBy::Plateau if c.data.zeros > 0 => c.noise * c.noise / c.data.zeros as f64,
             _ => 0.0,
         };
@@ -140,7 +137,7 @@ impl Locator {
             drive_recorded: c.drive_recorded,
             drive_origin: c.drive_origin,
             estimator,
-            tared,
+            tared: c.zero.clone(),
             lag: c.lag,
             same_run: false,
             noise: c.noise,
@@ -189,11 +186,6 @@ impl Locator {
         self.sides.first().map_or(f64::NAN, of)
     }
 
-    /// Standard deviation of one reading, strain or the unit of the reading.
-    pub fn noise(&self) -> f64 {
-        self.noise
-    }
-
     /// Distance of a tap by `drive` (degrees or mm) with this tared signal (strain, or the unit of the reading).
     pub fn locate(&self, drive: f64, signal: f64) -> Located {
         self.locate_above(drive, signal, 0.0, 0.0)
@@ -240,11 +232,10 @@ impl Locator {
         if signal == 0.0 {
             return Err(Status::NO_STRAIN);
         }
-        let Some(side) = self.sides.iter().position(|s| s.sign == signal.signum()) else {
-            return Err(Status::OUTSIDE_CALIBRATION | self.limit(signal, f64::NAN));
-        };
+        let status = self.limit_of(signal);
+        let side = self.sides.iter().position(|s| s.sign == signal.signum());
+        let side = side.ok_or(status | Status::OUTSIDE_CALIBRATION)?;
         let known = &self.sides[side];
-        let status = self.limit(signal, known.factor);
         if !known.admits(drive) {
             return Err(status | Status::OUTSIDE_CALIBRATION);
         }
@@ -291,13 +282,10 @@ impl Locator {
 
     /// Whether the strain of a tared signal is beyond the limit.
     pub(crate) fn limit_of(&self, signal: f64) -> Status {
-        self.limit(signal, self.side_of(signal.signum()).map_or(f64::NAN, |side| side.factor))
-    }
-
-    fn limit(&self, signal: f64, factor: f64) -> Status {
         if self.rig.setup.signal != Signal::Strain {
             return Status::OK;
         }
+        let factor = self.side_of(signal.signum()).map_or(f64::NAN, |side| side.factor);
         let strain = if self.unit.is_absolute() { signal } else { signal / factor };
         if strain.abs() > self.rig.strain_limit() { Status::STRAIN_LIMIT } else { Status::OK }
     }

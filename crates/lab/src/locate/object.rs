@@ -48,7 +48,7 @@ struct Known<'a> {
 pub struct Objects<'a> {
     locator: &'a Locator,
     /// Place of the column; none where all readings are of one object.
-    place: Option<usize>,
+    pub(super) place: Option<usize>,
     shift: Option<usize>,
     /// By name, the one that was tapped last at the end.
     known: IndexMap<String, Known<'a>>,
@@ -109,10 +109,6 @@ impl<'a> Objects<'a> {
         Ok(Some(Self { locator, place, shift, known, forgets, unplaced, other_side }))
     }
 
-    pub fn name(&self, cells: &[LabCell<'_>]) -> String {
-        self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
-    }
-
     /// Adds a `tap`, whose own answer is `alone`; the numbers and the status that all taps of its object tell. `None` of a tap without object, shift or distance.
     pub fn tell(
         &mut self,
@@ -121,7 +117,7 @@ impl<'a> Objects<'a> {
         alone: &Spatial,
         ask: &Ask<'_>,
     ) -> Option<(Vec<f64>, Status)> {
-        let (name, line) = (self.name(cells), tap.line);
+        let (name, line) = (named(self.place, cells), tap.line);
         if self.place.is_some() && name.is_empty() || alone.located.distance.is_nan() {
             return None;
         }
@@ -215,6 +211,11 @@ impl<'a> Objects<'a> {
         let known = known.unwrap_or_else(|| Known { taps: new(), lines: Vec::new() });
         self.known.entry(name.to_owned()).or_insert(known)
     }
+}
+
+/// What a column at this place says; empty without one.
+pub(super) fn named(place: Option<usize>, cells: &[LabCell<'_>]) -> String {
+    place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
 }
 
 /// The numbers in the order of the columns; tilt with its standard deviation, degrees; `apart`: line of the farthest tap, and its standard deviations.

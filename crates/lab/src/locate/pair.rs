@@ -43,10 +43,6 @@ impl Pair {
         Ok(Self { setup, designs: [design], offsets: [values[2], values[1]], lean, reach })
     }
 
-    pub fn evaluator(&self, method: Method) -> Evaluator<'_> {
-        Evaluator::new(&self.setup, method)
-    }
-
     pub fn tap(&self, a: f64, tilt: f64, drive: f64) -> Task {
         let ([a0, drive0], direction) = (self.offsets, Direction { tilt, lean: self.lean });
         Task { design: 0, a: a + a0, direction, drive: drive + drive0 }
@@ -143,7 +139,7 @@ impl Twofold {
         let Some((pair, method)) = &self.model else { return Ok(Vec::new()) };
         let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(method) = held.take() else { return Ok(Vec::new()) };
-        let mut evaluator = pair.evaluator(method);
+        let mut evaluator = Evaluator::new(&pair.setup, method);
         let start = |s: &Solved| TwoReadings {
             start: pair.tap(s.found.a, s.tilt.to_degrees(), s.drive),
             readings: s.readings,
@@ -264,7 +260,7 @@ impl Locator {
     fn judged(&self, two: &Twofold, reading: &Reading, solved: &Solved) -> Result<Spatial, Status> {
         let side = &self.sides[two.side];
         let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
-        let noises = [self.noise(), *noise];
+        let noises = [self.noise, *noise];
         let zeros = [0, 1].map(|k| noises[k] * reading.shares[k].sqrt());
         let Found { a, near, variance, .. } = solved.found;
         let of_model = (variance * solved.tilt.cos().powi(4)).sqrt();

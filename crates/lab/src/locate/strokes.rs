@@ -1,7 +1,7 @@
 //! What readings tell together, taps of one object or the readings of a stroke: a tap that is recorded on its way, told as one curve of the drive.
 
 use super::free::Free;
-use super::object::{self, hundredths, limit};
+use super::object::{self, hundredths, limit, named};
 use super::tared::Once;
 use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial};
 use crate::error::Error;
@@ -64,9 +64,10 @@ impl<'a> Group<'a> {
         ask: &Ask<'_>,
     ) -> Vec<Field> {
         let (told, name) = match &mut self.kind {
-            Kind::Objects(objects) => {
-                (tap.and_then(|(tap, alone)| objects.tell(cells, tap, alone, ask)), objects.name(cells))
-            }
+            Kind::Objects(objects) => (
+                tap.and_then(|(tap, alone)| objects.tell(cells, tap, alone, ask)),
+                named(objects.place, cells),
+            ),
             Kind::Strokes(strokes) => {
                 let told = tap.and_then(|(tap, _)| strokes.tell(cells, tap, ask));
                 let name = if told.is_some() { strokes.shown(cells) } else { String::new() };
@@ -152,13 +153,9 @@ impl<'a> Strokes<'a> {
         Ok(Self { locator, place, number: 0, now, falls, before, free: (free, changes) })
     }
 
-    fn name(&self, cells: &[LabCell<'_>]) -> String {
-        self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
-    }
-
-    /// The same, or the number of the last stroke.
+    /// The name of the stroke of these fields, or the number of the last one.
     pub fn shown(&self, cells: &[LabCell<'_>]) -> String {
-        if self.place.is_some() { self.name(cells) } else { self.number.to_string() }
+        if self.place.is_some() { named(self.place, cells) } else { self.number.to_string() }
     }
 
     pub fn rest(&mut self) {
@@ -201,7 +198,7 @@ impl<'a> Strokes<'a> {
         tap: &Reading,
         ask: &Ask<'_>,
     ) -> Option<(Vec<f64>, Status)> {
-        let (name, signal, share) = (self.name(cells), tap.signals[0], tap.shares[0]);
+        let (name, signal, share) = (named(self.place, cells), tap.signals[0], tap.shares[0]);
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !signal.is_finite() {
             return None;
         }
@@ -240,7 +237,7 @@ impl<'a> Strokes<'a> {
         let count = own.stroke.count;
         // Without a learned curve a side cannot be read along a stroke.
         let others = self.now.signals[usize::from(side.sign > 0.0)];
-        if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise() {
+        if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise {
             return Some((numbers(count, None, locator.drive_origin), status | Status::OUTSIDE_CALIBRATION));
         }
         let recent = |(rows, ..): &&(usize, _, _)| count >= PATIENT && count - rows < count / PATIENT;

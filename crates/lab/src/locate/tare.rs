@@ -74,7 +74,7 @@ impl Tare {
             return None;
         };
         let value = locator.beside(before.mean, value);
-        let limit = (OFF * locator.size()).max(CERTAIN * locator.noise());
+        let limit = (OFF * locator.size()).max(CERTAIN * locator.noise);
         let near = |x: f64| (value - x).abs() <= limit;
         let n = before.n + 1;
         let now = match before.aside {
@@ -108,7 +108,7 @@ pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
              readings are not in the same state, every distance is wrong"
                 .to_owned(),
         ),
-        (TaredBy::None, Some(zero)) if zero.abs() > SEEN * locator.noise() => Some(format!(
+        (TaredBy::None, Some(zero)) if zero.abs() > SEEN * locator.noise => Some(format!(
             "a zero of {zero:.4e} {unit} is subtracted from these readings, but no zero was read when the whisker was calibrated: where \
              its signal was not tared, every distance is wrong"
         )),

@@ -33,7 +33,7 @@ pub struct Columns {
 
 impl Columns {
     /// Finds the columns among the header's `names`, with the user's names in `said`; of two drives takes `kind`.
-    /// Errors: A missing, doubled or contradicting column; a name like that of a drive.
+    /// Errors: a missing, doubled or contradicting column; a name like that of a drive.
     pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
         for (role, name) in &said.said {
             if !names.contains(name) {

@@ -98,7 +98,7 @@ impl Data {
     }
 
     /// Reads the file at `path`.
-    /// Errors: A missing file, no CSV; missing, doubled or contradicting columns; a field that is not a number. Empty, `NaN` and `inf` are missing values.
+    /// Errors: a missing file, no CSV; missing, doubled or contradicting columns; a field that is not a number. Empty, `NaN` and `inf` are missing values.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         Self::parse(&path.display().to_string(), &Self::load(path)?)
     }

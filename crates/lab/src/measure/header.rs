@@ -15,7 +15,7 @@ const WORDS: &str = "reading signal strain microstrain ustrain voltage volt volt
 pub type Comments = Vec<(usize, String)>;
 
 /// The column names in the last of the `comments` before the `first` line, which has the fields `names`, and its line; `None` if that line is the header.
-/// Errors: A comment that names columns, in another number than there are fields.
+/// Errors: a comment that names columns, in another number than there are fields.
 pub fn before(
     comments: &Comments,
     first: &str,
@@ -87,7 +87,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// The next row with its line and its fields.
-    /// Errors: A comment that names other columns.
+    /// Errors: a comment that names other columns.
     pub fn next(&mut self, said: &Names) -> Result<Option<Read<'a>>, InputError> {
         for (line, row) in &mut self.rows {
             match row {

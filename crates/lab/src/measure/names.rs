@@ -117,7 +117,7 @@ pub enum Channel {
 
 impl Names {
     /// Reads the value of `--columns`.
-    /// Errors: A part that is not `role=name`; a role that is unknown or named twice.
+    /// Errors: a part that is not `role=name`; a role that is unknown or named twice.
     pub fn parse(text: &str) -> Result<Self, InputError> {
         let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, run, t, channel_1 … channel_6, ignore; each as role=column";
         let fault = |message: String, part: &str| {

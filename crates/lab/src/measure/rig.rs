@@ -38,7 +38,7 @@ impl Rig {
     }
 
     /// A rig with an unknown whisker, tapped up to `furthest` mm: a uniform rod with the gauge at its base, of which only ε ∝ 1/a is used.
-    /// Errors: A distance that is not positive.
+    /// Errors: a distance that is not positive.
     pub fn unknown(setup: Setup, furthest: f64) -> Result<Self, InputError> {
         let L_a = 2.0 * furthest;
         let (D, l) = (0.1 * L_a, 1e-6 * L_a);

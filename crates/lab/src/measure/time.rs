@@ -85,7 +85,7 @@ impl Runs {
     }
 
     /// Refuses a column that does not name runs, in a file of `rows` rows.
-    /// Errors: A run of one row; a different value in each row.
+    /// Errors: a run of one row; a different value in each row.
     pub fn check(&self, rows: usize) -> Result<(), InputError> {
         let allowed = "the same value for all rows of a run, two or more; or --columns ignore=NAME";
         if self.0.len() == rows && rows > 1 {

@@ -98,7 +98,7 @@ impl Planned {
 }
 
 /// Plans the calibration of `rig` within the axes of `space`.
-/// Errors: A spec without noise, with one distance, or with taps beyond the gauge's limit; a model without solution; an unreachable error.
+/// Errors: a spec without noise, with one distance, or with taps beyond the gauge's limit; a model without solution; an unreachable error.
 pub fn plan(
     rig: &Rig,
     space: &Space,

@@ -91,7 +91,7 @@ pub fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -
 }
 
 /// Spread of a rig as learned by an earlier calibration; `gain` replaces that of a calibration with one run.
-/// Errors: A calibration without `learned`, of another signal, or driven in another way.
+/// Errors: a calibration without `learned`, of another signal, or driven in another way.
 pub fn like(calibration: &Calibration, rig: &Rig, gain: f64, label: &str) -> Result<Spread, InputError> {
     let fault = |message: &str, allowed: String| {
         Err(InputError::new(message).at(label, None).key("--like").allowed(allowed))
