@@ -111,12 +111,7 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
 
 /// Solves `taps`, each to `tolerance` where a rung reaches it; `chart` gives the section law where it is not Hooke's. `effects`: those of the model.
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
-    // Newton's method is for taps that the lanes do not solve as asked.
-    let solve = |job: &Job<'_>, taps: &[Tap<'_>]| match job.rung[0] {
-        NEWTON => exactly(job, taps),
-        _ => block(job, taps),
-    };
-    climb(taps, effects, tolerance, (chart, &[]), &[[NEWTON, SLIDE]], solve)
+    climb(taps, effects, tolerance, (chart, &[]), &[[NEWTON, SLIDE]], block)
 }
 
 /// The same of taps with their derivatives by a number each, without Newton's method. Values and derivatives are iterated to the same tolerance: a unit of
@@ -187,29 +182,32 @@ unsafe impl Set for Wide {
     const HAS: Instructions = Vectors::HAVE;
 }
 
+/// Newton's method is for taps that the lanes do not solve as asked, and for CPUs without the vectors.
 fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
     match Vectors::found() {
         // SAFETY: the CPU has the vectors.
-        Some(has) => unsafe { wide(has, job, taps) },
-        None => packs::<Pack<f64, 1, Plain>, 1>(job, taps),
+        Some(has) if job.rung[0] != NEWTON => unsafe { wide(has, job, taps) },
+        _ => exactly(job, taps),
     }
 }
 
+/// On x86-64 without the vectors nothing is solved: the reference gives such derivatives.
 fn dual_block(job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<Solution<One<1>>> {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(has) = Vectors::found() {
+    match Vectors::found() {
         // SAFETY: the CPU has the vectors.
-        return unsafe { dual_wide(has, job, taps) };
+        Some(has) => unsafe { dual_wide(has, job, taps) },
+        None => vec![Solution::FAILED.map(One::of); taps.len()],
     }
-    packs::<lane::Dual<Pack<f64, 1, Plain>, 1>, 1>(job, taps)
 }
 
 /// # Safety
 /// As its first argument proves.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
 unsafe fn dual_wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<Solution<One<1>>> {
-    packs::<sloped::Sloped, { sloped::NUMBERS }>(job, taps)
+    #[cfg(target_arch = "x86_64")]
+    return packs::<sloped::Sloped, { sloped::NUMBERS }>(job, taps);
+    #[cfg(not(target_arch = "x86_64"))]
+    packs::<lane::Dual<Pack<f64, 1, Wide>, 1>, 1>(job, taps)
 }
 
 /// # Safety
