@@ -52,9 +52,7 @@ fn layout(study: &Study) -> Result<Layout, InputError> {
 }
 
 /// The distances of `study`, mm, and the directions of its poles: each pair has its chart.
-///
-/// # Errors
-/// Tuples that are listed; more than 64 charts; poles whose direction is sampled with their design.
+/// Errors: tuples that are listed; more than 64 charts; poles whose direction is sampled with their design.
 pub fn places(study: &Study) -> Result<(Vec<f64>, Vec<Direction>), InputError> {
     let layout = layout(study)?;
     let Some(directions) = reader::directions(&layout) else {
@@ -73,9 +71,7 @@ pub fn places(study: &Study) -> Result<(Vec<f64>, Vec<Direction>), InputError> {
 }
 
 /// The charts of `study` over its ranges, their strain accurate to a tenth of `tolerance`.
-///
-/// # Errors
-/// As [`places`]; a model without any chart; a backend that fails; `stop`, set from outside.
+/// Errors: as [`places`]; a model without any chart; a backend that fails; `stop`, set from outside.
 pub fn of_study(
     study: &Study,
     tolerance: f64,

@@ -65,9 +65,7 @@ pub fn quietly<T>(call: impl FnOnce() -> T) -> Result<T, String> {
 }
 
 /// The value of `call`; `what` names it in messages.
-///
-/// # Errors
-/// No return within `limit`; or a panic, with its text: drivers panic in place of an error, as does wgpu if a device is lost during a wait.
+/// Errors: no return within `limit`; or a panic, with its text: drivers panic in place of an error, as does wgpu if a device is lost during a wait.
 pub fn within<T: Send + 'static>(
     limit: Duration,
     what: &str,

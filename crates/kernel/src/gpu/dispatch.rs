@@ -155,9 +155,7 @@ impl Gpu {
     }
 
     /// Ranks the designs of `layout` by charts as a `sheet`, if it ranks them as `on_cpu` does; `None` where they do not fit, or the CPU must rank.
-    ///
-    /// # Errors
-    /// A device that is not watched and fails.
+    /// Errors: a device that is not watched and fails.
     pub fn ranking(
         &mut self,
         sheet: impl FnOnce() -> Option<Sheet>,
