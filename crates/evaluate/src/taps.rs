@@ -98,7 +98,7 @@ impl Taps {
         })
     }
 
-    /// The same with derivatives by one or more `inputs` ([`Gradient`]) of `numbers` of each outcome, into `slopes`: ordered by tap, then number, then input.
+    /// The same with derivatives by `inputs` ([`Gradient`]) of `numbers` of each outcome, into `slopes`: ordered by tap, then number, then input.
     /// Errors: as [`Self::solve`].
     pub fn gradients<T: Send>(
         &self,
@@ -109,6 +109,9 @@ impl Taps {
         slopes: &mut [f64],
     ) -> Result<(), Error> {
         let width = inputs.len() * numbers.len();
+        if width == 0 {
+            return self.solve(tap, read, out);
+        }
         let mut places: Vec<_> = out.iter_mut().zip(slopes.chunks_mut(width)).collect();
         let gradient = Gradient::new(&self.setup, inputs, &self.section);
         self.in_blocks(&mut places, |at, places| {
@@ -129,7 +132,7 @@ impl Taps {
         })
     }
 
-    /// Strains, and their derivatives by one or more `inputs` into `slopes`: ordered by tap, then input.
+    /// Strains, and their derivatives by `inputs` into `slopes`: ordered by tap, then input.
     /// Errors: as [`Self::solve`].
     pub fn strain_gradients(
         &self,
@@ -138,7 +141,7 @@ impl Taps {
         out: &mut [f64],
         slopes: &mut [f64],
     ) -> Result<(), Error> {
-        if is_closed(&self.setup) {
+        if is_closed(&self.setup) && !inputs.is_empty() {
             let open = AtomicBool::new(false);
             let mut places: Vec<_> = out.iter_mut().zip(slopes.chunks_mut(inputs.len())).collect();
             self.in_blocks(&mut places, |at, places| {
