@@ -72,7 +72,7 @@ impl Locator {
     #[getter]
     fn about(&self) -> About {
         let locators = self.answers.who().locators;
-        let (first, noise) = (&locators[0], locators.iter().map(locate::Locator::noise).collect());
+        let (first, noise) = (&locators[0], locators.iter().map(|locator| locator.noise).collect());
         let (drive, told) = (first.rig.setup.drive.column(), |text: &String| keywords(text));
         match &*self.answers {
             Answers::One(one, calibration) => {
