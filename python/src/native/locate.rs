@@ -10,7 +10,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::export::Export;
 use vibrissa::locate::object::By;
 use vibrissa::locate::{
-    self, Located, SaidZero, Sensor, Sequence, answers::Answers, locator::opener, stream::Ask, tare,
+    Located, SaidZero, Sensor, Sequence, answers::Answers, locator::opener, stream::Ask, tare,
 };
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
