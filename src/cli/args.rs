@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
-use vibrissa::command::array::LocateRequest;
-use vibrissa::command::{self, Context, Reply};
+use vibrissa::command::{self, Context, Reply, array::LocateRequest};
 pub use vibrissa::command::{Asked, Common};
 use vibrissa::error::Error;
 

@@ -6,17 +6,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use vibrissa::combinations;
-use vibrissa::command::array::LocateRequest;
-use vibrissa::command::{self, Asked, Context, of_one_signal};
+use vibrissa::command::{self, Asked, Context, array::LocateRequest, of_one_signal};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::answers::Answers;
 use vibrissa::locate::stream::{self, Ask};
-use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
+use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, answers::Answers, locator::opener};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Question, hash};
-use vibrissa::sink::frame::Frame;
-use vibrissa::sink::lab::LabStream;
+use vibrissa::sink::{frame::Frame, lab::LabStream};
 use vibrissa::text_file::{Limit, TextFile, unread};
 
 use super::interrupt::{self, Patient};

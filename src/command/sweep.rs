@@ -10,8 +10,7 @@ use serde_json::json;
 
 use super::{Asked, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
 use crate::backend::{Backend, Choice};
-use crate::census::needed::Needed;
-use crate::census::sample;
+use crate::census::{needed::Needed, sample};
 use crate::curve::both::TAPS;
 use crate::digits::short;
 use crate::error::Error;

@@ -9,8 +9,7 @@ use std::path::PathBuf;
 use super::Part;
 use super::part::refuse;
 use crate::error::{Error, InputError};
-use crate::sink::folder::unpack;
-use crate::sink::{Folder, Frame, Sheet, Table, TableFormat, parquet};
+use crate::sink::{Folder, Frame, Sheet, Table, TableFormat, folder::unpack, parquet};
 use crate::sweep::{PLACES, Place};
 
 pub(super) struct Order {

@@ -15,9 +15,7 @@ use crate::error::Error;
 use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
 use crate::scene::{RankBy, Setup, Tuple};
-use crate::sink::run_json::Counts;
-use crate::sink::table::Chosen;
-use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow};
+use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow, run_json::Counts, table::Chosen};
 use crate::statistics::{Reduction, Told};
 
 const TOGETHER: usize = 1 << 12;

@@ -18,16 +18,14 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
-use crate::census::needed::Needed;
-use crate::census::sample::Row;
+use crate::census::{needed::Needed, sample::Row};
 use crate::error::{Error, InputError};
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;
 use crate::scene::{Setup, Spec, Study, Tuple};
-use crate::sink::folder::unpack;
 use crate::sink::run_json::{self, Counts, Seconds};
-use crate::sink::{Folder, Shard, Written};
+use crate::sink::{Folder, Shard, Written, folder::unpack};
 use keep::{Keeper, Reached, State};
 use output::{About, Writers};
 use running::Run;
@@ -120,7 +118,7 @@ fn attempt(
     let mut run = Run::new((study, plan), method, (target.stop, progress));
     let mut resumed = None;
     match folder {
-        None => run.writers = Writers::in_memory(study, plan)?,
+        None => run.writers = Writers::new((study, plan), &about, None, Vec::new())?,
         Some(mut folder) => {
             resumed = run.go_on(&about, &mut folder)?;
             let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);

@@ -14,8 +14,7 @@ use crate::plan::Plan;
 use crate::progress::{Progress, go_on};
 use crate::reduce::larger;
 use crate::scene::{Per, Setup, Study};
-use crate::sink::run_json::Counts;
-use crate::sink::{AtDrive, Frame, Table};
+use crate::sink::{AtDrive, Frame, Table, run_json::Counts};
 
 pub(super) struct Run<'a> {
     pub study: &'a Study,

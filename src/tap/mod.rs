@@ -11,9 +11,8 @@ use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
-use crate::optimise::evaluate::Scorer;
 use crate::optimise::score::{Goal, Score};
-use crate::optimise::{TOLERANCE, no_axes};
+use crate::optimise::{TOLERANCE, evaluate::Scorer, no_axes};
 use crate::plan;
 use crate::progress::Progress;
 use crate::scene::{

@@ -11,9 +11,7 @@ use crate::census::sample::{Row, choosing_in};
 use crate::chart::ranges::Wanted;
 use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
-use crate::optimise::best::narrowed;
-use crate::optimise::no_axes;
-use crate::optimise::{Goal, Limit, Scorer};
+use crate::optimise::{Goal, Limit, Scorer, best::narrowed, no_axes};
 use crate::progress::{Progress, go_on};
 use crate::scene::{Axis, Layout, Objective, RunOptions, Setup, Signal, Study, Tuple};
 

@@ -1,7 +1,6 @@
 //! Runs long work on a separate thread, without the interpreter's lock, so that Ctrl-C and callbacks work meanwhile.
 
 use std::collections::HashMap;
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -36,19 +35,14 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
     let (tell, news) = channel();
     let news = Mutex::new(news);
     let asked = Arc::clone(&stop);
+    // The channel closes when the work ends.
     let whole = move || {
-        let told = tell.clone();
-        let work = move || {
-            work(&asked, &mut |part| {
-                let _ = told.send(ControlFlow::Continue(part));
-            })
-        };
-        let end = match pool {
+        let _working = working;
+        let work = move || work(&asked, &mut |part| drop(tell.send(part)));
+        match pool {
             Some(pool) => pool.install(work),
             None => work(),
-        };
-        drop(working);
-        let _ = tell.send(ControlFlow::Break(end));
+        }
     };
     let worker = Builder::new().stack_size(STACK).spawn(whole);
     let worker = worker.map_err(|e| error::run(py, &e.to_string()))?;
@@ -57,22 +51,19 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
         let mut heard = Ok(true);
         let next = py.detach(|| news.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(STEP));
         match next {
-            Ok(ControlFlow::Continue(part)) if interrupt.is_none() => heard = hear(part),
-            Ok(ControlFlow::Continue(_)) | Err(RecvTimeoutError::Timeout) => {}
-            Ok(ControlFlow::Break(end)) => {
-                return match (end, interrupt) {
-                    (Ok(value), interrupt) => Ok((value, interrupt.map(|(e, _)| e))),
-                    (Err(_), Some((e, _))) => Err(e),
-                    (Err(e), None) => Err(error::raise(py, e)),
-                };
-            }
+            Ok(part) if interrupt.is_none() => heard = hear(part),
+            Ok(_) | Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
-                let why = worker.join().err().map(|panic| {
-                    let text = panic.downcast_ref::<String>().map(String::as_str);
-                    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a thread ended").to_owned()
-                });
-                let why = why.unwrap_or_else(|| "a thread ended".to_owned());
-                return Err(error::run(py, &format!("this should not have happened: {why}")));
+                return match (worker.join(), interrupt) {
+                    (Ok(Ok(value)), interrupt) => Ok((value, interrupt.map(|(e, _)| e))),
+                    (Ok(Err(_)), Some((e, _))) => Err(e),
+                    (Ok(Err(e)), None) => Err(error::raise(py, e)),
+                    (Err(panic), _) => {
+                        let text = panic.downcast_ref::<String>().map(String::as_str);
+                        let why = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a thread ended");
+                        Err(error::run(py, &format!("this should not have happened: {why}")))
+                    }
+                };
             }
         }
         if interrupt.is_none() {

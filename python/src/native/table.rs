@@ -23,8 +23,7 @@ use vibrissa::error::Error;
 use vibrissa::measure::Data;
 use vibrissa::scene::{Column, Drive, RankBy};
 use vibrissa::sink::heading::{Kind, fact};
-use vibrissa::sink::values::Words;
-use vibrissa::sink::{Frame, Values};
+use vibrissa::sink::{Frame, Values, values::Words};
 
 /// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
 /// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN

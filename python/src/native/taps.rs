@@ -1,8 +1,7 @@
 //! Single taps: arrays in, arrays out.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::{Arc, atomic::Ordering};
 use std::time::Instant;
 
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
