@@ -11,7 +11,7 @@ use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
-use crate::optimise::score::{Goal, Score};
+use crate::optimise::score::{Goal, Limit, Score};
 use crate::optimise::{TOLERANCE, evaluate::Scorer, no_axes};
 use crate::plan;
 use crate::progress::Progress;
@@ -165,7 +165,12 @@ fn best(
     curve.scorer.evaluator.spare = LEFT[1];
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
-    let free = |s: &Sample| search::relaxed(s, goal);
+    // All limits but that of the strain.
+    let free = |s: &Sample| {
+        let mut score = s.score;
+        score.set(Limit::Strain, f64::NEG_INFINITY);
+        goal.feasible(&score)
+    };
     let Some(unconstrained) = search::least(&mut curve, &samples, goal, &free)? else {
         return Err(incomplete(setup, &samples).into());
     };

@@ -40,11 +40,6 @@ impl<'a> Curve<'a> {
         }
     }
 
-    pub fn turns(&mut self, drives: [f64; 2]) -> Result<bool, Error> {
-        let [before, after] = drives.map(|drive| self.scorer.sticking(&Tuple { drive, ..self.whisker }));
-        Ok(before? != after?)
-    }
-
     /// Samples at these drives, degrees or mm.
     pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
         self.evaluations += drives.len() as u64;
@@ -68,13 +63,6 @@ impl<'a> Curve<'a> {
         }
         self.at(&drives)
     }
-}
-
-/// True if all limits but the strain limit are kept.
-pub fn relaxed(s: &Sample, goal: Goal) -> bool {
-    let mut score = s.score;
-    score.set(Limit::Strain, f64::NEG_INFINITY);
-    goal.feasible(&score)
 }
 
 /// The best drive for which `allowed` holds, polished; `None` if it holds at none of `samples`.
@@ -118,7 +106,8 @@ pub fn kinked(curve: &mut Curve<'_>, at: &Sample, goal: Goal) -> Result<bool, Er
     let rise = |a: f64, b: f64| a + b - 2.0 * goal.value(&at.score);
     // Rise over the whole step against the half step: 2× for a kink, 4× for a parabola.
     let kink = rise(values[0], values[3]) < 1.5 * 2.0 * rise(values[1], values[2]);
-    Ok(kink && curve.turns([drives[0], drives[3]])?)
+    let mut sticks = |drive| curve.scorer.sticking(&Tuple { drive, ..curve.whisker });
+    Ok(kink && sticks(drives[0])? != sticks(drives[3])?)
 }
 
 pub fn limited_by(optimum: &Sample, ends: [f64; 2], objective: Objective) -> (LimitedBy, bool) {

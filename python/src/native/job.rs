@@ -109,10 +109,6 @@ fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
     Ok(Some(pools.entry(n).or_insert(Arc::new(pool)).clone()))
 }
 
-pub fn forget_pools() {
-    std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
-}
-
 pub type Far = (u64, u64);
 
 /// Like [`run`], with calls of `progress(done, total)`; an interrupt discards the result.
@@ -167,7 +163,7 @@ pub fn check(py: Python<'_>) -> PyResult<()> {
 #[pyfunction]
 pub fn forked(kept: Bound<'_, PyAny>) {
     std::mem::forget(kept.unbind());
-    forget_pools();
+    std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
     let amid = WORKING.swap(0, Ordering::SeqCst) > 0 || PROCESS.load(Ordering::Relaxed) == AMID;
     PROCESS.store(if amid { AMID } else { FORKED }, Ordering::SeqCst);
 }
