@@ -259,6 +259,7 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         let x = format!("{x:.4}");
         format!("{}{unit}", x.trim_end_matches('0').trim_end_matches('.'))
     };
+    let value = |k: &Kept, column| k.at.row.value(column, k.at.unit).map_or(String::new(), short);
     // Width, name and value of each column.
     let cells = |k: &Kept| -> Vec<(usize, &str, String)> {
         let (d, [tilt, lean]) = (&k.at.design, setup.directions);
@@ -297,10 +298,6 @@ fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
         columns.push(by);
     }
     columns
-}
-
-fn value(k: &Kept, column: RankBy) -> String {
-    k.at.row.value(column, k.at.unit).map_or(String::new(), short)
 }
 
 /// Explains the columns in mm; `silent`: the ranking ignores an existing noise without being asked to.

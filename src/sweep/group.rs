@@ -85,7 +85,11 @@ impl Group {
             all.extend(self.reduce(run, taps, from..self.designs.len().min(from + TOGETHER))?);
         }
         let by = run.study.listed_by();
-        all.iter().for_each(|one| run.absorb(&one.counts));
+        for one in &all {
+            run.reached.counts.taps += one.counts.taps;
+            run.reached.counts.combinations.add(&one.counts.combinations);
+            run.show(0);
+        }
         for &table in tables {
             write(run, taps, (table, kept), &all)?;
         }
@@ -126,15 +130,13 @@ impl Group {
                 self.tasks(taps, taken.clone()).into_iter().zip(&self.outcomes[taken]).map(ask).collect();
             both.extend(run.more(|setup, evaluator| both::both(setup, evaluator, &self.designs, &asks))?);
         }
-        let mut places = Vec::with_capacity(all.len());
         let mut of_curves = 0;
-        for (d, one) in range.zip(&all) {
-            places.push((
-                of_curves..of_curves + one.strokes.len(),
-                self.starts[d] - first..self.starts[d + 1] - first,
-            ));
+        let place = |(d, one): (usize, &Reduced<'_>)| {
+            let from = of_curves;
             of_curves += one.strokes.len();
-        }
+            (from..of_curves, self.starts[d] - first..self.starts[d + 1] - first)
+        };
+        let places: Vec<_> = range.zip(&all).map(place).collect();
         all.par_iter_mut().zip(places).for_each(|(one, (strokes, rows))| {
             one.reduce(taps, curves.get(strokes).unwrap_or_default(), both.get(rows).unwrap_or_default());
         });

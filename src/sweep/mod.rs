@@ -136,15 +136,11 @@ fn attempt(
     let taps = Taps::new(&study.space);
     let done = running::run(&mut run, &taps).and_then(|()| checked(&run, &taps, needed));
     let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, .. } = run;
-    let (told, tables) = match done.and_then(|told| Ok((told, writers.close()?))) {
-        Ok(done) => done,
-        Err(e) => {
-            return Err(match keeper {
-                Some(keeper) => keeper.folder.explain(e),
-                None => e,
-            });
-        }
-    };
+    let done = done.and_then(|told| Ok((told, writers.close()?)));
+    let (told, tables) = done.map_err(|e| match &keeper {
+        Some(keeper) => keeper.folder.explain(e),
+        None => e,
+    })?;
     let Some(model_error) = told else { return Ok(None) };
     let (standing, offered) = (shown.standing(), shown.offered);
     let (highlights, by_design) = shown.into_rows(study.output.top.is_some() || study.output.by_said);
