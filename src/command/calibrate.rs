@@ -115,7 +115,7 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
                     result: json!({ "in_force": run_json::in_force(&spec), "signal": signal }),
                     ..Reply::planned(out, |to| {
                         format!(
-                            "{label}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}"
+                            "{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}"
                         )
                     })
                 }

@@ -61,10 +61,11 @@ pub fn run(asked: &Asked<ClusterRequest>, context: &Context<'_>) -> Result<Reply
     let whole = absolute(&folder(spec.run.out.as_ref(), &spec.name, "sweep"))?;
     let program = std::env::current_exe().map_err(|e| Error::io("vibrissa", e))?;
     let at_a_time = asked.at_a_time.map_or(String::new(), |n| format!("%{n}"));
+    let unsafe_in_names = |c: char| !(c.is_ascii_alphanumeric() || "._-".contains(c));
     let fill = [
         ("@SHARDS@", asked.shards.to_string()),
         ("@AT_A_TIME@", at_a_time),
-        ("@NAME@", plain(&spec.name)),
+        ("@NAME@", spec.name.replace(unsafe_in_names, "_")),
         ("@FOLDER@", quoted(&here)?),
         ("@SPEC@", quoted(&absolute(&asked.spec)?)?),
         ("@OUT@", quoted(&whole)?),
@@ -137,8 +138,4 @@ fn quoted(path: &Path) -> Result<String, Error> {
     } else {
         format!("'{}'", text.replace('\'', r"'\''"))
     })
-}
-
-fn plain(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect()
 }

@@ -228,25 +228,3 @@ pub(super) fn beyond_gauge(setup: &Setup, layout: &Layout) -> Result<(), InputEr
     .value(nearest)
     .allowed(format!("> {begins} mm, or a gauge nearer to the clamp")))
 }
-
-pub(super) fn incomplete(setup: &Setup, samples: &[Sample]) -> InputError {
-    let status = samples.iter().fold(samples[0].row.status, |all, s| all | s.row.status);
-    let name = write::unit(setup).0;
-    InputError::new(format!("no {name} of the interval gives a complete row; the taps are {status}"))
-        .key("tap.a")
-        .allowed("distances beyond the gauge and before the tip")
-}
-
-pub(super) fn overstrained(setup: &Setup, samples: &[Sample]) -> InputError {
-    let name = write::unit(setup).0;
-    let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
-    // Strain of the skin; a foil reads less.
-    let least = setup.gauge.strain_limit * (1.0 + over);
-    InputError::new(format!(
-        "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {:.3} times the limit",
-        1.0 + over
-    ))
-    .key("gauge.strain_limit")
-    .value(setup.gauge.strain_limit)
-    .allowed(format!("≥ {least:.4}, or a smaller {name}"))
-}

@@ -1,6 +1,7 @@
 //! Runs long work on a separate thread, without the interpreter's lock, so that Ctrl-C and callbacks work meanwhile.
 
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -30,19 +31,20 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
 ) -> PyResult<Ended<T>> {
     check(py)?;
     let pool = own_pool(threads).map_err(|e| error::raise(py, e))?;
-    let working = Working::new();
     let stop = Arc::new(AtomicBool::new(false));
     let (tell, news) = channel();
     let news = Mutex::new(news);
     let asked = Arc::clone(&stop);
     // The channel closes when the work ends.
     let whole = move || {
-        let _working = working;
         let work = move || work(&asked, &mut |part| drop(tell.send(part)));
-        match pool {
+        WORKING.fetch_add(1, Ordering::SeqCst);
+        let end = catch_unwind(AssertUnwindSafe(|| match pool {
             Some(pool) => pool.install(work),
             None => work(),
-        }
+        }));
+        WORKING.fetch_sub(1, Ordering::SeqCst);
+        end.unwrap_or_else(|panic| resume_unwind(panic))
     };
     let worker = Builder::new().stack_size(STACK).spawn(whole);
     let worker = worker.map_err(|e| error::run(py, &e.to_string()))?;
@@ -131,21 +133,6 @@ const AMID: u8 = 2;
 
 static PROCESS: AtomicU8 = AtomicU8::new(WHOLE);
 static WORKING: AtomicUsize = AtomicUsize::new(0);
-
-pub struct Working(());
-
-impl Working {
-    pub fn new() -> Self {
-        WORKING.fetch_add(1, Ordering::SeqCst);
-        Self(())
-    }
-}
-
-impl Drop for Working {
-    fn drop(&mut self) {
-        WORKING.fetch_sub(1, Ordering::SeqCst);
-    }
-}
 
 pub fn is_forked() -> bool {
     PROCESS.load(Ordering::Relaxed) != WHOLE
