@@ -114,9 +114,7 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
                     counts: json!({ "rows": rows }),
                     result: json!({ "in_force": run_json::in_force(&spec), "signal": signal }),
                     ..Reply::planned(out, |to| {
-                        format!(
-                            "{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}"
-                        )
+                        format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}")
                     })
                 }
             }

@@ -152,6 +152,13 @@ fn whole(parts: &[Part], out: &Path) -> Value {
     }
     // Entries of one device stay with its part.
     run["backend"].as_object_mut().map(|backend| backend.shift_remove("device"));
+    let described = |part: &Part| {
+        let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
+        json!({
+            "folder": folder, "part": shard, "designs": run["shard"]["designs"], "backend": run["backend"],
+            "taps": run["counts"]["taps"], "handed_over": run["handed_over"], "seconds": run["seconds"]["total"], "files": run["files"],
+        })
+    };
     run["parts"] = parts.iter().map(described).collect();
     run
 }
@@ -175,13 +182,4 @@ fn sum(a: &Value, b: &Value) -> Value {
         (_, Some((a, b))) => (a + b).into(),
         _ => Value::Null,
     }
-}
-
-fn described(part: &Part) -> Value {
-    let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
-    let (seconds, files, counts) = (&run["seconds"]["total"], &run["files"], &run["counts"]);
-    json!({
-        "folder": folder, "part": shard, "designs": run["shard"]["designs"], "backend": run["backend"], "taps": counts["taps"],
-        "handed_over": run["handed_over"], "seconds": seconds, "files": files,
-    })
 }

@@ -14,7 +14,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
-use crate::scene::{RankBy, Setup, Tuple};
+use crate::scene::{RankBy, Tuple};
 use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow, run_json::Counts, table::Chosen};
 use crate::statistics::{Reduction, Told};
 
@@ -104,12 +104,16 @@ impl Group {
     ) -> Result<Vec<Reduced<'g>>, Error> {
         let setup = &run.study.setup;
         let begin = |d: usize| {
-            Reduced::new(
-                setup,
-                taps,
-                (self.numbers[d], &self.designs[d]),
-                &self.outcomes[self.starts[d]..self.starts[d + 1]],
-            )
+            let (number, design) = (self.numbers[d], &self.designs[d]);
+            let (places, outcomes) =
+                (taps.places(number), &self.outcomes[self.starts[d]..self.starts[d + 1]]);
+            let tap = |t: &u32| taps.tap((number, &design.tuple), u64::from(*t));
+            let distances: Vec<Tuple> = places.distances.iter().map(tap).collect();
+            let strokes: Vec<Tuple> = places.strokes.iter().map(tap).collect();
+            let reduction =
+                Reduction::new(setup, design, taps.reach(number), (distances.len(), strokes.len()));
+            let (estimates, counts) = (vec![Estimated::NOTHING; outcomes.len()], Counts::default());
+            Reduced { number, design, places, distances, strokes, outcomes, reduction, estimates, counts }
         };
         let mut all: Vec<Reduced<'_>> = range.clone().into_par_iter().map(begin).collect();
         let asks = range.clone().zip(&all).flat_map(|(d, one)| {
@@ -156,22 +160,7 @@ struct Reduced<'g> {
     counts: Counts,
 }
 
-impl<'g> Reduced<'g> {
-    fn new(
-        setup: &Setup,
-        taps: &'g Taps<'_>,
-        (number, design): (u64, &'g Design),
-        outcomes: &'g [Outcome],
-    ) -> Self {
-        let places = taps.places(number);
-        let tap = |t: &u32| taps.tap((number, &design.tuple), u64::from(*t));
-        let distances: Vec<Tuple> = places.distances.iter().map(tap).collect();
-        let strokes: Vec<Tuple> = places.strokes.iter().map(tap).collect();
-        let reduction = Reduction::new(setup, design, taps.reach(number), (distances.len(), strokes.len()));
-        let (estimates, counts) = (vec![Estimated::NOTHING; outcomes.len()], Counts::default());
-        Self { number, design, places, distances, strokes, outcomes, reduction, estimates, counts }
-    }
-
+impl Reduced<'_> {
     fn at(&self, t: usize) -> ((usize, usize), Tuple) {
         let (i, j) = self.places.of[t];
         let (i, j) = (i as usize, j as usize);

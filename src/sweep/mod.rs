@@ -239,21 +239,17 @@ fn checked(
     needed: Option<&mut Needed>,
 ) -> Result<Option<Option<Value>>, Error> {
     let Some(needed) = needed else { return Ok(Some(None)) };
-    let kept = run.reached.kept.as_deref().unwrap_or_default();
-    if !needed.keeps(&rows(taps, kept), true, &|| run.check_stop())? {
-        return Ok(None);
-    }
-    let mut told = needed.summary();
-    told["taps_by_full_model"] = run.mended().into();
-    Ok(Some(Some(told)))
-}
-
-fn rows(taps: &Taps<'_>, kept: &[(u64, u32)]) -> Vec<Row> {
     let row = |&(k, stroke): &(u64, u32)| {
         let (design, places) = (taps.design(k), taps.places(k));
         let own = (0..).zip(&places.of).filter(|(_, (_, j))| *j == stroke);
         let own: Vec<Tuple> = own.map(|(t, _)| taps.tap((k, &design), t)).collect();
         Row::new(own[0], own.iter().map(|t| t.a).collect())
     };
-    kept.iter().map(row).collect()
+    let rows: Vec<Row> = run.reached.kept.iter().flatten().map(row).collect();
+    if !needed.keeps(&rows, true, &|| run.check_stop())? {
+        return Ok(None);
+    }
+    let mut told = needed.summary();
+    told["taps_by_full_model"] = run.mended().into();
+    Ok(Some(Some(told)))
 }

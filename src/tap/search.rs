@@ -13,7 +13,7 @@ use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
 use crate::optimise::{Goal, Limit, Scorer, best::narrowed, no_axes};
 use crate::progress::{Progress, go_on};
-use crate::scene::{Axis, Layout, Objective, RunOptions, Setup, Signal, Study, Tuple};
+use crate::scene::{Axis, Layout, Objective, RunOptions, Signal, Study, Tuple};
 
 const MINIMA: usize = 6;
 /// Relative width at which the search for a minimum ends.
@@ -152,8 +152,13 @@ pub fn find(
             }
             found => found?,
         };
-        let points = report.turns().into_iter().map(|drive| Tuple { drive, ..whisker });
-        let rows: Vec<Row> = points.map(&row).collect();
+        // The optima, the ends of the curve, and both sides of each change of status.
+        let ends = report.curve.first().into_iter().chain(report.curve.last());
+        let other = report.other.as_ref().and_then(|other| other.optimum.as_ref().ok());
+        let steps = report.curve.windows(2).filter(|s| s[0].row.status != s[1].row.status).flatten();
+        let optima = [&report.optimum, &report.unconstrained].into_iter().chain(other);
+        let drives = optima.chain(ends).chain(steps).map(|s| s.drive);
+        let rows: Vec<Row> = drives.map(|drive| row(Tuple { drive, ..whisker })).collect();
         if needed.keeps(&rows, true, &|| Ok(go_on(stop)?))? {
             let model_error = Some((needed.summary(), needed.sentence()));
             return Ok(Report { model_error, ..report });
@@ -167,17 +172,6 @@ pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error
     Needed::new(&study.setup, &choosing_in(&wanted, &layout), bound)
 }
 
-impl Report {
-    /// The drives of the optima, of the ends of the curve, and on both sides of each change of status.
-    fn turns(&self) -> Vec<f64> {
-        let ends = self.curve.first().into_iter().chain(self.curve.last());
-        let other = self.other.as_ref().and_then(|other| other.optimum.as_ref().ok());
-        let steps = self.curve.windows(2).filter(|s| s[0].row.status != s[1].row.status).flatten();
-        let optima = [&self.optimum, &self.unconstrained];
-        optima.into_iter().chain(other).chain(ends).chain(steps).map(|s| s.drive).collect()
-    }
-}
-
 /// Largest numbers of grid steps, one per attempt. The optimum is polished for any grid.
 pub const STEPS: &[f64] = &[1000.0, 200.0, 50.0];
 pub const COARSE: &[f64] = &[100.0, 50.0];
@@ -189,7 +183,17 @@ pub(super) fn tried(
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
-    beyond_gauge(setup, &layout)?;
+    let ([nearest, _], shared) = (layout.reach(), Design::new(setup, layout.design(0)).shared);
+    let plain = setup.signal == Signal::Strain && setup.channels.is_none();
+    // A contact at or before the gauge's near end: no drive gives it a signal.
+    if let Some(begins) = shared.map(|shared| shared.gauge[0]).filter(|begins| plain && nearest <= *begins) {
+        let name = write::unit(setup).0;
+        let error = InputError::new(format!(
+            "no {name} gives a complete row: a tap at {nearest} mm does not bend the gauge, which begins at {begins} mm (no_strain)"
+        ));
+        let allowed = format!("> {begins} mm, or a gauge nearer to the clamp");
+        return Err(error.key("tap.a").value(nearest).allowed(allowed).into());
+    }
     // A choice for few taps may be too fine: then f64 with its usual tolerance.
     let free = asked.choice.backend.reason == FEW;
     let looser = free.then(|| few(&RunOptions::default())).transpose()?;
@@ -210,21 +214,4 @@ pub(super) fn tried(
         .key("tap.a")
         .allowed("distances beyond the end of the gauge, a whisker that tapers less; or --backend reference, which takes its time")
         .into())
-}
-
-/// Refuses a contact at or before the gauge's near end: no drive gives it a signal.
-pub(super) fn beyond_gauge(setup: &Setup, layout: &Layout) -> Result<(), InputError> {
-    let design = Design::new(setup, layout.design(0));
-    let ([nearest, _], Some(shared)) = (layout.reach(), design.shared) else { return Ok(()) };
-    let begins = shared.gauge[0];
-    if setup.signal != Signal::Strain || setup.channels.is_some() || nearest > begins {
-        return Ok(());
-    }
-    let name = write::unit(setup).0;
-    Err(InputError::new(format!(
-        "no {name} gives a complete row: a tap at {nearest} mm does not bend the gauge, which begins at {begins} mm (no_strain)"
-    ))
-    .key("tap.a")
-    .value(nearest)
-    .allowed(format!("> {begins} mm, or a gauge nearer to the clamp")))
 }
