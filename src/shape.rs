@@ -10,8 +10,7 @@ use crate::design::{Design, amount};
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task, problem};
 use crate::locate::locator::opener;
-use crate::physics::rod::BentSection;
-use crate::physics::solid::Soft;
+use crate::physics::{rod::BentSection, solid::Soft};
 use crate::progress::{Progress, go_on};
 use crate::scene::{BackendChoice, Drive, Geometry, Model, RunOptions, Setup, Space, Spec, Tuple};
 use crate::sink::{Field, Frame, heading};
@@ -162,10 +161,29 @@ pub fn tables(
         go_on(stop)?;
         let bent = shape(setup, design, task, outcome, nodes);
         shapes += usize::from(bent.is_some());
+        let (shown, o) = (setup.directions, outcome);
+        let tap = || std::iter::once(Field::Count(i as u64)).chain(tap_columns(shown, &tuples[i]));
         for node in bent.iter().flat_map(|shape| &shape.nodes) {
-            sections.row(section(setup, i, &tuples[i], node))?;
+            let angles = [node.psi, node.direction].map(f64::to_degrees);
+            let numbers =
+                [node.s].into_iter().chain(place(shown, node.at)).chain(angles).chain([node.strain]);
+            let numbers = numbers.chain(setup.built.is_some().then_some(node.diameter));
+            sections.row(tap().chain(numbers.map(Field::Number)))?;
         }
-        contacts.row(contact(setup, i, design, &tuples[i], outcome, bent.as_ref()))?;
+        let gauge = design.shared.as_ref().map_or([f64::NAN; 2], |s| s.gauge);
+        let at = bent.as_ref().map_or([DVec3::NAN; 2], |s| [s.contact, s.pole]);
+        let at = at.into_iter().flat_map(|at| place(shown, at));
+        let solved = [o.strain, o.normal_force, o.tangential_force, o.arc];
+        let rig = design.setup(setup);
+        let numbers = [rig.hub].into_iter().chain(gauge).chain(solved).chain(at);
+        let numbers = numbers.chain([rig.model.pole_radius]).map(Field::Number);
+        let state = match (o.arc.is_finite(), o.sticking) {
+            (false, _) => "",
+            (_, true) => "stick",
+            _ => "slide",
+        };
+        let status = if bent.is_none() && o.status == Status::OK { Status::MATERIAL_LIMIT } else { o.status };
+        contacts.row(tap().chain(numbers).chain([state.into(), status.into()]))?;
     }
     Ok(([tuples.len(), shapes], [sections, contacts]))
 }
@@ -199,42 +217,4 @@ fn tap_columns([tilt, lean]: [bool; 2], t: &Tuple) -> impl Iterator<Item = Field
 /// x, y and, with directions of the pole, z.
 fn place([tilt, lean]: [bool; 2], at: DVec3) -> impl Iterator<Item = f64> {
     [at.x, at.y].into_iter().chain((tilt || lean).then_some(at.z))
-}
-
-fn section(setup: &Setup, tap: usize, tuple: &Tuple, node: &Node) -> Vec<Field> {
-    let mut row = vec![Field::Count(tap as u64)];
-    let shown = setup.directions;
-    row.extend(tap_columns(shown, tuple));
-    let angles = [node.psi, node.direction].map(f64::to_degrees);
-    let numbers = [node.s].into_iter().chain(place(shown, node.at)).chain(angles).chain([node.strain]);
-    let numbers = numbers.chain(setup.built.is_some().then_some(node.diameter));
-    row.extend(numbers.map(Field::Number));
-    row
-}
-
-fn contact(
-    setup: &Setup,
-    tap: usize,
-    design: &Design,
-    tuple: &Tuple,
-    o: &Outcome,
-    bent: Option<&Shape>,
-) -> Vec<Field> {
-    let mut row = vec![Field::Count(tap as u64)];
-    row.extend(tap_columns(setup.directions, tuple));
-    let gauge = design.shared.as_ref().map_or([f64::NAN; 2], |s| s.gauge);
-    let at = bent.map_or([DVec3::NAN; 2], |s| [s.contact, s.pole]);
-    let at = at.into_iter().flat_map(|at| place(setup.directions, at));
-    let solved = [o.strain, o.normal_force, o.tangential_force, o.arc];
-    let rig = design.setup(setup);
-    let numbers = [rig.hub].into_iter().chain(gauge).chain(solved).chain(at);
-    row.extend(numbers.chain([rig.model.pole_radius]).map(Field::Number));
-    row.push(match (o.arc.is_finite(), o.sticking) {
-        (false, _) => "".into(),
-        (_, true) => "stick".into(),
-        _ => "slide".into(),
-    });
-    let bent_or = if bent.is_none() && o.status == Status::OK { Status::MATERIAL_LIMIT } else { o.status };
-    row.push(bent_or.into());
-    row
 }

@@ -60,26 +60,22 @@ fn commands() -> Vec<String> {
     Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect()
 }
 
-pub fn completions(shell: clap_complete::Shell) -> Result<Reply, Error> {
+pub fn completions(shell: clap_complete::Shell) -> Reply {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Args::command(), "vibrissa", &mut script);
-    Ok(Reply { text: text(script)?, ..Reply::default() })
+    Reply { text: String::from_utf8_lossy(&script).into_owned(), ..Reply::default() }
 }
 
 pub fn man(out: Option<&Path>) -> Result<Reply, Error> {
     let Some(folder) = out else {
         let mut page = Vec::new();
         clap_mangen::Man::new(Args::command()).render(&mut page).map_err(|e| Error::Run(e.to_string()))?;
-        return Ok(Reply { text: text(page)?, ..Reply::default() });
+        return Ok(Reply { text: String::from_utf8_lossy(&page).into_owned(), ..Reply::default() });
     };
     std::fs::create_dir_all(folder)
         .and_then(|()| clap_mangen::generate_to(Args::command(), folder))
         .map_err(|e| Error::io(folder, e))?;
     Ok(Reply { text: format!("wrote the manual pages into {}\n", folder.display()), ..Reply::default() })
-}
-
-fn text(bytes: Vec<u8>) -> Result<String, Error> {
-    String::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))
 }
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");

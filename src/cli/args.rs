@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
-use vibrissa::command::array::LocateRequest;
-use vibrissa::command::{self, Context, Reply};
+use vibrissa::command::{self, Context, Reply, array::LocateRequest};
 pub use vibrissa::command::{Asked, Common};
 use vibrissa::error::Error;
 
@@ -74,7 +73,7 @@ impl Command {
             Self::New(new) => new::run(new),
             Self::Cite(cite) => about::cite(cite),
             Self::Schema => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
-            Self::Completions { shell } => about::completions(*shell),
+            Self::Completions { shell } => Ok(about::completions(*shell)),
             Self::Man { out } => about::man(out.as_deref()),
             // Handled before, with clap's output.
             Self::Help { .. } => Ok(Reply::default()),

@@ -6,17 +6,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use vibrissa::combinations;
-use vibrissa::command::array::LocateRequest;
-use vibrissa::command::{self, Asked, Context, of_one_signal};
+use vibrissa::command::{self, Asked, Context, array::LocateRequest, of_one_signal};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::answers::Answers;
 use vibrissa::locate::stream::{self, Ask};
-use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
+use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, answers::Answers, locator::opener};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Question, hash};
-use vibrissa::sink::frame::Frame;
-use vibrissa::sink::lab::LabStream;
+use vibrissa::sink::{frame::Frame, lab::LabStream};
 use vibrissa::text_file::{Limit, TextFile, unread};
 
 use super::interrupt::{self, Patient};
@@ -179,10 +176,6 @@ impl Source {
         Ok(Self::File(TextFile::open(path, "readings", Limit::AnyLines)?.bytes()?))
     }
 
-    fn digest(&self) -> String {
-        if let Self::File(bytes) = self { hash(bytes) } else { String::new() }
-    }
-
     /// A stream cannot be read again, so its answers are kept after a signal.
     fn answer(
         self,
@@ -213,7 +206,8 @@ fn filed(
 ) -> Result<Reply, Error> {
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
-    let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest());
+    let digest = if let Source::File(bytes) = &source { hash(bytes) } else { String::new() };
+    let label = ask.label.unwrap_or("stdin").to_owned();
     let identity = hash(&format!("{digest}\n{}\n{}", opened.checksum, opened.by));
     let stem = super::stem(readings.unwrap_or(Path::new("")), "readings");
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
@@ -235,7 +229,12 @@ fn filed(
         "calibration": opened.known, "readings": { "file": label, "hash": digest }, "estimator": opened.by,
         "warnings": context.told(), "interrupted": counts.stopped,
     });
-    let (taps, zeros) = (counts.lines - counts.zeros, zeros(&counts));
+    let taps = counts.lines - counts.zeros;
+    let zeros = match counts.zeros {
+        0 => String::new(),
+        1 => ", beside 1 zero reading".to_owned(),
+        n => format!(", beside {n} zero readings"),
+    };
     let text = format!("{taps} readings located by {}{zeros}: {}\n", opened.by, words(&counts));
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
@@ -244,14 +243,6 @@ fn filed(
     let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body, context)?;
     // A long table is not read again for one sentence.
     Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
-}
-
-fn zeros(counts: &stream::Counts) -> String {
-    match counts.zeros {
-        0 => String::new(),
-        1 => ", beside 1 zero reading".to_owned(),
-        n => format!(", beside {n} zero readings"),
-    }
 }
 
 fn words(counts: &stream::Counts) -> String {

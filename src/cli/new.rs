@@ -80,8 +80,15 @@ pub fn run(args: &New) -> Result<Reply, Error> {
         return Err(refused("the folder of this file does not exist", "a file such as whisker.toml").into());
     }
     let answers = answers(args)?;
-    let (_, gauge, _, _, goal) = answers;
-    in_microstrain(&gauge)?;
+    let (_, [_, _, noise], _, _, goal) = answers;
+    if noise > 0.0 && noise < LEAST_NOISE {
+        let error = InputError::new("no gauge is so quiet: the noise is in microstrain, not in strain");
+        let strain = format!(
+            "0, or ≥ {LEAST_NOISE} microstrain; a strain of {noise:e} is {} microstrain",
+            noise * 1e6
+        );
+        return Err(error.key("--gauge").value(noise).allowed(strain).into());
+    }
     let text = text(&answers);
     let label = args.spec.display().to_string();
     let read = spec::parse(&label, &text, folder)?;
@@ -122,18 +129,6 @@ fn answers(args: &New) -> Result<Answers, Error> {
         numbers("--distances", &args.distances, DISTANCES_ASKED)?,
         args.goal.map_or_else(|| choose("What do you want to know?", GOALS), Ok)?,
     ))
-}
-
-/// Refuses a noise so small that it must be in strain.
-fn in_microstrain(gauge: &[f64; 3]) -> Result<(), InputError> {
-    let noise = gauge[2];
-    if noise <= 0.0 || noise >= LEAST_NOISE {
-        return Ok(());
-    }
-    let error = InputError::new("no gauge is so quiet: the noise is in microstrain, not in strain");
-    let strain =
-        format!("0, or ≥ {LEAST_NOISE} microstrain; a strain of {noise:e} is {} microstrain", noise * 1e6);
-    Err(error.key("--gauge").value(noise).allowed(strain))
 }
 
 /// Reads an answer to `question`; repeats it until `read` accepts.

@@ -1,6 +1,5 @@
 //! Runs work on a thread that a signal can abandon, even inside a driver or solver, and decides what is kept of it.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,22 +30,16 @@ pub fn apart<T: Send + 'static>(
         let (tell, news) = channel();
         let asked = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&asked);
-        let run = move || {
-            let end = work(&flag, &mut |part| {
-                let _ = tell.send(ControlFlow::Continue(part));
-            });
-            let _ = tell.send(ControlFlow::Break(end));
-        };
+        // The channel closes when the work ends.
+        let run = move || work(&flag, &mut |part| drop(tell.send(part)));
         let worker = Builder::new().stack_size(STACK).spawn(run).map_err(|e| Error::Run(e.to_string()))?;
         let mut since: Option<Instant> = None;
         loop {
             match news.recv_timeout(STEP) {
-                Ok(ControlFlow::Continue(part)) => take(part),
-                Ok(ControlFlow::Break(end)) => break end,
-                Err(RecvTimeoutError::Disconnected) => match worker.join() {
-                    Err(panic) => std::panic::resume_unwind(panic),
-                    Ok(()) => break Ok(()),
-                },
+                Ok(part) => take(part),
+                Err(RecvTimeoutError::Disconnected) => {
+                    break worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+                }
                 Err(RecvTimeoutError::Timeout) => {}
             }
             if stop.load(Ordering::Relaxed) {

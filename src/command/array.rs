@@ -12,10 +12,7 @@ use crate::contour::point::Noise;
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 use crate::files::Array;
-use crate::locate::free::Free;
-use crate::locate::object::By;
-use crate::locate::stream::Ask;
-use crate::locate::{Calibration, SaidZero};
+use crate::locate::{Calibration, SaidZero, free::Free, object::By, stream::Ask};
 use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
 

@@ -48,11 +48,25 @@ pub fn run(asked: &Asked<BenchRequest>, context: &Context<'_>) -> Result<Reply, 
     }
     let bench = Bench::new(&options, asked.quick)?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("results/bench"));
+    let (of, (taps, seconds), described) = (bench.steps() as u64, bench.cost(), bench.json());
     let of_places: Vec<Backend> = bench.places.iter().map(|p| p.backend().clone()).collect();
     if options.plan == Some(true) {
-        return Ok(Reply { backend: json!(of_places), ..planned(&bench, out) });
+        let (about, time) = (rough(taps as f64), rough(seconds));
+        let settings =
+            described.as_object().into_iter().flatten().map(|(name, x)| format!("  {name}: {x}\n"));
+        let settings: String = settings.collect();
+        return Ok(Reply {
+            backend: json!(of_places),
+            counts: json!({ "measurements": of, "taps": taps }),
+            seconds: json!({ "expected": seconds }),
+            result: described,
+            ..Reply::planned(out, |to| {
+                format!(
+                    "{of} measurements, about {about} taps, about {time} s\n{settings}  table, figures and run.json go to {to}"
+                )
+            })
+        });
     }
-    let (of, described) = (bench.steps() as u64, bench.json());
     let text = format!("{}\n", json!({ "bench": described }));
     let question = Question::new("bench", "bench", json!({ "settings": hash(&text) }));
     let files = [&["work_precision.csv"], &FIGURES[..]].concat();
@@ -121,22 +135,4 @@ fn machine() -> Value {
         "os": std::env::consts::OS,
         "architecture": std::env::consts::ARCH,
     })
-}
-
-fn planned(bench: &Bench, out: PathBuf) -> Reply {
-    let (steps, (taps, seconds), described) = (bench.steps(), bench.cost(), bench.json());
-    Reply {
-        counts: json!({ "measurements": steps, "taps": taps }),
-        seconds: json!({ "expected": seconds }),
-        result: described.clone(),
-        ..Reply::planned(out, |to| {
-            let (about, time) = (rough(taps as f64), rough(seconds));
-            let lines =
-                described.as_object().into_iter().flatten().map(|(name, x)| format!("  {name}: {x}\n"));
-            let lines: String = lines.collect();
-            format!(
-                "{steps} measurements, about {about} taps, about {time} s\n{lines}  table, figures and run.json go to {to}"
-            )
-        })
-    }
 }

@@ -11,10 +11,9 @@ use crate::calibrate::{self, Options, coverage, output, report, several};
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 use crate::export::{Export, FILE};
-use crate::locate::locator::opener;
-use crate::locate::{Calibration, Locator};
+use crate::locate::{Locator, locator::opener};
 use crate::measure::{Data, Names, Rig};
-use crate::scene::{Drive, RunOptions, Spec};
+use crate::scene::Drive;
 use crate::sink::{Question, hash, run_json};
 
 /// Calibrate a whisker from measured strains.
@@ -107,7 +106,18 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
     let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
     if options.run.plan == Some(true) {
         return Ok(match &data {
-            Some(data) => planned(data, &spec, out),
+            Some(data) => {
+                let (file, rows, signal, name) =
+                    (&data.file, data.rows.len(), data.unit.column(), &spec.name);
+                let drive = data.drive.map_or("no drive column", Drive::column);
+                Reply {
+                    counts: json!({ "rows": rows }),
+                    result: json!({ "in_force": run_json::in_force(&spec), "signal": signal }),
+                    ..Reply::planned(out, |to| {
+                        format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}")
+                    })
+                }
+            }
             None => {
                 Reply::planned(out, |to| format!("would calibrate the channels of {label} and write to {to}"))
             }
@@ -146,7 +156,13 @@ fn of_signal(
     let found = calibrate::calibrate(data, rig, options)?;
     context.warn_all(&found.warnings);
     let locator = found.calibration.opened(&opener(&options.run))?;
-    let exported = exported(asked, &found.calibration, &locator, &options.run, destination);
+    let calibration = asked.export.as_ref().map(|_| found.calibration.clone().sealed());
+    let exported = calibration.map_or(Ok(()), |calibration| {
+        let of = |e| Locator::new(&calibration, "calibration.toml", Some(e), &opener(&options.run));
+        let other = estimator(asked.estimator.as_deref())?.map(of).transpose()?;
+        let export = Export::new(other.as_ref().unwrap_or(&locator), &calibration)?;
+        destination.put(FILE, export.text().into_bytes())
+    });
     let refused = match exported {
         // The calibration is written even if the export fails.
         Err(Error::Input(e)) => {
@@ -160,33 +176,4 @@ fn of_signal(
     output::tables(&found, data, &locator)?.into_iter().try_for_each(|table| destination.table(table))?;
     let (text, counts) = (report::text(&found, data, rig, &covered), report::counts(&found, data));
     Ok(Reply { text, counts, result, refused, ..Reply::default() })
-}
-
-fn exported(
-    asked: &CalibrateRequest,
-    calibration: &Calibration,
-    won: &Locator,
-    options: &RunOptions,
-    destination: &mut Destination,
-) -> Result<(), Error> {
-    if asked.export.is_none() {
-        return Ok(());
-    }
-    let calibration = calibration.clone().sealed();
-    let of = |e| Locator::new(&calibration, "calibration.toml", Some(e), &opener(options));
-    let other = estimator(asked.estimator.as_deref())?.map(of).transpose()?;
-    let export = Export::new(other.as_ref().unwrap_or(won), &calibration)?;
-    destination.put(FILE, export.text().into_bytes())
-}
-
-fn planned(data: &Data, spec: &Spec, out: PathBuf) -> Reply {
-    let (file, name, rows, signal) = (&data.file, &spec.name, data.rows.len(), data.unit.column());
-    let drive = data.drive.map_or("no drive column", Drive::column);
-    Reply {
-        counts: json!({ "rows": rows }),
-        result: json!({ "in_force": run_json::in_force(spec), "signal": signal }),
-        ..Reply::planned(out, |to| {
-            format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}")
-        })
-    }
 }

@@ -61,15 +61,25 @@ pub fn run(asked: &Asked<ClusterRequest>, context: &Context<'_>) -> Result<Reply
     let whole = absolute(&folder(spec.run.out.as_ref(), &spec.name, "sweep"))?;
     let program = std::env::current_exe().map_err(|e| Error::io("vibrissa", e))?;
     let at_a_time = asked.at_a_time.map_or(String::new(), |n| format!("%{n}"));
+    let Common { backend, adapter, precision, tolerance, .. } = &asked.common;
+    let mut options = format!(" --out {}", quoted(&whole)?);
+    let mut option = |flag: &str, value: Option<String>| {
+        value.into_iter().for_each(|x| options += &format!(" --{flag} {x}"))
+    };
+    option("backend", backend.map(|b| b.word().to_owned()));
+    option("adapter", adapter.as_deref().map(|a| quoted(Path::new(a))).transpose()?);
+    option("precision", precision.map(|p| p.word().to_owned()));
+    option("tolerance", tolerance.map(|t| format!("{t:e}")));
+    let unsafe_in_names = |c: char| !(c.is_ascii_alphanumeric() || "._-".contains(c));
     let fill = [
         ("@SHARDS@", asked.shards.to_string()),
         ("@AT_A_TIME@", at_a_time),
-        ("@NAME@", plain(&spec.name)),
+        ("@NAME@", spec.name.replace(unsafe_in_names, "_")),
         ("@FOLDER@", quoted(&here)?),
         ("@SPEC@", quoted(&absolute(&asked.spec)?)?),
         ("@OUT@", quoted(&whole)?),
         ("@PROGRAM@", quoted(&program)?),
-        ("@OPTIONS@", flags(&asked.common, &whole)?),
+        ("@OPTIONS@", options),
         ("@TRIES@", TRIES.to_string()),
     ];
     let of = json!({ "system": asked.system, "shards": asked.shards, "at_a_time": asked.at_a_time });
@@ -99,17 +109,6 @@ pub fn run(asked: &Asked<ClusterRequest>, context: &Context<'_>) -> Result<Reply
     Ok(Reply { text, ..reply })
 }
 
-fn flags(common: &Common, whole: &Path) -> Result<String, Error> {
-    let mut text = format!(" --out {}", quoted(whole)?);
-    let word =
-        |flag: &str, value: Option<String>| value.map_or(String::new(), |value| format!(" --{flag} {value}"));
-    text += &word("backend", common.backend.map(|b| b.word().to_owned()));
-    text += &word("adapter", common.adapter.as_deref().map(|a| quoted(Path::new(a))).transpose()?);
-    text += &word("precision", common.precision.map(|p| p.word().to_owned()));
-    text += &word("tolerance", common.tolerance.map(|t| format!("{t:e}")));
-    Ok(text)
-}
-
 /// Replaces each mark in `template` by its value, in one pass: a mark inside a value is kept.
 fn filled(template: &str, marks: &[(&str, String)]) -> String {
     let (mut text, mut rest) = (String::new(), template);
@@ -137,8 +136,4 @@ fn quoted(path: &Path) -> Result<String, Error> {
     } else {
         format!("'{}'", text.replace('\'', r"'\''"))
     })
-}
-
-fn plain(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect()
 }

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::{Asked, Context, Reply};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, document, html};
-use crate::explore::{Baked, TOLERANCE, bake_asked, remark, sound};
+use crate::explore::{TOLERANCE, bake_asked, remark, sound};
 use crate::sink::folder::Question;
 use crate::spec;
 
@@ -50,7 +50,10 @@ pub fn run(asked: &Asked<ExploreRequest>, context: &Context<'_>) -> Result<Reply
     let (census, chart) = (baked.census, &baked.chart);
     let coefficients = chart.coefficients(spec.study.setup.signal);
     let counts = json!({ "coefficients": coefficients, "taps_checked": census.taps, "taps_outside": census.outside, "bytes": page.len() });
-    let result = json!({ "strain_error": census.strain, "deviation_error": census.deviation, "domain": domain(&baked) });
+    let (domain, d) = (&baked.domain, &baked.domain.whiskers);
+    let domain = json!({ "D_mm": d.D, "d_tip_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": domain.hub, "a_mm": domain.a, "drive": d.drive });
+    let result =
+        json!({ "strain_error": census.strain, "deviation_error": census.deviation, "domain": domain });
     if context.is_in_memory() {
         let question = Question::of_scene("explore", &spec, Value::Null);
         let mut destination = context.open(&out, question, &[], None)?;
@@ -71,11 +74,6 @@ pub fn run(asked: &Asked<ExploreRequest>, context: &Context<'_>) -> Result<Reply
     );
     let (files, seconds, quiet) = (vec![out.clone()], context.seconds(), context.is_quiet());
     Ok(Reply { text, out: Some(out), files, counts, seconds, result, quiet, ..Reply::default() })
-}
-
-fn domain(baked: &Baked) -> Value {
-    let (domain, d) = (&baked.domain, &baked.domain.whiskers);
-    json!({ "D_mm": d.D, "d_tip_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": domain.hub, "a_mm": domain.a, "drive": d.drive })
 }
 
 /// Checks that `out` may be written: not a folder, not an input, and only an older page is replaced unless forced.

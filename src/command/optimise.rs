@@ -109,15 +109,6 @@ fn sought(search: &Search) -> &'static str {
     }
 }
 
-fn ending(ended: Ended) -> &'static str {
-    match ended {
-        Ended::Converged => "ended because several starts found the same, or all starts were made",
-        Ended::Evaluations => "ended with its evaluations spent: a larger budget searches on",
-        Ended::Seconds => "ended with its seconds spent: a larger budget searches on",
-        Ended::Interrupted => "ended by a signal",
-    }
-}
-
 fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed>, out: PathBuf) -> Reply {
     let (evaluations, seconds) = (search.budget.evaluations, search.budget.seconds);
     let most = evaluations.map(|n| format!("{n} evaluations"));
@@ -191,7 +182,12 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         let _ = writeln!(text, "front of {points} points, hypervolume {volume}");
     }
     let (evaluations, starts, own) = (grouped(report.evaluations), report.starts, report.seconds[1]);
-    let ended = ending(report.ended);
-    let _ = writeln!(text, "{evaluations} evaluations in {starts} starts, {own:.2} s; {ended}");
+    let ended = match report.ended {
+        Ended::Converged => "because several starts found the same, or all starts were made",
+        Ended::Evaluations => "with its evaluations spent: a larger budget searches on",
+        Ended::Seconds => "with its seconds spent: a larger budget searches on",
+        Ended::Interrupted => "by a signal",
+    };
+    let _ = writeln!(text, "{evaluations} evaluations in {starts} starts, {own:.2} s; ended {ended}");
     text + report.model_error.as_ref().map_or("", |(_, told)| told)
 }

@@ -57,42 +57,7 @@ pub struct PlanRequest {
 
 pub fn run(asked: &Asked<PlanRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
-    let goal = goal(asked)?;
-    let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
-    let rig = Rig::of_spec(&spec, &label)?;
-    rig.of_one_signal().map_err(|e| e.at(&label, None))?;
-    let options = context.prepared(&asked.common, Some(&mut spec))?;
-    let of_calibration = |path: &PathBuf| -> Result<_, Error> {
-        let calibration = context.calibration(path, options.force == Some(true))?;
-        let like = planned::like(&calibration, &rig, goal.gain, &path.display().to_string())?;
-        Ok((like, calibration.checksum))
-    };
-    let like = asked.like.as_ref().map(of_calibration).transpose()?;
-    let out = folder(options.out.as_ref(), &spec.name, "plan");
-    context.warn_all(&spec.warnings);
-    if options.plan == Some(true) {
-        return Ok(Reply::planned(out, |to| format!("{}: would plan a calibration in {to}", spec.name)));
-    }
-    let checksum = like.as_ref().map(|l| l.1.clone());
-    let of = json!({ "error": goal.error, "positions": goal.positions, "runs": goal.runs, "place": goal.place, "gain": goal.gain, "relative": goal.relative, "seed": goal.seed, "like": checksum });
-    let question = Question::of_scene("plan", &spec, of);
-    let mut destination = context.open(&out, question, &FILES, options.force)?;
-    let space = &spec.study.space;
-    let found = planned::plan(&rig, space, &goal, like.map(|l| l.0), &opener(&options))?;
-    let drive = rig.setup.drive;
-    let unit = Unit::of_signal(rig.setup.signal);
-    destination.table(table(&found, drive, unit)?)?;
-    destination.table(errors(&found)?)?;
-    destination.draw("plan.svg", || Ok(drawn(&found, drive, goal.error)))?;
-    let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
-    let (result, answer, text) = (result(&found, drive), answer(&found, goal.error), summary(&found, drive));
-    let body = json!({ "result": result });
-    let reply = Reply { answer, text, counts, result, ..Reply::default() };
-    reply.filed_of(&spec, destination, body, context)
-}
-
-fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
-    let &PlanRequest { error, positions, runs, place, gain, relative, seed, .. } = asked;
+    let &PlanRequest { error, positions, runs, place, gain, relative, seed, .. } = &**asked;
     let sizes = [
         ("--error", error, true),
         ("--place", place, false),
@@ -102,10 +67,41 @@ fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
     for (key, x, positive) in sizes {
         if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
             let allowed = if positive { "> 0 (mm)" } else { "≥ 0" };
-            return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed));
+            return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed).into());
         }
     }
-    Ok(PlanGoal { error, positions, runs, place, gain, relative, seed })
+    let goal = PlanGoal { error, positions, runs, place, gain, relative, seed };
+    let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
+    let rig = Rig::of_spec(&spec, &label)?;
+    rig.of_one_signal().map_err(|e| e.at(&label, None))?;
+    let options = context.prepared(&asked.common, Some(&mut spec))?;
+    let of_calibration = |path: &PathBuf| -> Result<_, Error> {
+        let calibration = context.calibration(path, options.force == Some(true))?;
+        let like = planned::like(&calibration, &rig, gain, &path.display().to_string())?;
+        Ok((like, calibration.checksum))
+    };
+    let like = asked.like.as_ref().map(of_calibration).transpose()?;
+    let out = folder(options.out.as_ref(), &spec.name, "plan");
+    context.warn_all(&spec.warnings);
+    if options.plan == Some(true) {
+        return Ok(Reply::planned(out, |to| format!("{}: would plan a calibration in {to}", spec.name)));
+    }
+    let checksum = like.as_ref().map(|l| l.1.clone());
+    let of = json!({ "error": error, "positions": positions, "runs": runs, "place": place, "gain": gain, "relative": relative, "seed": seed, "like": checksum });
+    let question = Question::of_scene("plan", &spec, of);
+    let mut destination = context.open(&out, question, &FILES, options.force)?;
+    let space = &spec.study.space;
+    let found = planned::plan(&rig, space, &goal, like.map(|l| l.0), &opener(&options))?;
+    let drive = rig.setup.drive;
+    let unit = Unit::of_signal(rig.setup.signal);
+    destination.table(table(&found, drive, unit)?)?;
+    destination.table(errors(&found)?)?;
+    destination.draw("plan.svg", || Ok(drawn(&found, drive, error)))?;
+    let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
+    let (result, answer, text) = (result(&found, drive), answer(&found, error), summary(&found, drive));
+    let body = json!({ "result": result });
+    let reply = Reply { answer, text, counts, result, ..Reply::default() };
+    reply.filed_of(&spec, destination, body, context)
 }
 
 fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {

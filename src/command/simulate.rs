@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{Asked, Context, Reply, folder, number, of_one_signal, whole};
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::locate::locator::opener;
 use crate::measure::Rig;
 use crate::scene::Column;
@@ -71,7 +71,32 @@ pub fn run(asked: &Asked<SimulateRequest>, context: &Context<'_>) -> Result<Repl
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     let rig = Rig::of_spec(&spec, &asked.spec.display().to_string())?;
     let options = context.prepared(&asked.common, Some(&mut spec))?;
-    let settings = settings(asked, &rig)?;
+    if rig.setup.channels.is_some() {
+        let allowed = "noise or covariance in [sensor] of the spec; the rest with one signal only";
+        of_one_signal(&[
+            ("--noise", asked.noise.is_some(), allowed),
+            ("--signal", asked.signal.is_some(), allowed),
+            ("--drift", asked.drift != 0.0, allowed),
+            ("--saturate", asked.saturate.is_some(), allowed),
+            ("--hysteresis", asked.hysteresis != 0.0, allowed),
+            ("--object", asked.object.is_some(), allowed),
+        ])?;
+    }
+    let settings = Settings {
+        repeats: asked.repeats,
+        noise: asked.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),
+        seed: asked.seed,
+        zero_every: asked.zero_every,
+        drift: asked.drift,
+        outliers: asked.outliers,
+        saturate: asked.saturate,
+        hysteresis: asked.hysteresis,
+        factor: asked.factor,
+        drive_offset: asked.drive_offset,
+        a_offset: asked.a_offset,
+        unit: simulate::recorded(&rig, asked.signal.as_deref(), "--signal")?,
+    };
+    settings.check()?;
     let read = |object: &PathBuf| -> Result<Strokes, Error> {
         strokes::check(&rig, &settings)?;
         Ok(context.read(object, "object", Strokes::parse)?)
@@ -137,35 +162,4 @@ pub fn run(asked: &Asked<SimulateRequest>, context: &Context<'_>) -> Result<Repl
     let body = json!({ "source": simulate::SOURCE, "settings": described });
     let (counts, result) = (json!(counts), json!({ "settings": described }));
     Reply { text, counts, result, ..Reply::default() }.filed_of(&spec, destination, body, context)
-}
-
-fn settings(asked: &SimulateRequest, rig: &Rig) -> Result<Settings, InputError> {
-    if rig.setup.channels.is_some() {
-        let allowed = "noise or covariance in [sensor] of the spec; the rest with one signal only";
-        of_one_signal(&[
-            ("--noise", asked.noise.is_some(), allowed),
-            ("--signal", asked.signal.is_some(), allowed),
-            ("--drift", asked.drift != 0.0, allowed),
-            ("--saturate", asked.saturate.is_some(), allowed),
-            ("--hysteresis", asked.hysteresis != 0.0, allowed),
-            ("--object", asked.object.is_some(), allowed),
-        ])?;
-    }
-    let unit = simulate::recorded(rig, asked.signal.as_deref(), "--signal")?;
-    let settings = Settings {
-        repeats: asked.repeats,
-        noise: asked.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),
-        seed: asked.seed,
-        zero_every: asked.zero_every,
-        drift: asked.drift,
-        outliers: asked.outliers,
-        saturate: asked.saturate,
-        hysteresis: asked.hysteresis,
-        factor: asked.factor,
-        drive_offset: asked.drive_offset,
-        a_offset: asked.a_offset,
-        unit,
-    };
-    settings.check()?;
-    Ok(settings)
 }

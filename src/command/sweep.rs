@@ -10,8 +10,7 @@ use serde_json::json;
 
 use super::{Asked, Content, Context, Reply, explain, folder, grouped, in_force, number, rough, shard};
 use crate::backend::{Backend, Choice};
-use crate::census::needed::Needed;
-use crate::census::sample;
+use crate::census::{needed::Needed, sample};
 use crate::curve::both::TAPS;
 use crate::digits::short;
 use crate::error::Error;
@@ -246,7 +245,9 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         );
     }
     let noisy = setup.is_noisy() == Some(true);
-    let columns = columns(by, noisy);
+    let mut columns = vec![RankBy::KSd, RankBy::ErrorRms];
+    columns.extend([RankBy::NoiseRms, RankBy::TotalRms].into_iter().filter(|_| noisy));
+    columns.extend((!columns.contains(&by)).then_some(by));
     let (symbol, unit) = drive_unit(setup.drive);
     let (shown, ranked, by_name) = (report.highlights.len(), grouped(report.ranked), by.word());
     let what = match (output.top, output.per) {
@@ -260,6 +261,7 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         let x = format!("{x:.4}");
         format!("{}{unit}", x.trim_end_matches('0').trim_end_matches('.'))
     };
+    let value = |k: &Kept, column| k.at.row.value(column, k.at.unit).map_or(String::new(), short);
     // Width, name and value of each column.
     let cells = |k: &Kept| -> Vec<(usize, &str, String)> {
         let (d, [tilt, lean]) = (&k.at.design, setup.directions);
@@ -282,39 +284,19 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         let end = if k.at.row.status.is_strained() { "  beyond the strain limit" } else { "" };
         text += &format!(" {}{end}\n", values.collect::<String>());
     }
-    text + &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said)
+    text += "error_rms_mm is the bias of the distance";
+    if columns.contains(&RankBy::TotalRms) {
+        text += ", noise_rms_mm what the noise of the gauge adds, total_rms_mm both in quadrature";
+    }
+    // The ranking ignores an existing noise without being asked to.
+    if noisy && by != RankBy::TotalRms && !output.by_said {
+        text += &format!(
+            "\n{by_name} holds no noise: `by = \"total_rms_mm\"` in [output] ranks by bias and noise"
+        );
+    }
+    text + "\n"
 }
 
 fn sized(x: f64) -> String {
     if x == 0.0 || (1e-2..1e5).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
-}
-
-fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
-    let mut columns = vec![RankBy::KSd, RankBy::ErrorRms];
-    if noisy {
-        columns.extend([RankBy::NoiseRms, RankBy::TotalRms]);
-    }
-    if !columns.contains(&by) {
-        columns.push(by);
-    }
-    columns
-}
-
-fn value(k: &Kept, column: RankBy) -> String {
-    k.at.row.value(column, k.at.unit).map_or(String::new(), short)
-}
-
-/// Explains the columns in mm; `silent`: the ranking ignores an existing noise without being asked to.
-fn explained(columns: &[RankBy], by: RankBy, silent: bool) -> String {
-    let mut text = "error_rms_mm is the bias of the distance".to_owned();
-    if columns.contains(&RankBy::TotalRms) {
-        text += ", noise_rms_mm what the noise of the gauge adds, total_rms_mm both in quadrature";
-    }
-    if silent {
-        text += &format!(
-            "\n{} holds no noise: `by = \"total_rms_mm\"` in [output] ranks by bias and noise",
-            by.word()
-        );
-    }
-    text + "\n"
 }

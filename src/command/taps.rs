@@ -11,10 +11,8 @@ use super::reply::framed;
 use super::{Asked, Context, Reply, folder, meant, named, number, stem};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
-use crate::measure::Names;
-use crate::measure::names::DISTANCE;
-use crate::record::rest::Rest;
-use crate::record::{Kind, Reading, Record, Take, find};
+use crate::measure::{Names, names::DISTANCE};
+use crate::record::{Kind, Reading, Record, Take, find, rest::Rest};
 use crate::scene::Drive;
 use crate::sink::{Field, Frame, Question, Values, heading};
 

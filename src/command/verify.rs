@@ -72,14 +72,12 @@ pub fn run(asked: &Asked<VerifyRequest>, context: &Context<'_>) -> Result<Reply,
         context.line("warning: no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
     }
     // The `out` of a spec is where a sweep of it goes: the census goes beside it.
-    let beside = |path: PathBuf| {
+    let out = asked.common.out.clone().unwrap_or_else(|| {
+        let Some(spec) = &spec else { return PathBuf::from("results/verify") };
+        let path = folder(written.as_ref(), &spec.name, "sweep");
         let mut name = path.file_name().unwrap_or_default().to_os_string();
         name.push("-verify");
         path.with_file_name(name)
-    };
-    let out = asked.common.out.clone().unwrap_or_else(|| match &spec {
-        Some(spec) => beside(folder(written.as_ref(), &spec.name, "sweep")),
-        None => PathBuf::from("results/verify"),
     });
     if let Some(spec) = &mut spec {
         spec.in_force.retain(|(key, ..)| !key.starts_with("run."));

@@ -48,7 +48,12 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     // If joining failed, an edited part is the better reason.
     part::unedited(&parts)?;
     joined?;
-    timed(&mut run, start.elapsed().as_secs_f64());
+    let merged = start.elapsed().as_secs_f64();
+    let total = run["seconds"]["total"].as_f64().unwrap_or(0.0) + merged;
+    (run["seconds"]["total"], run["seconds"]["merge"]) = (total.into(), merged.into());
+    if let Some(taps) = run["counts"]["taps"].as_f64().filter(|_| !run["taps_per_second"].is_null()) {
+        run["taps_per_second"] = (taps / total.max(1e-9)).into();
+    }
     folder.run_json(&run)?;
     let warnings = part::differences(&parts);
     let Written { files, removed } = folder.finish()?;
@@ -65,21 +70,17 @@ fn found(folders: &[PathBuf], out: Option<&Path>) -> Result<(Vec<Part>, PathBuf)
     Ok((parts, out))
 }
 
-fn tables(part: &Part) -> impl Iterator<Item = Table> {
-    Table::ALL.into_iter().filter(|table| part.lists(&table.file(part.format)))
-}
-
 fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Error> {
-    let order = Order::new(parts)?;
+    let (order, first) = (Order::new(parts)?, &parts[0]);
     let mut rows = [0u64; 3];
-    for table in tables(&parts[0]) {
+    for table in Table::ALL.into_iter().filter(|table| first.lists(&table.file(first.format))) {
         let open = |part| Source::open(part, table);
         let mut sources = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         if let Some(at) = sources.iter().position(|source| source.empty.names != sources[0].empty.names) {
             let why = format!("its {} has other columns than that of the first part", table.word());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
-        let mut sheet = sources[0].sheet(folder, &table.file(parts[0].format))?;
+        let mut sheet = sources[0].sheet(folder, &table.file(first.format))?;
         rows[table as usize] = order.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;
     }
@@ -151,6 +152,13 @@ fn whole(parts: &[Part], out: &Path) -> Value {
     }
     // Entries of one device stay with its part.
     run["backend"].as_object_mut().map(|backend| backend.shift_remove("device"));
+    let described = |part: &Part| {
+        let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
+        json!({
+            "folder": folder, "part": shard, "designs": run["shard"]["designs"], "backend": run["backend"],
+            "taps": run["counts"]["taps"], "handed_over": run["handed_over"], "seconds": run["seconds"]["total"], "files": run["files"],
+        })
+    };
     run["parts"] = parts.iter().map(described).collect();
     run
 }
@@ -173,22 +181,5 @@ fn sum(a: &Value, b: &Value) -> Value {
         (Some((a, b)), _) => (a + b).into(),
         (_, Some((a, b))) => (a + b).into(),
         _ => Value::Null,
-    }
-}
-
-fn described(part: &Part) -> Value {
-    let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
-    let (seconds, files, counts) = (&run["seconds"]["total"], &run["files"], &run["counts"]);
-    json!({
-        "folder": folder, "part": shard, "designs": run["shard"]["designs"], "backend": run["backend"], "taps": counts["taps"],
-        "handed_over": run["handed_over"], "seconds": seconds, "files": files,
-    })
-}
-
-fn timed(run: &mut Value, seconds: f64) {
-    let total = run["seconds"]["total"].as_f64().unwrap_or(0.0) + seconds;
-    (run["seconds"]["total"], run["seconds"]["merge"]) = (total.into(), seconds.into());
-    if let Some(taps) = run["counts"]["taps"].as_f64().filter(|_| !run["taps_per_second"].is_null()) {
-        run["taps_per_second"] = (taps / total.max(1e-9)).into();
     }
 }

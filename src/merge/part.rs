@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{ErrorKind, Read};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -41,16 +41,6 @@ impl Part {
             None => Err(edited(&self.folder, name, "is missing")),
         }
     }
-
-    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, Error> {
-        let ((path, mut file), mut bytes) = (self.file(name)?, Vec::new());
-        file.read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
-        Ok(bytes)
-    }
-
-    pub fn number(&self, key: &str) -> Option<u64> {
-        self.run["shard"][key].as_u64()
-    }
 }
 
 pub(super) fn refuse(folder: &Path, why: impl Into<String>, allowed: &str) -> Error {
@@ -76,7 +66,18 @@ fn absent(folder: &Path, e: std::io::Error) -> Error {
 pub(super) fn all(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     let found = found(folders)?;
     let parts = found.iter().map(|(shard, folder)| read(*shard, folder)).collect::<Result<Vec<_>, _>>()?;
-    of_one_question(&parts)?;
+    // All must have the same spec, version and backend.
+    let (first, of) =
+        (&parts[0], |part: &Part, place: &str| part.run.pointer(place).cloned().unwrap_or_default());
+    for part in &parts[1..] {
+        if let Some((place, what)) = SAME.iter().find(|(place, _)| of(first, place) != of(part, place)) {
+            let (here, there) = (of(part, place), of(first, place));
+            let other = first.folder.display();
+            let why = format!("this part and {other} are of another {what}: {here} and {there}");
+            let allowed = "parts of one spec, version, backend, precision and tolerance";
+            return Err(refuse(&part.folder, why, allowed));
+        }
+    }
     Ok(parts)
 }
 
@@ -130,22 +131,6 @@ const SAME: [(&str, &str); 8] = [
     // The tables contain it, so the whole can have only one.
     ("/spec/hash", "text of the spec, though its values are the same"),
 ];
-
-/// Fails unless all parts have the same spec, version and backend.
-fn of_one_question(parts: &[Part]) -> Result<(), Error> {
-    let first = &parts[0];
-    let of = |part: &Part, place: &str| part.run.pointer(place).cloned().unwrap_or_default();
-    for part in &parts[1..] {
-        if let Some((place, what)) = SAME.iter().find(|(place, _)| of(first, place) != of(part, place)) {
-            let (here, there) = (of(part, place), of(first, place));
-            let other = first.folder.display();
-            let why = format!("this part and {other} are of another {what}: {here} and {there}");
-            let allowed = "parts of one spec, version, backend, precision and tolerance";
-            return Err(refuse(&part.folder, why, allowed));
-        }
-    }
-    Ok(())
-}
 
 fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     let again = format!("the whole part: the same command with --shard {shard} makes it, or goes on with it");

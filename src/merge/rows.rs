@@ -3,14 +3,13 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 
 use super::Part;
 use super::part::refuse;
 use crate::error::{Error, InputError};
-use crate::sink::folder::unpack;
-use crate::sink::{Folder, Frame, Sheet, Table, TableFormat, parquet};
+use crate::sink::{Folder, Frame, Sheet, Table, TableFormat, folder::unpack, parquet};
 use crate::sweep::{PLACES, Place};
 
 pub(super) struct Order {
@@ -30,7 +29,8 @@ impl Order {
         if !parts[0].lists(PLACES) {
             return Ok(Self { parts: Vec::new(), kept: None });
         }
-        let (top, candidates) = (parts[0].number("top"), parts[0].number("candidates"));
+        let shard = &parts[0].run["shard"];
+        let (top, candidates) = (shard["top"].as_u64(), shard["candidates"].as_u64());
         let parts = parts.iter().map(places).collect::<Result<Vec<_>, _>>()?;
         let kept = top.map(|top| Kept::new(&parts, top, candidates));
         Ok(Self { parts, kept })
@@ -69,7 +69,9 @@ impl Order {
 
 fn places(part: &Part) -> Result<Vec<Place>, Error> {
     let wrong = || refuse(&part.folder, "its places.bin is no list of places", "the part as it was written");
-    unpack(&part.bytes(PLACES)?).ok_or_else(wrong)
+    let ((path, mut file), mut bytes) = (part.file(PLACES)?, Vec::new());
+    file.read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+    unpack(&bytes).ok_or_else(wrong)
 }
 
 impl Kept {

@@ -85,19 +85,15 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Designs of the chunk after `done` designs: few at first, until there is a bound.
-    fn chunk(&self, done: u64) -> u64 {
-        let most = (CHUNK / self.layout.block()).clamp(1, GROUP);
-        most.min(FIRST + (GROWTH - 1) * done)
-    }
-
     fn on_host(&self, run: &mut Run<'_>) -> Result<(), Error> {
-        let Range { start, end } = run.designs;
+        let (Range { start, end }, most) =
+            (run.designs.clone(), (CHUNK / self.layout.block()).clamp(1, GROUP));
         while start + run.reached.next < end {
             run.check_stop()?;
             let begun = Instant::now();
             let from = start + run.reached.next;
-            let to = end.min(from + self.chunk(run.reached.next));
+            // Few designs at first, until there is a bound.
+            let to = end.min(from + most.min(FIRST + (GROWTH - 1) * run.reached.next));
             let bound = bound(&mut run.reached.found, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
             let found = self.ranker.rank(self.layout, &ks, bound);

@@ -14,10 +14,8 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
-use crate::scene::{RankBy, Setup, Tuple};
-use crate::sink::run_json::Counts;
-use crate::sink::table::Chosen;
-use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow};
+use crate::scene::{RankBy, Tuple};
+use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow, run_json::Counts, table::Chosen};
 use crate::statistics::{Reduction, Told};
 
 const TOGETHER: usize = 1 << 12;
@@ -87,7 +85,11 @@ impl Group {
             all.extend(self.reduce(run, taps, from..self.designs.len().min(from + TOGETHER))?);
         }
         let by = run.study.listed_by();
-        all.iter().for_each(|one| run.absorb(&one.counts));
+        for one in &all {
+            run.reached.counts.taps += one.counts.taps;
+            run.reached.counts.combinations.add(&one.counts.combinations);
+            run.show(0);
+        }
         for &table in tables {
             write(run, taps, (table, kept), &all)?;
         }
@@ -102,12 +104,16 @@ impl Group {
     ) -> Result<Vec<Reduced<'g>>, Error> {
         let setup = &run.study.setup;
         let begin = |d: usize| {
-            Reduced::new(
-                setup,
-                taps,
-                (self.numbers[d], &self.designs[d]),
-                &self.outcomes[self.starts[d]..self.starts[d + 1]],
-            )
+            let (number, design) = (self.numbers[d], &self.designs[d]);
+            let (places, outcomes) =
+                (taps.places(number), &self.outcomes[self.starts[d]..self.starts[d + 1]]);
+            let tap = |t: &u32| taps.tap((number, &design.tuple), u64::from(*t));
+            let distances: Vec<Tuple> = places.distances.iter().map(tap).collect();
+            let strokes: Vec<Tuple> = places.strokes.iter().map(tap).collect();
+            let reduction =
+                Reduction::new(setup, design, taps.reach(number), (distances.len(), strokes.len()));
+            let (estimates, counts) = (vec![Estimated::NOTHING; outcomes.len()], Counts::default());
+            Reduced { number, design, places, distances, strokes, outcomes, reduction, estimates, counts }
         };
         let mut all: Vec<Reduced<'_>> = range.clone().into_par_iter().map(begin).collect();
         let asks = range.clone().zip(&all).flat_map(|(d, one)| {
@@ -128,15 +134,13 @@ impl Group {
                 self.tasks(taps, taken.clone()).into_iter().zip(&self.outcomes[taken]).map(ask).collect();
             both.extend(run.more(|setup, evaluator| both::both(setup, evaluator, &self.designs, &asks))?);
         }
-        let mut places = Vec::with_capacity(all.len());
         let mut of_curves = 0;
-        for (d, one) in range.zip(&all) {
-            places.push((
-                of_curves..of_curves + one.strokes.len(),
-                self.starts[d] - first..self.starts[d + 1] - first,
-            ));
+        let place = |(d, one): (usize, &Reduced<'_>)| {
+            let from = of_curves;
             of_curves += one.strokes.len();
-        }
+            (from..of_curves, self.starts[d] - first..self.starts[d + 1] - first)
+        };
+        let places: Vec<_> = range.zip(&all).map(place).collect();
         all.par_iter_mut().zip(places).for_each(|(one, (strokes, rows))| {
             one.reduce(taps, curves.get(strokes).unwrap_or_default(), both.get(rows).unwrap_or_default());
         });
@@ -156,22 +160,7 @@ struct Reduced<'g> {
     counts: Counts,
 }
 
-impl<'g> Reduced<'g> {
-    fn new(
-        setup: &Setup,
-        taps: &'g Taps<'_>,
-        (number, design): (u64, &'g Design),
-        outcomes: &'g [Outcome],
-    ) -> Self {
-        let places = taps.places(number);
-        let tap = |t: &u32| taps.tap((number, &design.tuple), u64::from(*t));
-        let distances: Vec<Tuple> = places.distances.iter().map(tap).collect();
-        let strokes: Vec<Tuple> = places.strokes.iter().map(tap).collect();
-        let reduction = Reduction::new(setup, design, taps.reach(number), (distances.len(), strokes.len()));
-        let (estimates, counts) = (vec![Estimated::NOTHING; outcomes.len()], Counts::default());
-        Self { number, design, places, distances, strokes, outcomes, reduction, estimates, counts }
-    }
-
+impl Reduced<'_> {
     fn at(&self, t: usize) -> ((usize, usize), Tuple) {
         let (i, j) = self.places.of[t];
         let (i, j) = (i as usize, j as usize);

@@ -15,9 +15,7 @@ use crate::error::Error;
 use crate::kernel::gpu::Log;
 use crate::recommend::{self, Standing};
 use crate::sink::folder::{Folder, Left};
-use crate::sink::parquet::More;
-use crate::sink::run_json::Counts;
-use crate::sink::table::AtDrive;
+use crate::sink::{parquet::More, run_json::Counts, table::AtDrive};
 
 pub const EVERY: Duration = Duration::from_secs(2);
 /// Saving takes at most 1/`SHARE` of the time.
@@ -80,7 +78,7 @@ impl Run<'_> {
             self.progress.begin(reached.counts.taps);
             (left, self.reached, more) = (Some(found), reached, kept);
         }
-        self.writers = Writers::new((self.study, self.plan), about, folder, more)?;
+        self.writers = Writers::new((self.study, self.plan), about, Some(folder), more)?;
         Ok(left)
     }
 

@@ -18,16 +18,14 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
-use crate::census::needed::Needed;
-use crate::census::sample::Row;
+use crate::census::{needed::Needed, sample::Row};
 use crate::error::{Error, InputError};
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;
 use crate::scene::{Setup, Spec, Study, Tuple};
-use crate::sink::folder::unpack;
 use crate::sink::run_json::{self, Counts, Seconds};
-use crate::sink::{Folder, Shard, Written};
+use crate::sink::{Folder, Shard, Written, folder::unpack};
 use keep::{Keeper, Reached, State};
 use output::{About, Writers};
 use running::Run;
@@ -120,7 +118,7 @@ fn attempt(
     let mut run = Run::new((study, plan), method, (target.stop, progress));
     let mut resumed = None;
     match folder {
-        None => run.writers = Writers::in_memory(study, plan)?,
+        None => run.writers = Writers::new((study, plan), &about, None, Vec::new())?,
         Some(mut folder) => {
             resumed = run.go_on(&about, &mut folder)?;
             let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
@@ -138,15 +136,11 @@ fn attempt(
     let taps = Taps::new(&study.space);
     let done = running::run(&mut run, &taps).and_then(|()| checked(&run, &taps, needed));
     let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, .. } = run;
-    let (told, tables) = match done.and_then(|told| Ok((told, writers.close()?))) {
-        Ok(done) => done,
-        Err(e) => {
-            return Err(match keeper {
-                Some(keeper) => keeper.folder.explain(e),
-                None => e,
-            });
-        }
-    };
+    let done = done.and_then(|told| Ok((told, writers.close()?)));
+    let (told, tables) = done.map_err(|e| match &keeper {
+        Some(keeper) => keeper.folder.explain(e),
+        None => e,
+    })?;
     let Some(model_error) = told else { return Ok(None) };
     let (standing, offered) = (shown.standing(), shown.offered);
     let (highlights, by_design) = shown.into_rows(study.output.top.is_some() || study.output.by_said);
@@ -245,21 +239,17 @@ fn checked(
     needed: Option<&mut Needed>,
 ) -> Result<Option<Option<Value>>, Error> {
     let Some(needed) = needed else { return Ok(Some(None)) };
-    let kept = run.reached.kept.as_deref().unwrap_or_default();
-    if !needed.keeps(&rows(taps, kept), true, &|| run.check_stop())? {
-        return Ok(None);
-    }
-    let mut told = needed.summary();
-    told["taps_by_full_model"] = run.mended().into();
-    Ok(Some(Some(told)))
-}
-
-fn rows(taps: &Taps<'_>, kept: &[(u64, u32)]) -> Vec<Row> {
     let row = |&(k, stroke): &(u64, u32)| {
         let (design, places) = (taps.design(k), taps.places(k));
         let own = (0..).zip(&places.of).filter(|(_, (_, j))| *j == stroke);
         let own: Vec<Tuple> = own.map(|(t, _)| taps.tap((k, &design), t)).collect();
         Row::new(own[0], own.iter().map(|t| t.a).collect())
     };
-    kept.iter().map(row).collect()
+    let rows: Vec<Row> = run.reached.kept.iter().flatten().map(row).collect();
+    if !needed.keeps(&rows, true, &|| run.check_stop())? {
+        return Ok(None);
+    }
+    let mut told = needed.summary();
+    told["taps_by_full_model"] = run.mended().into();
+    Ok(Some(Some(told)))
 }

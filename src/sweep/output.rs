@@ -12,8 +12,9 @@ use crate::error::Error;
 use crate::plan::Plan;
 use crate::scene::{Space, Spec, Study};
 use crate::sink::folder::{Listed, Output, pack};
-use crate::sink::parquet::More;
-use crate::sink::{Folder, Frame, Question, Shard, Sheet, Table, TableFormat, free_memory, hash, run_json};
+use crate::sink::{
+    Folder, Frame, Question, Shard, Sheet, Table, TableFormat, free_memory, hash, parquet::More, run_json,
+};
 
 #[derive(Debug)]
 pub(super) struct About {
@@ -128,43 +129,42 @@ pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
 }
 
 impl Writers {
-    pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
-        let mut all = Self::default();
+    /// In `folder`, where the files may have `more` rows; in memory without one.
+    pub fn new(
+        (study, plan): (&Study, &Plan),
+        about: &About,
+        mut folder: Option<&mut Folder>,
+        more: Vec<Option<More>>,
+    ) -> Result<Self, Error> {
         let bytes = wanted(study, plan).map(|table| {
             let width = table.heading().names(&study.setup).len() as u64;
             plan.rows[table as usize].saturating_mul(8 * width)
         });
         let bytes = bytes.fold(0, u64::saturating_add);
-        if let Some(room) = free_memory().filter(|room| bytes > *room) {
+        let room = if folder.is_none() { free_memory() } else { None };
+        if let Some(room) = room.filter(|room| bytes > *room) {
             let [bytes, room] = [bytes, room].map(|bytes| bytes as f64 / 1e9);
             let why = format!("the tables take {bytes:.1} GB, and there are {room:.1} GB of memory");
             let help = "leave out output.tuples, say output.top, or write files";
             return Err(Error::Run(format!("{why}: {help}")));
         }
+        let (mut all, mut more) = (Self::default(), more.into_iter());
         for table in wanted(study, plan) {
-            let mut frame = table.heading().frame_for(&study.setup);
-            frame.reserve(plan.rows[table as usize])?;
-            all.sheets[table as usize] = Some(Sheet::Memory(frame));
+            let mut empty = table.heading().frame_for(&study.setup);
+            all.sheets[table as usize] = Some(match &mut folder {
+                Some(folder) => {
+                    let (output, what) =
+                        (folder.file(&table.file(about.format))?, (&empty, &*about.provenance));
+                    Sheet::new(about.format, output, what, more.next().flatten())?
+                }
+                None => {
+                    empty.reserve(plan.rows[table as usize])?;
+                    Sheet::Memory(empty)
+                }
+            });
         }
+        all.places = folder.filter(|_| about.places).map(|folder| folder.file(PLACES)).transpose()?;
         Ok(all)
-    }
-
-    pub fn new(
-        (study, plan): (&Study, &Plan),
-        about: &About,
-        folder: &mut Folder,
-        more: Vec<Option<More>>,
-    ) -> Result<Self, Error> {
-        let (mut sheets, mut more) = ([const { None }; 3], more.into_iter());
-        for table in wanted(study, plan) {
-            let output = folder.file(&table.file(about.format))?;
-            let empty = table.heading().frame_for(&study.setup);
-            let what = (&empty, about.provenance.as_str());
-            let sheet = Sheet::new(about.format, output, what, more.next().flatten())?;
-            sheets[table as usize] = Some(sheet);
-        }
-        let places = about.places.then(|| folder.file(PLACES)).transpose()?;
-        Ok(Self { sheets, places })
     }
 
     /// The files until now, and the data that [`Self::new`] needs to continue them.

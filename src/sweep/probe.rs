@@ -1,6 +1,5 @@
 //! Estimates the duration of a sweep by timing a few of its taps on its backend.
 
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::{Run, charted};
@@ -11,7 +10,7 @@ use crate::curve::both::TAPS;
 use crate::error::Error;
 use crate::kernel::ranking::Case;
 use crate::plan::{CHUNK, Plan};
-use crate::progress::Silent;
+use crate::progress::{NEVER, Silent};
 use crate::scene::{Layout, Space, Study, Tuple};
 
 /// A sample that takes this long is large enough, s.
@@ -27,8 +26,8 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let start = Instant::now();
     let method = choice.open(&study.setup.model)?;
     let opened = start.elapsed().as_secs_f64();
-    let (never, mut silent) = (AtomicBool::new(false), Silent);
-    let mut run = Run::new((study, plan), method, (&never, &mut silent));
+    let mut silent = Silent;
+    let mut run = Run::new((study, plan), method, (&NEVER, &mut silent));
     let more = CURVE * plan.curves as f64 + (TAPS as u64 * plan.both) as f64;
     let curves = 1.0 + more / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.rankers) {

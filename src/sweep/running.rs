@@ -14,7 +14,6 @@ use crate::plan::Plan;
 use crate::progress::{Progress, go_on};
 use crate::reduce::larger;
 use crate::scene::{Per, Setup, Study};
-use crate::sink::run_json::Counts;
 use crate::sink::{AtDrive, Frame, Table};
 
 pub(super) struct Run<'a> {
@@ -95,12 +94,6 @@ impl<'a> Run<'a> {
     /// Taps that the full model solved instead of the reduced one.
     pub fn mended(&self) -> u64 {
         self.reached.mended + self.evaluator.mended()
-    }
-
-    pub fn absorb(&mut self, status: &Counts) {
-        self.reached.counts.taps += status.taps;
-        self.reached.counts.combinations.add(&status.combinations);
-        self.show(0);
     }
 
     pub fn show(&mut self, more: u64) {

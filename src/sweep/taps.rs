@@ -83,11 +83,8 @@ impl<'a> Taps<'a> {
         match space {
             Space::Grid(factors) => {
                 let layout = Layout::new(factors);
-                let place = |t| {
-                    let (i, j) = layout.place(t);
-                    (i as u32, j as u32)
-                };
-                let places = Places::new((0..layout.block()).map(place).collect());
+                let places = (0..layout.block()).map(|t| layout.place(t)).map(|(i, j)| (i as u32, j as u32));
+                let places = Places::new(places.collect());
                 Self::Grid { layout, places }
             }
             Space::List(listed) => Self::List(List::new(listed)),

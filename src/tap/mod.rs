@@ -10,17 +10,16 @@ use std::sync::atomic::AtomicBool;
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::curve::both;
-use crate::error::Error;
-use crate::optimise::evaluate::Scorer;
-use crate::optimise::score::{Goal, Score};
-use crate::optimise::{TOLERANCE, no_axes};
+use crate::error::{Error, InputError};
+use crate::optimise::score::{Goal, Limit, Score};
+use crate::optimise::{TOLERANCE, evaluate::Scorer, no_axes};
 use crate::plan;
 use crate::progress::Progress;
 use crate::scene::{
     BackendChoice, Budget, Contact, Limits, Objective, Precision, RunOptions, Search, Setup, Study, Theory,
 };
 use crate::statistics::DriveRow;
-use search::{COARSE, Curve, STEPS, incomplete, overstrained, tried};
+use search::{COARSE, Curve, STEPS, tried};
 
 pub use search::{find, needed};
 pub use write::{k_names, result, table, unit};
@@ -153,7 +152,17 @@ fn best(
     let TapAsked { ends, objective, choice, needed, stop } = asked;
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
-    let search = search(setup, objective);
+    let strain_key = "gauge.strain_limit";
+    let strain = setup.gauge.strain_limit;
+    let search = Search {
+        objective,
+        weights: [1.0; 2],
+        seed: 0,
+        budget: Budget::default(),
+        variables: Vec::new(),
+        limits: Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false },
+        robust: None,
+    };
     let needed = needed.filter(|n| !n.left().is_empty());
     let full = needed.map(|n| Setup { model: n.full.model, ..setup.clone() });
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
@@ -166,16 +175,35 @@ fn best(
     curve.scorer.evaluator.spare = LEFT[1];
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
-    let free = |s: &Sample| search::relaxed(s, goal);
+    // All limits but that of the strain.
+    let free = |s: &Sample| {
+        let mut score = s.score;
+        score.set(Limit::Strain, f64::NEG_INFINITY);
+        goal.feasible(&score)
+    };
+    let name = unit(setup).0;
     let Some(unconstrained) = search::least(&mut curve, &samples, goal, &free)? else {
-        return Err(incomplete(setup, &samples).into());
+        let status = samples.iter().fold(samples[0].row.status, |all, s| all | s.row.status);
+        let why = format!("no {name} of the interval gives a complete row; the taps are {status}");
+        let allowed = "distances beyond the gauge and before the tip";
+        return Err(InputError::new(why).key("tap.a").allowed(allowed).into());
     };
     let kept = |s: &Sample| goal.feasible(&s.score);
     let optimum = match kept(&unconstrained) {
         true => Some(unconstrained),
         false => search::least(&mut curve, &samples, goal, &kept)?,
     };
-    let Some(optimum) = optimum else { return Err(overstrained(setup, &samples).into()) };
+    let Some(optimum) = optimum else {
+        let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
+        // Strain of the skin; a foil reads less.
+        let (times, limit) = (1.0 + over, setup.gauge.strain_limit);
+        let least = limit * times;
+        let error = InputError::new(format!(
+            "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {times:.3} times the limit"
+        ));
+        let error = error.key("gauge.strain_limit").value(limit);
+        return Err(error.allowed(format!("≥ {least:.4}, or a smaller {name}")).into());
+    };
     let (mut limited_by, at_bound) = search::limited_by(&optimum, ends, objective);
     let inside = matches!(limited_by, LimitedBy::Bias | LimitedBy::Noise);
     if inside
@@ -199,19 +227,4 @@ fn best(
     };
     report.why = write::why(setup, &report, ends, objective);
     Ok(report)
-}
-
-fn search(setup: &Setup, objective: Objective) -> Search {
-    let strain = setup.gauge.strain_limit;
-    let strain_key = "gauge.strain_limit";
-    let limits = Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false };
-    Search {
-        objective,
-        weights: [1.0; 2],
-        seed: 0,
-        budget: Budget::default(),
-        variables: Vec::new(),
-        limits,
-        robust: None,
-    }
 }

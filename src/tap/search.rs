@@ -11,11 +11,9 @@ use crate::census::sample::{Row, choosing_in};
 use crate::chart::ranges::Wanted;
 use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
-use crate::optimise::best::narrowed;
-use crate::optimise::no_axes;
-use crate::optimise::{Goal, Limit, Scorer};
+use crate::optimise::{Goal, Limit, Scorer, best::narrowed, no_axes};
 use crate::progress::{Progress, go_on};
-use crate::scene::{Axis, Layout, Objective, RunOptions, Setup, Signal, Study, Tuple};
+use crate::scene::{Axis, Layout, Objective, RunOptions, Signal, Study, Tuple};
 
 const MINIMA: usize = 6;
 /// Relative width at which the search for a minimum ends.
@@ -42,11 +40,6 @@ impl<'a> Curve<'a> {
         }
     }
 
-    pub fn turns(&mut self, drives: [f64; 2]) -> Result<bool, Error> {
-        let [before, after] = drives.map(|drive| self.scorer.sticking(&Tuple { drive, ..self.whisker }));
-        Ok(before? != after?)
-    }
-
     /// Samples at these drives, degrees or mm.
     pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
         self.evaluations += drives.len() as u64;
@@ -70,13 +63,6 @@ impl<'a> Curve<'a> {
         }
         self.at(&drives)
     }
-}
-
-/// True if all limits but the strain limit are kept.
-pub fn relaxed(s: &Sample, goal: Goal) -> bool {
-    let mut score = s.score;
-    score.set(Limit::Strain, f64::NEG_INFINITY);
-    goal.feasible(&score)
 }
 
 /// The best drive for which `allowed` holds, polished; `None` if it holds at none of `samples`.
@@ -120,7 +106,8 @@ pub fn kinked(curve: &mut Curve<'_>, at: &Sample, goal: Goal) -> Result<bool, Er
     let rise = |a: f64, b: f64| a + b - 2.0 * goal.value(&at.score);
     // Rise over the whole step against the half step: 2× for a kink, 4× for a parabola.
     let kink = rise(values[0], values[3]) < 1.5 * 2.0 * rise(values[1], values[2]);
-    Ok(kink && curve.turns([drives[0], drives[3]])?)
+    let mut sticks = |drive| curve.scorer.sticking(&Tuple { drive, ..curve.whisker });
+    Ok(kink && sticks(drives[0])? != sticks(drives[3])?)
 }
 
 pub fn limited_by(optimum: &Sample, ends: [f64; 2], objective: Objective) -> (LimitedBy, bool) {
@@ -165,8 +152,13 @@ pub fn find(
             }
             found => found?,
         };
-        let points = report.turns().into_iter().map(|drive| Tuple { drive, ..whisker });
-        let rows: Vec<Row> = points.map(&row).collect();
+        // The optima, the ends of the curve, and both sides of each change of status.
+        let ends = report.curve.first().into_iter().chain(report.curve.last());
+        let other = report.other.as_ref().and_then(|other| other.optimum.as_ref().ok());
+        let steps = report.curve.windows(2).filter(|s| s[0].row.status != s[1].row.status).flatten();
+        let optima = [&report.optimum, &report.unconstrained].into_iter().chain(other);
+        let drives = optima.chain(ends).chain(steps).map(|s| s.drive);
+        let rows: Vec<Row> = drives.map(|drive| row(Tuple { drive, ..whisker })).collect();
         if needed.keeps(&rows, true, &|| Ok(go_on(stop)?))? {
             let model_error = Some((needed.summary(), needed.sentence()));
             return Ok(Report { model_error, ..report });
@@ -180,17 +172,6 @@ pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error
     Needed::new(&study.setup, &choosing_in(&wanted, &layout), bound)
 }
 
-impl Report {
-    /// The drives of the optima, of the ends of the curve, and on both sides of each change of status.
-    fn turns(&self) -> Vec<f64> {
-        let ends = self.curve.first().into_iter().chain(self.curve.last());
-        let other = self.other.as_ref().and_then(|other| other.optimum.as_ref().ok());
-        let steps = self.curve.windows(2).filter(|s| s[0].row.status != s[1].row.status).flatten();
-        let optima = [&self.optimum, &self.unconstrained];
-        optima.into_iter().chain(other).chain(ends).chain(steps).map(|s| s.drive).collect()
-    }
-}
-
 /// Largest numbers of grid steps, one per attempt. The optimum is polished for any grid.
 pub const STEPS: &[f64] = &[1000.0, 200.0, 50.0];
 pub const COARSE: &[f64] = &[100.0, 50.0];
@@ -202,7 +183,17 @@ pub(super) fn tried(
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
-    beyond_gauge(setup, &layout)?;
+    let ([nearest, _], shared) = (layout.reach(), Design::new(setup, layout.design(0)).shared);
+    let plain = setup.signal == Signal::Strain && setup.channels.is_none();
+    // A contact at or before the gauge's near end: no drive gives it a signal.
+    if let Some(begins) = shared.map(|shared| shared.gauge[0]).filter(|begins| plain && nearest <= *begins) {
+        let name = write::unit(setup).0;
+        let error = InputError::new(format!(
+            "no {name} gives a complete row: a tap at {nearest} mm does not bend the gauge, which begins at {begins} mm (no_strain)"
+        ));
+        let allowed = format!("> {begins} mm, or a gauge nearer to the clamp");
+        return Err(error.key("tap.a").value(nearest).allowed(allowed).into());
+    }
     // A choice for few taps may be too fine: then f64 with its usual tolerance.
     let free = asked.choice.backend.reason == FEW;
     let looser = free.then(|| few(&RunOptions::default())).transpose()?;
@@ -223,43 +214,4 @@ pub(super) fn tried(
         .key("tap.a")
         .allowed("distances beyond the end of the gauge, a whisker that tapers less; or --backend reference, which takes its time")
         .into())
-}
-
-/// Refuses a contact at or before the gauge's near end: no drive gives it a signal.
-pub(super) fn beyond_gauge(setup: &Setup, layout: &Layout) -> Result<(), InputError> {
-    let design = Design::new(setup, layout.design(0));
-    let ([nearest, _], Some(shared)) = (layout.reach(), design.shared) else { return Ok(()) };
-    let begins = shared.gauge[0];
-    if setup.signal != Signal::Strain || setup.channels.is_some() || nearest > begins {
-        return Ok(());
-    }
-    let name = write::unit(setup).0;
-    Err(InputError::new(format!(
-        "no {name} gives a complete row: a tap at {nearest} mm does not bend the gauge, which begins at {begins} mm (no_strain)"
-    ))
-    .key("tap.a")
-    .value(nearest)
-    .allowed(format!("> {begins} mm, or a gauge nearer to the clamp")))
-}
-
-pub(super) fn incomplete(setup: &Setup, samples: &[Sample]) -> InputError {
-    let status = samples.iter().fold(samples[0].row.status, |all, s| all | s.row.status);
-    let name = write::unit(setup).0;
-    InputError::new(format!("no {name} of the interval gives a complete row; the taps are {status}"))
-        .key("tap.a")
-        .allowed("distances beyond the gauge and before the tip")
-}
-
-pub(super) fn overstrained(setup: &Setup, samples: &[Sample]) -> InputError {
-    let name = write::unit(setup).0;
-    let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
-    // Strain of the skin; a foil reads less.
-    let least = setup.gauge.strain_limit * (1.0 + over);
-    InputError::new(format!(
-        "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {:.3} times the limit",
-        1.0 + over
-    ))
-    .key("gauge.strain_limit")
-    .value(setup.gauge.strain_limit)
-    .allowed(format!("≥ {least:.4}, or a smaller {name}"))
 }

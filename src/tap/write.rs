@@ -6,8 +6,7 @@ use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::optimise::report;
 use crate::scene::{Convention, Drive, Foil, Objective, Setup, Study, Theory};
-use crate::sink::values::named;
-use crate::sink::{Field, Frame, drive_unit, heading};
+use crate::sink::{Field, Frame, drive_unit, heading, values::named};
 
 pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
     let name = if setup.drive == Drive::Angle { "tap angle" } else { "displacement" };

@@ -4,25 +4,14 @@ use std::path::Path;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use vibrissa::error::{Error, InputError};
+use vibrissa::error::Error;
 
 use super::spec::KEYWORDS;
 
 const HOME: &str = "vibrissa._errors";
 
 pub fn raise(py: Python<'_>, error: Error) -> PyErr {
-    match error {
-        Error::Input(e) => input(py, &e),
-        other => run(py, &other.to_string()),
-    }
-}
-
-pub fn run(py: Python<'_>, message: &str) -> PyErr {
-    let made = || py.import(HOME)?.getattr("RunError")?.call1((keywords(message),));
-    made().map_or_else(|e| e, PyErr::from_value)
-}
-
-pub fn input(py: Python<'_>, e: &InputError) -> PyErr {
+    let Error::Input(e) = error else { return run(py, &error.to_string()) };
     let made = || {
         let fields = PyDict::new(py);
         fields.set_item("key", e.key.as_deref().map(keywords))?;
@@ -33,6 +22,11 @@ pub fn input(py: Python<'_>, e: &InputError) -> PyErr {
         fields.set_item("line", e.line.filter(|_| file.is_some()))?;
         py.import(HOME)?.getattr("InputError")?.call((keywords(&e.message),), Some(&fields))
     };
+    made().map_or_else(|e| e, PyErr::from_value)
+}
+
+pub fn run(py: Python<'_>, message: &str) -> PyErr {
+    let made = || py.import(HOME)?.getattr("RunError")?.call1((keywords(message),));
     made().map_or_else(|e| e, PyErr::from_value)
 }
 

@@ -1,7 +1,7 @@
 //! Runs long work on a separate thread, without the interpreter's lock, so that Ctrl-C and callbacks work meanwhile.
 
 use std::collections::HashMap;
-use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -31,24 +31,20 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
 ) -> PyResult<Ended<T>> {
     check(py)?;
     let pool = own_pool(threads).map_err(|e| error::raise(py, e))?;
-    let working = Working::new();
     let stop = Arc::new(AtomicBool::new(false));
     let (tell, news) = channel();
     let news = Mutex::new(news);
     let asked = Arc::clone(&stop);
+    // The channel closes when the work ends.
     let whole = move || {
-        let told = tell.clone();
-        let work = move || {
-            work(&asked, &mut |part| {
-                let _ = told.send(ControlFlow::Continue(part));
-            })
-        };
-        let end = match pool {
+        let work = move || work(&asked, &mut |part| drop(tell.send(part)));
+        WORKING.fetch_add(1, Ordering::SeqCst);
+        let end = catch_unwind(AssertUnwindSafe(|| match pool {
             Some(pool) => pool.install(work),
             None => work(),
-        };
-        drop(working);
-        let _ = tell.send(ControlFlow::Break(end));
+        }));
+        WORKING.fetch_sub(1, Ordering::SeqCst);
+        end.unwrap_or_else(|panic| resume_unwind(panic))
     };
     let worker = Builder::new().stack_size(STACK).spawn(whole);
     let worker = worker.map_err(|e| error::run(py, &e.to_string()))?;
@@ -57,22 +53,19 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
         let mut heard = Ok(true);
         let next = py.detach(|| news.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(STEP));
         match next {
-            Ok(ControlFlow::Continue(part)) if interrupt.is_none() => heard = hear(part),
-            Ok(ControlFlow::Continue(_)) | Err(RecvTimeoutError::Timeout) => {}
-            Ok(ControlFlow::Break(end)) => {
-                return match (end, interrupt) {
-                    (Ok(value), interrupt) => Ok((value, interrupt.map(|(e, _)| e))),
-                    (Err(_), Some((e, _))) => Err(e),
-                    (Err(e), None) => Err(error::raise(py, e)),
-                };
-            }
+            Ok(part) if interrupt.is_none() => heard = hear(part),
+            Ok(_) | Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
-                let why = worker.join().err().map(|panic| {
-                    let text = panic.downcast_ref::<String>().map(String::as_str);
-                    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a thread ended").to_owned()
-                });
-                let why = why.unwrap_or_else(|| "a thread ended".to_owned());
-                return Err(error::run(py, &format!("this should not have happened: {why}")));
+                return match (worker.join(), interrupt) {
+                    (Ok(Ok(value)), interrupt) => Ok((value, interrupt.map(|(e, _)| e))),
+                    (Ok(Err(_)), Some((e, _))) => Err(e),
+                    (Ok(Err(e)), None) => Err(error::raise(py, e)),
+                    (Err(panic), _) => {
+                        let text = panic.downcast_ref::<String>().map(String::as_str);
+                        let why = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a thread ended");
+                        Err(error::run(py, &format!("this should not have happened: {why}")))
+                    }
+                };
             }
         }
         if interrupt.is_none() {
@@ -118,10 +111,6 @@ fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
     Ok(Some(pools.entry(n).or_insert(Arc::new(pool)).clone()))
 }
 
-pub fn forget_pools() {
-    std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
-}
-
 pub type Far = (u64, u64);
 
 /// Like [`run`], with calls of `progress(done, total)`; an interrupt discards the result.
@@ -145,21 +134,6 @@ const AMID: u8 = 2;
 static PROCESS: AtomicU8 = AtomicU8::new(WHOLE);
 static WORKING: AtomicUsize = AtomicUsize::new(0);
 
-pub struct Working(());
-
-impl Working {
-    pub fn new() -> Self {
-        WORKING.fetch_add(1, Ordering::SeqCst);
-        Self(())
-    }
-}
-
-impl Drop for Working {
-    fn drop(&mut self) {
-        WORKING.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
 pub fn is_forked() -> bool {
     PROCESS.load(Ordering::Relaxed) != WHOLE
 }
@@ -176,7 +150,7 @@ pub fn check(py: Python<'_>) -> PyResult<()> {
 #[pyfunction]
 pub fn forked(kept: Bound<'_, PyAny>) {
     std::mem::forget(kept.unbind());
-    forget_pools();
+    std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
     let amid = WORKING.swap(0, Ordering::SeqCst) > 0 || PROCESS.load(Ordering::Relaxed) == AMID;
     PROCESS.store(if amid { AMID } else { FORKED }, Ordering::SeqCst);
 }

@@ -8,17 +8,16 @@ use pyo3::prelude::*;
 use vibrissa::command;
 use vibrissa::error::{Error, InputError};
 use vibrissa::export::Export;
-use vibrissa::locate::object::By;
 use vibrissa::locate::{
-    Located, SaidZero, Sensor, Sequence, answers::Answers, locator::opener, stream::Ask, tare,
+    Located, SaidZero, Sensor, Sequence, answers::Answers, locator::opener, object::By, stream::Ask,
+    tare,
 };
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
 use super::error::{keywords, raise};
 use super::job;
-use super::table::FileGiven;
-use super::table::Table;
+use super::table::{FileGiven, Table};
 
 type About =
     (Option<&'static str>, &'static str, Vec<String>, Option<f64>, Vec<f64>, Vec<String>, Vec<String>);

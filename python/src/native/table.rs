@@ -23,8 +23,7 @@ use vibrissa::error::Error;
 use vibrissa::measure::Data;
 use vibrissa::scene::{Column, Drive, RankBy};
 use vibrissa::sink::heading::{Kind, fact};
-use vibrissa::sink::values::Words;
-use vibrissa::sink::{Frame, Values};
+use vibrissa::sink::{Frame, Values, values::Words};
 
 /// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
 /// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN
@@ -41,7 +40,14 @@ pub struct Table {
 impl Table {
     pub fn new(frame: Frame) -> Result<Self, Error> {
         let names: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
-        let arrays = names.iter().zip(frame.columns).map(|(name, values)| named(name, values)).collect();
+        // An unknown column of text is converted to the type of its contents.
+        let array = |(name, values): (&&str, Values)| match values {
+            Values::Words(words) if fact(name).is_none_or(|fact| fact.kind != Kind::Word) => {
+                array(words.typed())
+            }
+            values => array(values),
+        };
+        let arrays = names.iter().zip(frame.columns).map(array).collect();
         Self::of_arrays(&names, arrays, None).map_err(|e| Error::Run(e.to_string()))
     }
 
@@ -190,15 +196,7 @@ fn failed(py: Python<'_>, e: &ArrowError) -> PyErr {
     super::error::run(py, &e.to_string())
 }
 
-/// The column `name` for Arrow; an unknown column of text is converted to the type of its contents.
-pub fn named(name: &str, values: Values) -> ArrayRef {
-    match values {
-        Values::Words(words) if fact(name).is_none_or(|fact| fact.kind != Kind::Word) => array(words.typed()),
-        values => array(values),
-    }
-}
-
-pub fn array(values: Values) -> ArrayRef {
+fn array(values: Values) -> ArrayRef {
     match values {
         Values::Numbers(x) => {
             let nulls =

@@ -1,8 +1,7 @@
 //! Single taps: arrays in, arrays out.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::{Arc, atomic::Ordering};
 use std::time::Instant;
 
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
@@ -92,16 +91,14 @@ impl Taps {
     /// One tap of D, d, L_a, x_ss, l, a, drive, tilt and lean: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge,
     /// azimuth (degrees) and slide, only the strain unless `full`; status bits; whether it sticks; what should be known of it.
     #[pyo3(signature = (tap, full, /))]
-    #[allow(non_snake_case)]
     fn one(
         &self,
         py: Python<'_>,
         tap: [f64; 9],
         full: bool,
     ) -> PyResult<([f64; OUTPUTS], u16, bool, Vec<String>)> {
-        let [D, d, L_a, x_ss, l, a, drive, tilt, lean] = tap;
-        self.allowed(py, [tilt != 0.0, lean != 0.0])?;
-        let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
+        let tap = tuple(tap);
+        self.allowed(py, [tap.tilt, tap.lean].map(|x| x != 0.0))?;
         let (mut found, mut strain) = ([Told::default()], [f64::NAN]);
         let solved = job::here(py, || match full {
             true => self.taps.solve(|_| tap, told, &mut found),
@@ -204,6 +201,11 @@ impl Taps {
     }
 }
 
+#[allow(non_snake_case)]
+fn tuple([D, d, L_a, x_ss, l, a, drive, tilt, lean]: [f64; 9]) -> Tuple {
+    Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
+}
+
 /// Columns of taps: D, d, L_a, x_ss, l, a, drive, tilt, lean; each of one value, or of a value for each tap.
 pub struct Given([Vec<f64>; 9]);
 
@@ -225,19 +227,13 @@ impl Given {
         all.try_into().map(Self).map_err(|_| wrong())
     }
 
-    #[allow(non_snake_case)]
     pub fn tap(&self, i: usize) -> Tuple {
-        let at = |column: &Vec<f64>| column[if column.len() == 1 { 0 } else { i }];
-        let [D, d, L_a, x_ss, l, a, drive, tilt, lean] = self.0.each_ref().map(at);
-        Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
+        tuple(self.0.each_ref().map(|column| column[if column.len() == 1 { 0 } else { i }]))
     }
 
     /// Largest value of each column of the taps; NaN without a number.
-    #[allow(non_snake_case)]
     pub fn largest(&self) -> [f64; COLUMNS] {
-        let of = |column: &Vec<f64>| column.iter().copied().fold(f64::NAN, f64::max);
-        let [D, d, L_a, x_ss, l, a, drive, tilt, lean] = self.0.each_ref().map(of);
-        [D, d, L_a, x_ss, l, a, tilt, lean, drive]
+        tuple(self.0.each_ref().map(|column| column.iter().copied().fold(f64::NAN, f64::max))).to_array()
     }
 
     /// True for tilt, and for lean, if any tap has one; NaN counts as such.

@@ -155,7 +155,7 @@ impl Folder {
     }
 
     /// Adds to the error `e`, which ends the run, what is kept in the folder.
-    pub fn explain(self, e: Error) -> Error {
+    pub fn explain(&self, e: Error) -> Error {
         match (Left::words(&self.work.0), e) {
             (_, e @ Error::Input(_)) => e,
             (Some(kept), e) => Error::Run(format!("{e}; {kept}")),
