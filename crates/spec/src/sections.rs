@@ -102,9 +102,8 @@ impl<'a> Item<'a> {
             Form::Words(_) => self.own_word()?.into(),
             Form::Ends(interval) => {
                 let ends: [f64; 2] = self.numbers()?;
-                if !ends.iter().all(|end| interval.holds(*end)) || ends[0] >= ends[1] {
-                    return self.wrong("this is not a range");
-                }
+                let outside = ends.iter().any(|end| !interval.holds(*end));
+                self.wrong_if(outside || ends[0] >= ends[1], "this is not a range")?;
                 ends.to_vec().into()
             }
             _ => return Ok(None),
