@@ -22,7 +22,7 @@ use crate::locate::tared::Readings;
 use crate::locate::{Locator, Reading, SaidZero};
 use crate::measure::Names;
 use crate::scene::Drive;
-use crate::sink::{Field, LabCell, LabTable, Question, drive_unit, hash, heading};
+use crate::sink::{Field, LabTable, Question, drive_unit, hash, heading};
 use crate::status::Status;
 
 /// The next tap of an object.
@@ -140,7 +140,7 @@ fn read(
     let shifts = readings.numbers(SHIFT)?;
     let mut all = Vec::new();
     for (k, row) in readings.rows.iter().enumerate() {
-        let object = place.and_then(|k| row.fields.get(k)).map(LabCell::to_string).unwrap_or_default();
+        let object = place.and_then(|k| row.fields.get(k)).map(|c| c.text().into_owned()).unwrap_or_default();
         // Rows without an object are skipped if the column exists.
         let named = place.is_none() || !object.is_empty();
         if let Some(tap) = row.tap.as_ref().filter(|_| named) {

@@ -209,22 +209,18 @@ pub fn property(name: &str) -> Option<Property> {
     Property::ALL.into_iter().find(|property| property.about().column == name)
 }
 
+/// Name, type, unit, axis, scale, tables, when and meaning.
+type Line = (String, Option<Kind>, String, String, String, String, Only, String);
+
 /// All facts, in the order of tables.
 pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
     let mut all: Vec<Fact> = Vec::new();
     let mut firsts: HashMap<String, usize> = HashMap::new();
     let mut lines = csv::Reader::from_reader(&include_bytes!("columns.csv")[..]);
-    for line in lines.deserialize::<[String; 8]>() {
-        let [name, kind, unit, axis, scale, tables, when, meaning] = line.expect("columns.csv is a table");
+    for line in lines.deserialize::<Line>() {
+        let (name, kind, unit, axis, scale, tables, only, meaning) = line.expect("columns.csv is a table");
         let first = firsts.get(self::first(&name)).map(|place| &all[*place]);
-        let known =
-            |word| Kind::WORDS.iter().find(|(one, _)| *one == word).expect("columns.csv: a known type").1;
-        let kind = match kind.as_str() {
-            "" => first.map_or(Kind::Number, |first| first.kind),
-            word => known(word),
-        };
-        let only =
-            Only::WORDS.iter().find(|(word, ..)| *word == when).expect("columns.csv: a known `when`").1;
+        let kind = kind.or(first.map(|first| first.kind)).unwrap_or(Kind::Number);
         let inherited = |own: String, of: fn(&Fact) -> &String| match first {
             Some(first) if own.is_empty() => of(first).clone(),
             _ => own,

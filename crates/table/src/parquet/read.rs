@@ -96,8 +96,7 @@ fn column(reader: ColumnReader, rows: usize) -> Result<Values> {
         ColumnReader::ByteArrayColumnReader(reader) => {
             let mut words = Words::default();
             for word in read(reader, rows)? {
-                let word = word.as_ref().map_or(Ok(""), ByteArray::as_utf8)?;
-                words.push(word);
+                words.push(word.as_ref().map_or(Ok(""), ByteArray::as_utf8)?);
             }
             Values::Words(words)
         }
