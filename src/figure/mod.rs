@@ -15,8 +15,7 @@ pub mod sheet;
 pub mod svg;
 
 pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parallel, Path};
-pub use scale::Scale;
-pub use scale::{LOOK, Rgb, SERIES, series};
+pub use scale::{LOOK, Rgb, SERIES, Scale, series};
 
 use crate::error::{Error, InputError};
 use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};

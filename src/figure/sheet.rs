@@ -75,8 +75,8 @@ impl Table {
         let (mut left, mut right) = (0f64, 1.3 * size);
         loop {
             let wide = (cell - left - right).max(LEAST * size);
-            let rows: Vec<Row> =
-                panels.chunks(columns).map(|row| stacked(row, cell, wide, face, size)).collect();
+            let rows = panels.chunks(columns).map(|row| stacked(row, cell, wide, face, size));
+            let rows: Vec<Row> = rows.collect();
             let (mut more_left, mut more_right) = (left, right);
             for (row, room) in panels.chunks(columns).zip(&rows) {
                 for (panel, [_, y]) in row {
@@ -183,11 +183,9 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     // Labels of the last axis extend beyond it.
     let right = 2.5 * size + key::bar_width(by, &shades, MM * 0.5 * style.width, &face, size);
     let gap = ((w - left - right) / (p.axes.len().max(2) - 1) as f64).max(2.0 * size);
-    let broken = |room: f64| -> Vec<Vec<String>> {
-        p.axes.iter().map(|a| lines(&face, &a.label, (room - 4.0) / size)).collect()
-    };
+    let broken = |room: f64| p.axes.iter().map(|a| lines(&face, &a.label, (room - 4.0) / size)).collect();
     let fits = |all: &[Vec<String>]| all.iter().flatten().all(|l| length(&face, l) * size <= gap - 4.0);
-    let mut labels = broken(gap);
+    let mut labels: Vec<Vec<String>> = broken(gap);
     let most = |all: &[Vec<String>]| all.iter().map(Vec::len).max().unwrap_or(0) as f64;
     // If labels are longer than the gap, every second label is raised.
     let (mut raised, mut stacks) = (0.0, 1.0);
