@@ -10,10 +10,9 @@ use crate::design::{Design, Shared, amount, is_whisker};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::cpu::Cpu;
-use crate::physics::inverse::Inverse;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::solid::{distorted_linear, is_solid};
-use crate::physics::taper::Taper;
+use crate::physics::{inverse::Inverse, taper::Taper};
 use crate::scene::{Drive, Grip, Precision, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 

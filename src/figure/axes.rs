@@ -2,11 +2,9 @@
 
 use ttf_parser::Face;
 
-use super::drawing::open;
-use super::font::{length, lines};
 use super::marks::Place;
 use super::scale::{FAINT, INK};
-use super::{Anchor, Axis, Drawing, Mark, Panel, Rect, Scale, Stroke};
+use super::{Anchor, Axis, Drawing, Mark, Panel, Rect, Scale, Stroke, length, lines, open};
 
 pub const LEADING: f64 = 1.15;
 

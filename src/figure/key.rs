@@ -4,11 +4,9 @@ use indexmap::IndexMap;
 use ttf_parser::Face;
 
 use super::axes::{self, LEADING};
-use super::drawing::open;
-use super::font::{length, lines};
 use super::marks::{DOT, LINE, opacity, point};
 use super::scale::{self, INK, Shades, value};
-use super::{Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke};
+use super::{Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke, length, lines, open};
 
 /// Colour, opacity, and colour of the edge.
 type Area = (Rgb, f64, Option<Rgb>);

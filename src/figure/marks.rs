@@ -3,9 +3,8 @@
 use ttf_parser::Face;
 
 use super::drawing::{circle, closed, open};
-use super::font::length;
 use super::scale::{self, INK, LOOK, Shades};
-use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke};
+use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke, length};
 
 pub const LINE: f64 = 1.1;
 pub const DOT: f64 = 1.9;

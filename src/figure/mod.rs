@@ -18,8 +18,9 @@ pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parall
 pub use scale::{LOOK, Rgb, SERIES, Scale, series};
 
 use crate::error::{Error, InputError};
-use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};
-use font::Font;
+use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke, open};
+use font::{Font, length, lines};
+use scale::INK;
 
 vibrissa_core::choices! {
     /// Format of a figure; its word is the file ending.

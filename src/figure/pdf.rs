@@ -7,9 +7,8 @@ use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, Unico
 use pdf_writer::writers::ExtGraphicsState;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
 
-use super::font::{glyph, length};
-use super::scale::INK;
-use super::{Drawing, Figure, Font, Item, Rgb, Step};
+use super::font::glyph;
+use super::{Drawing, Figure, Font, INK, Item, Rgb, Step, length};
 
 const FONT: Name<'static> = Name(b"F");
 const POSTSCRIPT: Name<'static> = Name(b"Figure-Sans");

@@ -3,8 +3,7 @@
 use tiny_skia::{Color, FillRule, LineJoin, Mask, Paint, PathBuilder, Pixmap, StrokeDash, Transform};
 
 use super::font::outline;
-use super::scale::INK;
-use super::{Drawing, Font, Item, Rect, Rgb, Step, Stroke};
+use super::{Drawing, Font, INK, Item, Rect, Rgb, Step, Stroke};
 use crate::error::Error;
 
 /// Pixels to the inch.

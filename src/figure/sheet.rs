@@ -3,12 +3,10 @@
 use ttf_parser::Face;
 
 use super::axes::{self, LEADING};
-use super::drawing::open;
-use super::font::{length, lines};
 use super::key::{self, Entry};
 use super::marks::{self, Place};
 use super::scale::{INK, MUTED, Shades, along};
-use super::{Anchor, Drawing, Figure, MM, Panel, Parallel, Rect, Scale, Stroke, Style};
+use super::{Anchor, Drawing, Figure, MM, Panel, Parallel, Rect, Scale, Stroke, Style, length, lines, open};
 
 const GUTTER: f64 = 5.0;
 const GAP: f64 = 8.0;

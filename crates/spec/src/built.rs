@@ -7,12 +7,10 @@ use toml::de::{DeTable, DeValue};
 
 use super::properties::{first, is_axis, searched};
 use super::table::{self, Columns, Source};
-use super::{AxisItem, Document, Item, Result, Section, Sections, channels, keys};
+use super::{AxisItem, Document, InputError, Item, Limit, Result, Section, Sections, channels, keys};
 use crate::design::MOST;
-use crate::error::InputError;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
-use crate::text_file::Limit;
 
 struct Shape {
     diameter: Vec<[f64; 2]>,
@@ -293,10 +291,8 @@ pub(super) fn allowed(
         );
         return item.refuse(why, format!("no {key}, or {instead}"));
     }
-    if let Some(why) = built.upright(setup.model.surface).filter(|_| tilts) {
-        return item.refuse(why, "tilt = 0 and lean = 0");
-    }
-    Ok(())
+    let leans = built.upright(setup.model.surface).filter(|_| tilts);
+    leans.map_or(Ok(()), |why| item.refuse(why, "tilt = 0 and lean = 0"))
 }
 
 fn solid(setup: &Setup) -> Option<(&'static str, &'static str, String)> {

@@ -61,10 +61,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels
         (None, Some(item)) => (Some(square(&item, n)?), item),
         (None, None) => (None, item.clone()),
     };
-    let made = match rows.is_empty() {
-        true => Channels::of(&signals, covariance),
-        false => Channels::matrix(rows, covariance),
-    };
+    let listed = rows.is_empty();
+    let made = if listed { Channels::of(&signals, covariance) } else { Channels::matrix(rows, covariance) };
     let Some(channels) = made else {
         let allowed = section.known.key("covariance").map_or_else(String::new, Key::allowed);
         return place.refuse("this is the covariance of no noise: it is not positive definite", allowed);

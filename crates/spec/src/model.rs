@@ -223,25 +223,17 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     let half = 0.5 * foil.length;
     let (nearest, farthest) = (place[0] + 0.5 * grid[0], place[1] + 0.5 * grid[1]);
     let item = sections.section("gauge").get("foil")?;
-    let wrong = match () {
-        () if foil.length < grid[0] => format!(
-            "a foil of {} mm is shorter than its grid of {} mm: is it written in metres?",
-            foil.length, grid[0]
-        ),
-        () if foil.width > std::f64::consts::PI * base[1] => {
-            format!("a foil of {} mm is wider than the skin of the whisker is round", foil.width)
-        }
-        () if farthest < half => format!(
-            "the foil reaches over the clamp: its middle is at most {farthest} mm from there, and it is {} mm long",
-            foil.length
-        ),
-        () if nearest + half > length[1] => format!(
-            "the foil ends beyond the whisker: its middle is at least {nearest} mm from the clamp, it is {} mm long, and the largest L_a is {} mm",
-            foil.length, length[1]
-        ),
-        () => return Ok(()),
-    };
-    item.refuse(wrong, "a foil between the clamp and the tip, centred on the grid")
+    let (long, wide, [grid, _], [_, tip]) = (foil.length, foil.width, grid, length);
+    let allowed = "a foil between the clamp and the tip, centred on the grid";
+    let why = format!("a foil of {long} mm is shorter than its grid of {grid} mm: is it written in metres?");
+    item.refuse_if(long < grid, why, allowed)?;
+    let why = format!("a foil of {wide} mm is wider than the skin of the whisker is round");
+    item.refuse_if(wide > std::f64::consts::PI * base[1], why, allowed)?;
+    let why = format!("its middle is at most {farthest} mm from there, and it is {long} mm long");
+    item.refuse_if(farthest < half, format!("the foil reaches over the clamp: {why}"), allowed)?;
+    let why = format!("its middle is at least {nearest} mm from the clamp, it is {long} mm long");
+    let why = format!("the foil ends beyond the whisker: {why}, and the largest L_a is {tip} mm");
+    item.refuse_if(nearest + half > tip, why, allowed)
 }
 
 pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {

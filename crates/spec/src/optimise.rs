@@ -29,18 +29,13 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     let nominal = robust.as_ref().is_some_and(|r| r.calibrated == Calibrated::Nominal);
     if nominal && word.needs_sd() {
         let calibrated = section.get("robust")?.need("calibrated")?;
-        let message = format!(
-            "the spread of K is that of each whisker's own K; objective = \"{}\" needs it",
-            word.word()
-        );
+        let asked = format!("objective = \"{}\"", word.word());
+        let message = format!("the spread of K is that of each whisker's own K; {asked} needs it");
         return calibrated.refuse(message, "calibrated = \"each\", or objective = \"distance\"");
     }
     let leaning = |r: &Robust| {
-        r.tilts()
-            && r.properties.is_empty()
-            && Column::ALL
-                .iter()
-                .all(|c| r.sd[*c as usize] == 0.0 || [Column::Tilt, Column::Lean].contains(c))
+        let mut others = Column::ALL.into_iter().filter(|c| ![Column::Tilt, Column::Lean].contains(c));
+        r.tilts() && r.properties.is_empty() && others.all(|c| r.sd[c as usize] == 0.0)
     };
     if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
         let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
@@ -200,10 +195,8 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
             return item.refuse(why, "no tilt and lean in it, or contact = \"frictionless\" in [model]");
         }
     }
-    let ends = |column: Column| {
-        of(search, column)
-            .map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
-    };
+    let fixed = |column| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]);
+    let ends = |column| of(search, column).map_or_else(|| fixed(column), |v| [v.min, v.max]);
     let (base, tip) = (ends(Column::BaseDiameter), ends(Column::TipDiameter));
     if search.limits.tip_not_wider && tip[0] > base[1] {
         let message =

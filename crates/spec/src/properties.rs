@@ -134,9 +134,8 @@ pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'sta
 }
 
 pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
-    let nested = names.iter().filter_map(|name| name.split_once('.'));
-    let nested: Vec<_> =
-        ["k_theta", "k_y", "k_x"].map(|key| ("root", key)).into_iter().chain(nested).collect();
+    let mut nested: Vec<_> = ["k_theta", "k_y", "k_x"].map(|key| ("root", key)).into();
+    nested.extend(names.iter().filter_map(|name| name.split_once('.')));
     let all: Vec<&str> = names.iter().copied().chain(nested.iter().map(|(table, _)| *table)).collect();
     let inner = |(table, _): &(&str, &str)| {
         let own: Vec<&str> = nested.iter().filter(|(one, _)| one == table).map(|(_, key)| *key).collect();

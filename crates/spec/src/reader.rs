@@ -6,9 +6,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{Form, Key, LARGEST, Section};
-use super::sections;
+use super::{InputError, sections};
 use crate::design::MOST;
-use crate::error::InputError;
 use crate::scene::Interval;
 
 pub type Result<T> = std::result::Result<T, InputError>;

@@ -11,8 +11,7 @@ use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Value};
 
 use super::keys::Form;
-use super::{Document, Item, Result, keys, model};
-use crate::error::InputError;
+use super::{Document, InputError, Item, Result, keys, model};
 use crate::scene::{Estimate, Output, RankBy, Theory};
 
 pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Output) -> Result<()> {

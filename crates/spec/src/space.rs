@@ -4,10 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::properties::RigAxis;
-use super::{AxisItem, Item, Result, Sections, properties, tuple_file};
+use super::{AxisItem, Frame, Item, Result, Sections, properties, tuple_file};
 use crate::scene::space::MOST_TAPS;
 use crate::scene::{COLUMNS, Column, Drive, Listed, Rigs, Space};
-use crate::sink::Frame;
 
 pub(super) type ColumnKey = (&'static str, &'static str, Column);
 

@@ -7,8 +7,7 @@ use std::sync::Arc;
 
 use super::space::Read;
 use super::table::{self, Columns, Header, Source};
-use super::{AxisItem, Item, Result, Sections, properties, usual};
-use crate::error::InputError;
+use super::{AxisItem, InputError, Item, Result, Sections, properties, usual};
 use crate::fields::{fields, separator};
 use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;

@@ -12,10 +12,10 @@ use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
 
 use crate::error::{Error, InputError};
-use crate::frame::Frame;
 use crate::heading::Kind;
 use crate::kernel::gpu::quietly;
-use crate::values::{Values, Words};
+use crate::values::Words;
+use crate::{Frame, Values};
 
 /// Reader of the row groups, in order.
 pub struct Reader {
