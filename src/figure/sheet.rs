@@ -200,10 +200,8 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     let muted = |i: usize| p.muted[i] || !colours.share(p.values[i][p.colour]).is_finite();
     // Draw muted rows first, and the best (dark) rows last.
     let mut order: Vec<usize> = (0..p.values.len()).collect();
-    order.sort_by(|a, b| {
-        let key = |i: &usize| (!muted(*i), -p.values[*i][p.colour]);
-        key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1))
-    });
+    order.sort_by(|a, b| p.values[*b][p.colour].total_cmp(&p.values[*a][p.colour]));
+    order.sort_by_key(|i| !muted(*i));
     for i in order {
         let points: Vec<[f64; 2]> = p.values[i].iter().enumerate().map(|(k, x)| at(k, *x)).collect();
         let colour = if muted(i) { MUTED } else { along(colours.share(p.values[i][p.colour])) };

@@ -65,9 +65,7 @@ fn course(steps: &[Step]) -> String {
         let _ = match step {
             Step::To([x, y]) => write!(d, "M{x:.2} {y:.2}"),
             Step::Line([x, y]) => write!(d, "L{x:.2} {y:.2}"),
-            Step::Curve([a, b, c]) => {
-                write!(d, "C{:.2} {:.2} {:.2} {:.2} {:.2} {:.2}", a[0], a[1], b[0], b[1], c[0], c[1])
-            }
+            Step::Curve([[a, b], [p, q], [x, y]]) => write!(d, "C{a:.2} {b:.2} {p:.2} {q:.2} {x:.2} {y:.2}"),
             Step::Close => write!(d, "Z"),
         };
     }

@@ -161,10 +161,8 @@ impl<'a> Sections<'a> {
                 return Err(item.error(message));
             };
             let keys = keys::section(name).names();
-            for (key, value) in table {
-                if !keys.contains(&&**key.get_ref()) {
-                    return Err(unknown(document, Some(name), key, value, &keys));
-                }
+            if let Some((key, value)) = table.iter().find(|(key, _)| !keys.contains(&&**key.get_ref())) {
+                return Err(unknown(document, Some(name), key, value, &keys));
             }
         }
         Ok(Self { document, user, more, warnings: RefCell::default() })
