@@ -19,7 +19,7 @@ use crate::locate::object::{NAME, SHIFT, shift_column};
 use crate::locate::{Locator, Reading, SaidZero, locator::opener, stream::Ask, tared::Readings};
 use crate::measure::Names;
 use crate::scene::Drive;
-use crate::sink::{Field, LabCell, LabTable, Question, drive_unit, hash, heading};
+use crate::sink::{Field, LabTable, Question, drive_unit, hash, heading};
 use crate::status::Status;
 
 /// The next tap of an object.
@@ -137,7 +137,7 @@ fn read(
     let shifts = readings.numbers(SHIFT)?;
     let mut all = Vec::new();
     for (k, row) in readings.rows.iter().enumerate() {
-        let object = place.and_then(|k| row.fields.get(k)).map(LabCell::to_string).unwrap_or_default();
+        let object = place.and_then(|k| row.fields.get(k)).map(|c| c.text().into_owned()).unwrap_or_default();
         // Rows without an object are skipped if the column exists.
         let named = place.is_none() || !object.is_empty();
         if let Some(tap) = row.tap.as_ref().filter(|_| named) {

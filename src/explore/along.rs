@@ -72,9 +72,8 @@ pub struct Along {
 
 /// Leading power of the drive in the deviation from the model's linear limit.
 fn own_power(setup: &Setup) -> i32 {
-    let theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
     let mut own = setup.clone();
-    own.estimate.theory = theory;
+    own.estimate.theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
     power(&own)
 }
 
@@ -94,8 +93,8 @@ impl Along {
         let power = own_power(setup);
         let maps = variables(setup, power);
         let ranges = domain.scaled(setup.drive);
-        let mut axes: [Axis; AXES] =
-            std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k], whole: false });
+        let axis = |k: usize| Axis { range: ranges[k], map: maps[k], whole: false };
+        let mut axes: [Axis; AXES] = std::array::from_fn(axis);
         let ratios: Vec<f64> = match setup.model.contact {
             Contact::Coulomb(mu) if mu > 0.0 => lobatto(ratios).iter().map(|x| x * mu).collect(),
             _ => Vec::new(),
@@ -146,17 +145,15 @@ impl Along {
             let place = || std::array::from_fn::<f64, AXES, _>(|k| self.axes()[k].place(q[k]));
             inside.then(|| (place(), skin(setup, &q)))
         };
-        let arcs: Vec<f64> = {
-            let (place, _) = at(0.5 * (x1 + x2))?;
-            self.branches.iter().map(|b| b.series[ARC].at(place)).collect()
-        };
+        let (middle, _) = at(0.5 * (x1 + x2))?;
+        let arcs: Vec<f64> = self.branches.iter().map(|b| b.series[ARC].at(middle)).collect();
         let shares = shares(&arcs);
         let read = |of: usize, place: [f64; AXES]| -> f64 {
             let held: f64 = self.branches.iter().zip(&shares).map(|(b, s)| s * b.series[of].at(place)).sum();
             held * own.powi(self.power)
         };
         if setup.signal != Signal::Strain {
-            return Some(read(SIGNAL, at(0.5 * (x1 + x2))?.0));
+            return Some(read(SIGNAL, middle));
         }
         let (mut sum, mut linear) = (0.0, 0.0);
         for [x, weight] in GAUSS {
@@ -176,9 +173,8 @@ fn shares(arcs: &[f64]) -> Vec<f64> {
     let nodes = lobatto(arcs.len().max(2));
     let at = |x: f64| -> Vec<f64> {
         let factor = |i: usize, j: usize| (x - nodes[j]) / (nodes[i] - nodes[j]);
-        (0..nodes.len())
-            .map(|i| (0..nodes.len()).filter(|j| *j != i).map(|j| factor(i, j)).product())
-            .collect()
+        let share = |i| (0..nodes.len()).filter(|j| *j != i).map(|j| factor(i, j)).product();
+        (0..nodes.len()).map(share).collect()
     };
     let arc = |x: f64| arcs.iter().zip(at(x)).map(|(arc, share)| arc * share).sum::<f64>();
     match arcs {

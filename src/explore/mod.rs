@@ -32,11 +32,13 @@ const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 
 /// `tolerance`, or an error if it is out of range.
 pub fn sound(tolerance: f64) -> Result<f64, InputError> {
-    if (ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
-        return Ok(tolerance);
-    }
+    let [from, to] = ALLOWED;
     let e = InputError::new("this is not a tolerance of a page's chart").key("tolerance").value(tolerance);
-    Err(e.allowed(format!("{:e} to {:e}", ALLOWED[0], ALLOWED[1])))
+    if (from..=to).contains(&tolerance) {
+        Ok(tolerance)
+    } else {
+        Err(e.allowed(format!("{from:e} to {to:e}")))
+    }
 }
 
 /// Keys of whiskers other than cones.
@@ -72,78 +74,66 @@ pub fn theory(setup: &Setup) -> Theory {
 /// A remark for the user about a page of `setup`.
 pub fn remark(setup: &Setup) -> Option<String> {
     let (asked, told) = (setup.estimate.theory, theory(setup));
-    let text = || {
-        let (asked, told) = (asked.word(), told.word());
-        format!(
-            "a page tells distances by a formula, here {told}; the spec says theory = \"{asked}\", as sweep and tap tell them"
-        )
-    };
-    (asked != told).then(text)
+    let (one, other) = (told.word(), asked.word());
+    let by = format!("a page tells distances by a formula, here {one}");
+    (asked != told).then(|| format!("{by}; the spec says theory = \"{other}\", as sweep and tap tell them"))
 }
 
 /// [`bake`] to the tolerance `asked`, else to the least of [`TOLERANCE`] and larger ones that a chart reaches; returns it too.
 pub fn bake_asked(spec: &Spec, asked: Option<f64>) -> Result<(Baked, f64), Error> {
     let first = sound(asked.unwrap_or(TOLERANCE))?;
-    let failed = match bake(spec, first) {
-        Ok(baked) => return Ok((baked, first)),
-        Err(failed) => failed,
-    };
-    let larger = LOOSER.into_iter().filter(|_| asked.is_none());
-    larger.into_iter().find_map(|e| Some((bake(spec, e).ok()?, e))).ok_or(failed)
+    let mut larger = LOOSER.into_iter().filter(|_| asked.is_none());
+    bake(spec, first)
+        .map(|baked| (baked, first))
+        .or_else(|failed| larger.find_map(|e| Some((bake(spec, e).ok()?, e))).ok_or(failed))
 }
 
 /// The chart of the model of `spec` over its domain, with the largest relative strain error `strain`.
 /// Errors: a spec without ranges; a model without such a chart, or not smooth over the ranges. The error names key and allowed values.
 pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     let setup = &spec.study.setup;
-    let refuse = |message: &str, key: &str, value: &str, allowed: &str| {
-        Err(Error::from(InputError::new(message).key(key).value(value).allowed(allowed)))
+    let error = |message: &str, key: &str, value: &str, allowed: &str| {
+        Error::from(InputError::new(message).key(key).value(value).allowed(allowed))
+    };
+    let refuse = |wrong: bool, message: &str, key: &str, value: &str, allowed: &str| {
+        if wrong { Err(error(message, key, value, allowed)) } else { Ok(()) }
     };
     // The first of `keys` that the spec sets to another value than `off`.
     let written = |keys: &[&'static str], off: &str| {
         let is = |key: &str, (k, value, written): &(String, String, bool)| {
-            *written
-                && value != off
-                && k.strip_prefix(key).is_some_and(|s| s.is_empty() || s.starts_with('.'))
+            let rest = k.strip_prefix(key).filter(|_| *written && value != off);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
         keys.iter().copied().find(|key| spec.in_force.iter().any(|entry| is(key, entry))).unwrap_or(keys[0])
     };
-    if setup.model.geometry == Geometry::Linear {
-        return refuse("a page shows the exact rod", "model.geometry", "linear", "exact");
-    }
-    if setup.model.contact == Contact::Stick {
-        let message = "what holds a contact that always sticks has no chart";
-        return refuse(message, "model.contact", "stick", "frictionless, { coulomb = … }");
-    }
-    let pole = setup.model.pole_radius;
-    if matches!(setup.model.contact, Contact::Coulomb(f64::MIN_POSITIVE..)) && pole > 0.0 {
-        let message = "what holds a contact that rolls on a pole has no chart";
-        return refuse(message, "model.pole_radius", &pole.to_string(), "0, or a frictionless contact");
-    }
-    let Some(layout) = spec.study.space.layout() else {
+    let (model, pole) = (&setup.model, setup.model.pole_radius);
+    let linear = model.geometry == Geometry::Linear;
+    refuse(linear, "a page shows the exact rod", "model.geometry", "linear", "exact")?;
+    let (sticks, message) =
+        (model.contact == Contact::Stick, "what holds a contact that always sticks has no chart");
+    refuse(sticks, message, "model.contact", "stick", "frictionless, { coulomb = … }")?;
+    let rolls = matches!(model.contact, Contact::Coulomb(f64::MIN_POSITIVE..)) && pole > 0.0;
+    let (message, allowed) =
+        ("what holds a contact that rolls on a pole has no chart", "0, or a frictionless contact");
+    refuse(rolls, message, "model.pole_radius", &pole.to_string(), allowed)?;
+    let layout = spec.study.space.layout().ok_or_else(|| {
         let message = "a page needs ranges, not a list of tuples";
-        return refuse(message, "tuples", "a file", "[whisker], [gauge] and [tap]");
-    };
-    if !layout.is_upright() {
-        let key = written(&["tap.tilt", "tap.lean"], "0");
-        return refuse("a page bakes one chart, of upright poles", key, "not 0", "tilt = 0 and lean = 0");
-    }
-    if setup.gauge.second {
-        return refuse("a page shows what one gauge reads", "gauge.second", "true", "false");
-    }
-    if setup.built.is_some() {
-        let (message, key) = ("a page shows a cone clamped at its base", written(&BUILT, "0"));
-        return refuse(message, key, "more than a cone", "a cone: D, d, L_a and hub only");
-    }
+        error(message, "tuples", "a file", "[whisker], [gauge] and [tap]")
+    })?;
+    let (message, key) =
+        ("a page bakes one chart, of upright poles", written(&["tap.tilt", "tap.lean"], "0"));
+    refuse(!layout.is_upright(), message, key, "not 0", "tilt = 0 and lean = 0")?;
+    refuse(setup.gauge.second, "a page shows what one gauge reads", "gauge.second", "true", "false")?;
+    let (message, key) = ("a page shows a cone clamped at its base", written(&BUILT, "0"));
+    refuse(setup.built.is_some(), message, key, "more than a cone", "a cone: D, d, L_a and hub only")?;
     if let Some(all) = &setup.channels {
-        let (value, key) =
-            (format!("{} channels", all.rows.len()), written(&["sensor.signal", "sensor.matrix"], ""));
-        let allowed = "\"strain\", \"moment\" or \"force\"";
-        return refuse("a page shows what one signal tells", key, &value, allowed);
+        let (value, key) = (all.rows.len(), written(&["sensor.signal", "sensor.matrix"], ""));
+        let (value, allowed) = (format!("{value} channels"), "\"strain\", \"moment\" or \"force\"");
+        return Err(error("a page shows what one signal tells", key, &value, allowed));
     }
     if let Some(foil) = setup.gauge.foil {
         let value = format!("{} N/mm", foil.stiffness);
-        return refuse("a page shows what the bare skin reads", "gauge.foil", &value, "no foil");
+        return Err(error("a page shows what the bare skin reads", "gauge.foil", &value, "no foil"));
     }
     let domain = Domain::new(setup, &layout)?;
     for ratios in RATIOS {
@@ -155,7 +145,7 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     }
     let value = format!("a = {:?} mm", domain.a);
     let allowed = "narrower ranges: smaller drives, distances farther from the apex of the whisker";
-    refuse("the model is not smooth enough over these ranges for one chart", "tap", &value, allowed)
+    Err(error("the model is not smooth enough over these ranges for one chart", "tap", &value, allowed))
 }
 
 /// Largest x/a of the chart; beyond it the page extrapolates the strain.
@@ -246,8 +236,7 @@ impl Domain {
 
 fn middle(layout: &Layout, [lo, hi]: [f64; 2]) -> f64 {
     let half = 0.5 * (lo + hi);
-    let nearest = |axis: &Axis| {
-        axis.iter().min_by(|a, b| (a - half).abs().total_cmp(&(b - half).abs())).unwrap_or(half)
-    };
+    let off = |x: &f64| (x - half).abs();
+    let nearest = |axis: &Axis| axis.iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(half);
     layout.drives().filter(|axis| axis.len() < 10_000).map_or(half, nearest)
 }

@@ -27,8 +27,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             chart.read(setup.signal).map(|f| (NAMES[f].to_owned(), rows(&built.series[f]))).collect();
         json!({ "T_over_P": chart.ratios.get(k).copied().unwrap_or(0.0), "functions": functions })
     };
-    let axis =
-        |(name, axis): (&str, &Axis)| json!({ "name": name, "variable": axis.map, "range": axis.range });
+    let axis = |(name, x): (&str, &Axis)| json!({ "name": name, "variable": x.map, "range": x.range });
     let axes: Vec<Value> = AXIS_NAMES.into_iter().zip(chart.axes()).map(axis).collect();
     let (estimate, ranges) = (&setup.estimate, &domain.whiskers);
     let held = Held::new(&setup.model);
@@ -94,9 +93,7 @@ fn kept(spec: &Spec) -> Result<Value, Error> {
     let table: toml::Table = spec.text.parse().map_err(|e| fail(&e))?;
     let section = |name: &str, moved: &[&str]| -> Result<String, Error> {
         let mut section = table.get(name).and_then(toml::Value::as_table).cloned().unwrap_or_default();
-        moved.iter().for_each(|key| {
-            section.remove(*key);
-        });
+        section.retain(|key, _| !moved.contains(&key));
         if let (Some(fitted), Some(material)) = (fitted(spec), section.get_mut("material")) {
             *material = fitted;
         }

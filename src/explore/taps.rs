@@ -4,17 +4,15 @@ use rayon::prelude::*;
 
 use super::Domain;
 use super::along::{ARC, Along, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, SIGNAL, TAPER, linear};
-use crate::census;
-use crate::census::sample::{self, point};
+use crate::census::{self, sample};
 use crate::chart::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared, amount, is_whisker};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::cpu::Cpu;
-use crate::physics::inverse::Inverse;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::solid::{distorted_linear, is_solid};
-use crate::physics::taper::Taper;
+use crate::physics::{inverse::Inverse, taper::Taper};
 use crate::scene::{Drive, Grip, Precision, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 
@@ -126,8 +124,8 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
     let gauge = [-0.5, 0.5].map(|end| a * (q[PLACE] + end * POINT));
     let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };
     let theory = Inverse::new(StrainCurve::new(taper, gauge, hub, setup.drive, shear));
-    let tuple =
-        Tuple { D, d, L_a, x_ss: gauge[0], l: a * POINT, a: f64::NAN, drive: f64::NAN, ..Tuple::default() };
+    let (x_ss, l, none) = (gauge[0], a * POINT, f64::NAN);
+    let tuple = Tuple { D, d, L_a, x_ss, l, a: none, drive: none, ..Tuple::default() };
     let shared = Shared { theory, ..Shared::new(setup, (taper, L_a), None, (gauge, hub), None) };
     let drive = match setup.drive {
         Drive::Angle => q[DRIVE].to_degrees(),
@@ -197,5 +195,5 @@ fn whisker(domain: &Domain, i: usize, hub: f64) -> Tuple {
     let whisker = sample::sides(&domain.whiskers);
     // The distance stands between the lengths and the drive.
     let values = std::array::from_fn(|k| at([1, 2, 3, 4, 5, 7][k], whisker[k]));
-    Tuple { a: at(6, domain.a), ..point(values) }
+    Tuple { a: at(6, domain.a), ..sample::point(values) }
 }

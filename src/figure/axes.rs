@@ -2,11 +2,9 @@
 
 use ttf_parser::Face;
 
-use super::drawing::open;
-use super::font::{length, lines};
 use super::marks::Place;
 use super::scale::{FAINT, INK};
-use super::{Anchor, Axis, Drawing, Mark, Panel, Rect, Scale, Stroke};
+use super::{Anchor, Axis, Drawing, Mark, Panel, Rect, Scale, Stroke, length, lines, open};
 
 pub const LEADING: f64 = 1.15;
 
@@ -14,7 +12,7 @@ pub const LEADING: f64 = 1.15;
 type Ticks = (Vec<(f64, String)>, Vec<f64>);
 
 pub fn scales(panel: &Panel) -> [Scale; 2] {
-    let reach: Vec<[f64; 2]> = panel.marks.iter().flat_map(Mark::reach).map(|(x, y)| [x, y]).collect();
+    let reach: Vec<[f64; 2]> = panel.marks.iter().flat_map(Mark::reach).map(Into::into).collect();
     [(&panel.x, 0), (&panel.y, 1)].map(|(axis, k)| {
         let values = reach.iter().map(|p| p[k]);
         if panel.map().is_some() { Scale::tight(axis, values) } else { Scale::of(axis, values) }
@@ -84,14 +82,11 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Fa
         d.text([x - 4.5, at + 0.35 * size], words.clone(), size, Anchor::End, false);
         widest = widest.max(length(face, words) * size);
     }
-    for value in small_x {
-        let at = p.at(value, p.y.ends[0])[0];
-        d.stroke(open(&[[at, y + h], [at, y + h + 1.4]]), Stroke::solid(INK, 0.4), None);
-    }
-    for value in small_y {
-        let at = p.at(p.x.ends[0], value)[1];
-        d.stroke(open(&[[x - 1.4, at], [x, at]]), Stroke::solid(INK, 0.4), None);
-    }
+    let small_x = small_x.iter().map(|value| p.at(*value, p.y.ends[0])[0]);
+    let small_y = small_y.iter().map(|value| p.at(p.x.ends[0], *value)[1]);
+    let small = small_x.map(|at| [[at, y + h], [at, y + h + 1.4]]);
+    let small = small.chain(small_y.map(|at| [[x - 1.4, at], [x, at]]));
+    small.for_each(|ends| d.stroke(open(&ends), Stroke::solid(INK, 0.4), None));
     let mut base = y + h + 4.0 + words_below(panel, size) + size;
     for line in lines(face, &panel.x.text(), (cell[1] - cell[0]) / size) {
         let half = 0.5 * length(face, &line) * size;

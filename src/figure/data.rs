@@ -165,12 +165,9 @@ impl Path {
         Self { name: name.into(), colour, x, y }
     }
 
-    fn len(&self) -> usize {
-        self.x.len().min(self.y.len())
-    }
-
-    fn is_point(&self, i: usize) -> bool {
-        self.x[i].is_finite() && self.y[i].is_finite()
+    /// Whether each place has a point.
+    fn points(&self) -> impl Iterator<Item = bool> {
+        self.x.iter().zip(&self.y).map(|(x, y)| x.is_finite() && y.is_finite())
     }
 }
 
@@ -295,10 +292,10 @@ impl Mark {
     pub fn is_empty(&self) -> bool {
         match self {
             Self::Line { path, marker: None, .. } => {
-                !(1..path.len()).any(|i| path.is_point(i - 1) && path.is_point(i))
+                !path.points().zip(path.points().skip(1)).any(|(a, b)| a && b)
             }
             Self::Line { path, .. } | Self::Points { path, .. } | Self::Bars { path, .. } => {
-                !(0..path.len()).any(|i| path.is_point(i))
+                !path.points().any(|there| there)
             }
             Self::Area { path, .. } => path.x.len() < 3,
             Self::Cells(c) => !c.z.iter().any(|z| z.is_finite()),
@@ -313,16 +310,14 @@ impl Mark {
         match self {
             Self::Points { path, error, .. } if !error.is_empty() => {
                 let half = error.iter().map(|e| if e.is_finite() { *e } else { 0.0 });
-                let points = pairs(&path.x, &path.y).into_iter().zip(half);
-                points.flat_map(|((x, y), e)| [(x, y - e), (x, y + e)]).collect()
+                let points = path.x.iter().zip(&path.y).zip(half);
+                points.flat_map(|((x, y), e)| [(*x, y - e), (*x, y + e)]).collect()
             }
             Self::Line { path, .. } | Self::Points { path, .. } | Self::Area { path, .. } => {
                 pairs(&path.x, &path.y)
             }
             Self::Bars { path, .. } => {
-                let mut ends = pairs(&path.x, &path.y);
-                ends.extend(path.y.iter().map(|y| (0.0, *y)));
-                ends
+                pairs(&path.x, &path.y).into_iter().chain(path.y.iter().map(|y| (0.0, *y))).collect()
             }
             Self::Cells(c) => pairs(&[c.x[0], c.x[c.x.len() - 1]], &[c.y[0], c.y[c.y.len() - 1]]),
             Self::Rule { .. } | Self::Note { .. } => Vec::new(),

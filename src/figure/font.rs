@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
+use ttf_parser::{Face, GlyphId, OutlineBuilder, name_id::FAMILY};
 
 use super::drawing::{Anchor, Step};
 use crate::error::InputError;
@@ -43,9 +43,8 @@ impl Font {
         if let Some(lacks) = "0123456789−ABCabcθ".chars().find(|c| face.glyph_index(*c).is_none()) {
             return Err(refuse(format!("this font has no sign {lacks:?}")));
         }
-        let name =
-            face.names().into_iter().find(|n| n.name_id == ttf_parser::name_id::FAMILY && n.is_unicode());
-        let family = name.and_then(|n| n.to_string()).unwrap_or_else(|| "sans-serif".into());
+        let mut names = face.names().into_iter().filter(|n| n.name_id == FAMILY && n.is_unicode());
+        let family = names.next().and_then(|n| n.to_string()).unwrap_or_else(|| "sans-serif".into());
         Ok(Self { bytes: bytes.into(), family, file: Some(path.to_owned()) })
     }
 
@@ -104,8 +103,8 @@ pub fn outline(
     upwards: bool,
 ) -> Vec<Step> {
     let scale = size / f64::from(face.units_per_em());
-    let mut pen =
-        Pen { steps: Vec::new(), at, along: -anchor.share() * length(face, text) * size, scale, upwards };
+    let along = -anchor.share() * length(face, text) * size;
+    let mut pen = Pen { steps: Vec::new(), at, along, scale, upwards };
     for c in text.chars() {
         let id = glyph(face, c);
         face.outline_glyph(id, &mut pen);

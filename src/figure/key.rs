@@ -4,12 +4,9 @@ use indexmap::IndexMap;
 use ttf_parser::Face;
 
 use super::axes::{self, LEADING};
-use super::drawing::open;
-use super::font::{length, lines};
 use super::marks::{DOT, LINE, opacity, point};
-use super::scale::value;
-use super::scale::{self, INK, Shades};
-use super::{Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke};
+use super::scale::{self, INK, Shades, value};
+use super::{Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke, length, lines, open};
 
 /// Colour, opacity, and colour of the edge.
 type Area = (Rgb, f64, Option<Rgb>);
@@ -41,8 +38,8 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
             Mark::Rule { name, colour, dash, .. } => (name, *colour, Some(*dash), None, None),
             Mark::Points { path, marker, .. } => (&path.name, path.colour, None, Some(*marker), None),
             Mark::Bars { path, .. } => (&path.name, path.colour, None, None, Some((1.0, false))),
-            Mark::Area { path, outlined } => {
-                (&path.name, path.colour, None, None, Some((opacity(*outlined), *outlined)))
+            Mark::Area { path, outlined: edge } => {
+                (&path.name, path.colour, None, None, Some((opacity(*edge), *edge)))
             }
             Mark::Cells(_) | Mark::Note { .. } => continue,
         };
@@ -154,10 +151,9 @@ pub fn draw_bar(d: &mut Drawing, of: &Axis, shades: &Shades, inside: Rect, face:
     for i in 0..steps {
         let h = bar.h / steps as f64;
         let step = Rect { y: bar.y + bar.h - (i + 1) as f64 * h - more, h: h + 2.0 * more, ..bar };
-        let colour = match shades {
-            Shades::Scale(_) => scale::along((i as f64 + 0.5) / steps as f64),
-            Shades::Bands(all) => shades.colour(all[i]),
-        };
+        let band = if let Shades::Bands(all) = shades { all.get(i) } else { None };
+        let middle = || scale::along((i as f64 + 0.5) / steps as f64);
+        let colour = band.map_or_else(middle, |z| shades.colour(*z));
         d.fill(step.steps(), colour, 1.0, Some(bar));
     }
     axes::edge(d, bar);

@@ -3,9 +3,8 @@
 use ttf_parser::Face;
 
 use super::drawing::{circle, closed, open};
-use super::font::length;
 use super::scale::{self, INK, LOOK, Shades};
-use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke};
+use super::{Along, Anchor, Cells, Drawing, Mark, Marker, Panel, Rect, Rgb, Scale, Stroke, length};
 
 pub const LINE: f64 = 1.1;
 pub const DOT: f64 = 1.9;
@@ -203,8 +202,7 @@ fn pieces(mark: &Mark, p: &Place) -> Vec<Piece> {
         let pairs = points.windows(2).map(|w| [w[0], w[1]]);
         pairs.filter(|w| w.iter().flatten().all(|x| x.is_finite())).collect()
     };
-    let crossed =
-        |[x, y]: [f64; 2], r: f64| [[[x - r, y - r], [x + r, y + r]], [[x - r, y + r], [x + r, y - r]]];
+    let crossed = |[x, y]: [f64; 2], r: f64| [r, -r].map(|up| [[x - r, y - up], [x + r, y + up]]);
     match mark {
         Mark::Line { path, marker, .. } => {
             let points = p.all(&path.x, &path.y);
@@ -212,9 +210,8 @@ fn pieces(mark: &Mark, p: &Place) -> Vec<Piece> {
             joined(&points).into_iter().chain(dots).collect()
         }
         Mark::Area { path, .. } => {
-            let mut points = p.all(&path.x, &path.y);
-            points.extend(points.first().copied());
-            joined(&points)
+            let points = p.all(&path.x, &path.y);
+            joined(&[&points[..], &points[..points.len().min(1)]].concat())
         }
         Mark::Points { path, marker, error, .. } => {
             let r = if *marker == Marker::Ring { 1.8 * DOT } else { 1.2 * DOT };

@@ -15,12 +15,12 @@ pub mod sheet;
 pub mod svg;
 
 pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parallel, Path};
-pub use scale::Scale;
-pub use scale::{LOOK, Rgb, SERIES, series};
+pub use scale::{LOOK, Rgb, SERIES, Scale, series};
 
 use crate::error::{Error, InputError};
-use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke};
-use font::Font;
+use drawing::{Anchor, Drawing, Item, MM, Rect, Step, Stroke, open};
+use font::{Font, length, lines};
+use scale::INK;
 
 vibrissa_core::choices! {
     /// Format of a figure; its word is the file ending.

@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
+use pdf_writer::writers::ExtGraphicsState;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
 
-use super::font::{glyph, length};
-use super::scale::INK;
-use super::{Drawing, Figure, Font, Item, Rgb, Step};
+use super::font::glyph;
+use super::{Drawing, Figure, Font, INK, Item, Rgb, Step, length};
 
 const FONT: Name<'static> = Name(b"F");
 const POSTSCRIPT: Name<'static> = Name(b"Figure-Sans");
@@ -21,12 +21,11 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> Vec<u8> {
     let mut pdf = Pdf::new();
     pdf.catalog(catalog).pages(pages);
     pdf.pages(pages).kids([page]).count(1);
-    pdf.document_info(info)
-        .title(TextStr(&figure.title))
-        .subject(TextStr(&figure.caption))
-        .creator(TextStr("vibrissa"));
+    let mut about = pdf.document_info(info);
+    about.title(TextStr(&figure.title)).subject(TextStr(&figure.caption)).creator(TextStr("vibrissa"));
+    about.finish();
     let [w, h] = drawing.size.map(|x| x as f32);
-    let (content, opacities) = content(drawing, font);
+    let (content, opacities, used) = content(drawing, font);
     {
         let mut p = pdf.page(page);
         p.media_box(Rect::new(0.0, 0.0, w, h)).parent(pages).contents(contents);
@@ -34,15 +33,13 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> Vec<u8> {
         resources.fonts().pair(FONT, type0);
         let mut all = resources.ext_g_states();
         for percent in opacities {
-            let share = percent as f32 / 100.0;
-            all.insert(Name(state(percent).as_bytes()))
-                .start::<pdf_writer::writers::ExtGraphicsState>()
-                .non_stroking_alpha(share)
-                .stroking_alpha(share);
+            let (name, share) = (state(percent), percent as f32 / 100.0);
+            let mut state = all.insert(Name(name.as_bytes())).start::<ExtGraphicsState>();
+            state.non_stroking_alpha(share).stroking_alpha(share);
         }
     }
     pdf.stream(contents, &packed(&content)).filter(Filter::FlateDecode);
-    embed(&mut pdf, drawing, font, [type0, cid, descriptor, file, unicode]);
+    embed(&mut pdf, font, used, [type0, cid, descriptor, file, unicode]);
     pdf.finish()
 }
 
@@ -51,10 +48,10 @@ fn state(percent: u32) -> String {
     format!("O{percent}")
 }
 
-/// The content, and the opacities below 100 % in it.
-fn content(drawing: &Drawing, font: &Font) -> (Vec<u8>, BTreeSet<u32>) {
+/// The content, the opacities below 100 % in it, and its glyphs with their characters.
+fn content(drawing: &Drawing, font: &Font) -> (Vec<u8>, BTreeSet<u32>, BTreeMap<u16, char>) {
     let face = font.face();
-    let (mut c, mut opacities) = (Content::new(), BTreeSet::new());
+    let (mut c, mut opacities, mut used) = (Content::new(), BTreeSet::new(), BTreeMap::new());
     c.transform([1.0, 0.0, 0.0, -1.0, 0.0, drawing.size[1] as f32]);
     let rgb = |[r, g, b]: Rgb| [r, g, b].map(|x| f32::from(x) / 255.0);
     for item in &drawing.items {
@@ -74,9 +71,8 @@ fn content(drawing: &Drawing, font: &Font) -> (Vec<u8>, BTreeSet<u32>) {
                 }
                 if let Some(s) = stroke {
                     let [r, g, b] = rgb(s.colour);
-                    c.set_stroke_rgb(r, g, b)
-                        .set_line_width(s.width as f32)
-                        .set_line_join(LineJoinStyle::RoundJoin);
+                    c.set_stroke_rgb(r, g, b).set_line_width(s.width as f32);
+                    c.set_line_join(LineJoinStyle::RoundJoin);
                     if s.dash[0] > 0.0 {
                         c.set_dash_pattern(s.dash.map(|x| x as f32), 0.0);
                     }
@@ -92,6 +88,7 @@ fn content(drawing: &Drawing, font: &Font) -> (Vec<u8>, BTreeSet<u32>) {
             Item::Text { at: [x, y], text, size, anchor, upwards } => {
                 let back = anchor.share() * length(&face, text) * size;
                 let [r, g, b] = rgb(INK);
+                used.extend(text.chars().map(|s| (glyph(&face, s).0, s)));
                 let glyphs: Vec<u8> = text.chars().flat_map(|s| glyph(&face, s).0.to_be_bytes()).collect();
                 c.begin_text().set_fill_rgb(r, g, b).set_font(FONT, *size as f32);
                 let matrix = if *upwards {
@@ -103,7 +100,7 @@ fn content(drawing: &Drawing, font: &Font) -> (Vec<u8>, BTreeSet<u32>) {
             }
         }
     }
-    (c.finish().to_vec(), opacities)
+    (c.finish().to_vec(), opacities, used)
 }
 
 fn course(c: &mut Content, steps: &[Step]) {
@@ -118,15 +115,14 @@ fn course(c: &mut Content, steps: &[Step]) {
     }
 }
 
-fn embed(pdf: &mut Pdf, drawing: &Drawing, font: &Font, [type0, cid, descriptor, file, unicode]: [Ref; 5]) {
+fn embed(
+    pdf: &mut Pdf,
+    font: &Font,
+    used: BTreeMap<u16, char>,
+    [type0, cid, descriptor, file, unicode]: [Ref; 5],
+) {
     let face = font.face();
     let units = 1000.0 / f32::from(face.units_per_em());
-    let mut used = BTreeMap::new();
-    for item in &drawing.items {
-        if let Item::Text { text, .. } = item {
-            used.extend(text.chars().map(|c| (glyph(&face, c).0, c)));
-        }
-    }
     pdf.type0_font(type0)
         .base_font(POSTSCRIPT)
         .encoding_predefined(Name(b"Identity-H"))

@@ -1,12 +1,9 @@
 //! Writes a drawing as PNG.
 
-use tiny_skia::{
-    Color, FillRule, LineCap, LineJoin, Mask, Paint, PathBuilder, Pixmap, StrokeDash, Transform,
-};
+use tiny_skia::{Color, FillRule, LineJoin, Mask, Paint, PathBuilder, Pixmap, StrokeDash, Transform};
 
 use super::font::outline;
-use super::scale::INK;
-use super::{Drawing, Font, Item, Rect, Rgb, Step, Stroke};
+use super::{Drawing, Font, INK, Item, Rect, Rgb, Step, Stroke};
 use crate::error::Error;
 
 /// Pixels to the inch.
@@ -75,15 +72,9 @@ fn paint([r, g, b]: Rgb, opacity: f64) -> Paint<'static> {
 }
 
 fn line(s: &Stroke) -> tiny_skia::Stroke {
-    let dash =
-        (s.dash[0] > 0.0).then(|| s.dash.map(|x| x as f32).to_vec()).and_then(|d| StrokeDash::new(d, 0.0));
-    tiny_skia::Stroke {
-        width: s.width as f32,
-        dash,
-        line_cap: LineCap::Butt,
-        line_join: LineJoin::Round,
-        ..Default::default()
-    }
+    let lengths = (s.dash[0] > 0.0).then(|| s.dash.map(|x| x as f32).to_vec());
+    let (width, dash) = (s.width as f32, lengths.and_then(|d| StrokeDash::new(d, 0.0)));
+    tiny_skia::Stroke { width, dash, line_join: LineJoin::Round, ..Default::default() }
 }
 
 fn path(steps: &[Step]) -> Option<tiny_skia::Path> {

@@ -5,8 +5,7 @@ use std::sync::LazyLock;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::data::Axis;
-use super::{Cells, Marker};
+use super::{Axis, Cells, Marker};
 
 /// Maps values to an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,8 +98,8 @@ impl Scale {
             all.filter(|x| self.holds(*x)).collect()
         };
         let (tens, within) = (each(&[1.0], every), |steps: &[f64]| each(steps, 1));
-        let small =
-            if b - a <= 6.0 { within(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { within(&[1.0]) };
+        let between = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+        let small = within(if b - a <= 6.0 { &between } else { &[1.0] });
         // With one decade or less, label ticks within it too.
         let named = match tens.len() {
             0 | 1 if within(&[1.0, 2.0, 5.0]).len() >= 2 => within(&[1.0, 2.0, 5.0]),
@@ -218,8 +217,7 @@ pub fn of(n: usize) -> Rgb {
 }
 
 fn parsed(text: &str) -> Rgb {
-    let part = |i: usize| u8::from_str_radix(&text[i..i + 2], 16).unwrap_or(0);
-    [part(1), part(3), part(5)]
+    [1, 3, 5].map(|i| u8::from_str_radix(&text[i..i + 2], 16).unwrap_or(0))
 }
 
 /// Colour at `share` 0 … 1 of the map scale.
@@ -228,11 +226,8 @@ pub fn along(share: f64) -> Rgb {
     let last = map.len() - 1;
     let at = share.clamp(0.0, 1.0) * last as f64;
     let i = (at as usize).min(last - 1);
-    let t = at - i as f64;
-    std::array::from_fn(|k| {
-        let (a, b) = (f64::from(map[i][k]), f64::from(map[i + 1][k]));
-        (a + (b - a) * t).round() as u8
-    })
+    let (from, to) = (map[i].map(f64::from), map[i + 1].map(f64::from));
+    std::array::from_fn(|k| (from[k] + (to[k] - from[k]) * (at - i as f64)).round() as u8)
 }
 
 pub fn css([r, g, b]: Rgb) -> String {

@@ -3,12 +3,10 @@
 use ttf_parser::Face;
 
 use super::axes::{self, LEADING};
-use super::drawing::open;
-use super::font::{length, lines};
 use super::key::{self, Entry};
 use super::marks::{self, Place};
 use super::scale::{INK, MUTED, Shades, along};
-use super::{Anchor, Drawing, Figure, MM, Panel, Parallel, Rect, Scale, Stroke, Style};
+use super::{Anchor, Drawing, Figure, MM, Panel, Parallel, Rect, Scale, Stroke, Style, length, lines, open};
 
 const GUTTER: f64 = 5.0;
 const GAP: f64 = 8.0;
@@ -75,8 +73,8 @@ impl Table {
         let (mut left, mut right) = (0f64, 1.3 * size);
         loop {
             let wide = (cell - left - right).max(LEAST * size);
-            let rows: Vec<Row> =
-                panels.chunks(columns).map(|row| stacked(row, cell, wide, face, size)).collect();
+            let rows = panels.chunks(columns).map(|row| stacked(row, cell, wide, face, size));
+            let rows: Vec<Row> = rows.collect();
             let (mut more_left, mut more_right) = (left, right);
             for (row, room) in panels.chunks(columns).zip(&rows) {
                 for (panel, [_, y]) in row {
@@ -183,11 +181,9 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     // Labels of the last axis extend beyond it.
     let right = 2.5 * size + key::bar_width(by, &shades, MM * 0.5 * style.width, &face, size);
     let gap = ((w - left - right) / (p.axes.len().max(2) - 1) as f64).max(2.0 * size);
-    let broken = |room: f64| -> Vec<Vec<String>> {
-        p.axes.iter().map(|a| lines(&face, &a.label, (room - 4.0) / size)).collect()
-    };
+    let broken = |room: f64| p.axes.iter().map(|a| lines(&face, &a.label, (room - 4.0) / size)).collect();
     let fits = |all: &[Vec<String>]| all.iter().flatten().all(|l| length(&face, l) * size <= gap - 4.0);
-    let mut labels = broken(gap);
+    let mut labels: Vec<Vec<String>> = broken(gap);
     let most = |all: &[Vec<String>]| all.iter().map(Vec::len).max().unwrap_or(0) as f64;
     // If labels are longer than the gap, every second label is raised.
     let (mut raised, mut stacks) = (0.0, 1.0);
@@ -204,10 +200,8 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     let muted = |i: usize| p.muted[i] || !colours.share(p.values[i][p.colour]).is_finite();
     // Draw muted rows first, and the best (dark) rows last.
     let mut order: Vec<usize> = (0..p.values.len()).collect();
-    order.sort_by(|a, b| {
-        let key = |i: &usize| (!muted(*i), -p.values[*i][p.colour]);
-        key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1))
-    });
+    order.sort_by(|a, b| p.values[*b][p.colour].total_cmp(&p.values[*a][p.colour]));
+    order.sort_by_key(|i| !muted(*i));
     for i in order {
         let points: Vec<[f64; 2]> = p.values[i].iter().enumerate().map(|(k, x)| at(k, *x)).collect();
         let colour = if muted(i) { MUTED } else { along(colours.share(p.values[i][p.colour])) };

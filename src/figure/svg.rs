@@ -19,18 +19,13 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
             && !clips.contains(c)
         {
             let (Rect { x, y, w, h }, name, n) = (c, &figure.name, clips.len());
-            let _ = writeln!(
-                text,
-                "<clipPath id=\"{name}-{n}\"><rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\"/></clipPath>"
-            );
+            let rect = format!("<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\"/>");
+            let _ = writeln!(text, "<clipPath id=\"{name}-{n}\">{rect}</clipPath>");
             clips.push(*c);
         }
     }
-    for item in &drawing.items {
-        one(&mut text, item, &clips, &figure.name);
-    }
-    text.push_str("</svg>\n");
-    text
+    drawing.items.iter().for_each(|item| one(&mut text, item, &clips, &figure.name));
+    text + "</svg>\n"
 }
 
 fn one(out: &mut String, item: &Item, clips: &[Rect], name: &str) {
@@ -54,10 +49,8 @@ fn one(out: &mut String, item: &Item, clips: &[Rect], name: &str) {
         }
         Item::Text { at: [x, y], text, size, anchor, upwards } => {
             let (anchor, ink) = (anchor.word(), css(INK));
-            let _ = write!(
-                out,
-                "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\" text-anchor=\"{anchor}\" fill=\"{ink}\""
-            );
+            let _ = write!(out, "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size:.2}\"");
+            let _ = write!(out, " text-anchor=\"{anchor}\" fill=\"{ink}\"");
             if *upwards {
                 let _ = write!(out, " transform=\"rotate(-90 {x:.2} {y:.2})\"");
             }
@@ -72,9 +65,7 @@ fn course(steps: &[Step]) -> String {
         let _ = match step {
             Step::To([x, y]) => write!(d, "M{x:.2} {y:.2}"),
             Step::Line([x, y]) => write!(d, "L{x:.2} {y:.2}"),
-            Step::Curve([a, b, c]) => {
-                write!(d, "C{:.2} {:.2} {:.2} {:.2} {:.2} {:.2}", a[0], a[1], b[0], b[1], c[0], c[1])
-            }
+            Step::Curve([[a, b], [p, q], [x, y]]) => write!(d, "C{a:.2} {b:.2} {p:.2} {q:.2} {x:.2} {y:.2}"),
             Step::Close => write!(d, "Z"),
         };
     }

@@ -6,8 +6,7 @@ pub mod schema;
 use toml::{Table, Value};
 
 use crate::scene::Property;
-use crate::sink::heading::Fact;
-use crate::sink::heading::{HEADINGS, Heading, units};
+use crate::sink::heading::{Fact, HEADINGS, Heading, units};
 use crate::spec::keys::{Form, Key, Section, inline, section, sections};
 use crate::status::Status;
 
@@ -47,10 +46,8 @@ impl Topic {
         let parts = self.parts();
         let wanted = |p: &&Part| title.is_none_or(|t| short(&p.title) == short(t));
         let text: Vec<String> = parts.iter().filter(wanted).map(Part::plain).collect();
-        match title {
-            Some(_) => text.join("\n"),
-            None => [vec![plainly("", 0, self.heading()[1])], text].concat().join("\n"),
-        }
+        let about = title.is_none().then(|| plainly("", 0, self.heading()[1]));
+        about.into_iter().chain(text).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -65,11 +62,8 @@ fn without_properties(mut part: Part) -> Part {
     if !["optimise.variables", "optimise.robust"].contains(&part.title.as_str()) {
         return part;
     }
-    let known = |name: &str| {
-        let of = |p: &Property| p.name().trim_start_matches("root.") == name;
-        Property::ALL.iter().any(of)
-    };
-    let (properties, rest): (Vec<_>, Vec<_>) = part.entries.into_iter().partition(|e| known(&e.name));
+    let known = |e: &Entry| Property::ALL.iter().any(|p| p.name().trim_start_matches("root.") == e.name);
+    let (properties, rest): (Vec<_>, Vec<_>) = part.entries.into_iter().partition(known);
     let names: Vec<String> = properties.iter().map(|e| format!("`{}`", e.name)).collect();
     part.about += &format!(" Also, with unit and meaning of their own keys: {}.", names.join(", "));
     part.entries = rest;
@@ -81,16 +75,12 @@ fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> 
     if topic != Topic::Columns {
         return without_properties(part);
     }
-    let (old, new): (Vec<_>, Vec<_>) =
-        part.entries.into_iter().partition(|e| known.iter().any(|(k, _)| k == e));
-    let mut titles: Vec<&String> =
-        known.iter().filter(|(k, _)| old.contains(k)).map(|(_, title)| title).collect();
-    titles.dedup();
-    for title in titles {
-        let theirs = known.iter().filter(|(k, t)| t == title && old.contains(k));
-        let names: Vec<String> =
-            theirs.map(|(k, _)| format!("`{}`", k.name.replace(" or ", "` or `"))).collect();
-        part.about += &format!(" As in {title}: {}.", names.join(", "));
+    let is_known = |e: &Entry| known.iter().any(|(k, _)| k == e);
+    let (old, new): (Vec<_>, Vec<_>) = part.entries.into_iter().partition(is_known);
+    let again: Vec<_> = known.iter().filter(|(k, _)| old.contains(k)).collect();
+    for theirs in again.chunk_by(|a, b| a.1 == b.1) {
+        let names: Vec<String> = theirs.iter().map(|(k, _)| k.marked()).collect();
+        part.about += &format!(" As in {}: {}.", theirs[0].1, names.join(", "));
     }
     known.extend(new.iter().map(|e| (e.clone(), part.title.clone())));
     part.entries = new;
@@ -182,20 +172,17 @@ fn list(title: &str, words: &Value) -> Part {
         "status" => &["word", "counts", "values of the tap", "in locate", "meaning"][..],
         _ => &["word", "meaning"],
     };
-    let told =
-        words.as_table().into_iter().flatten().filter_map(|(word, told)| Some((word, told.as_array()?)));
-    let entries = told.map(|(word, told)| {
+    let entries = words.as_table().into_iter().flatten().filter_map(|(word, told)| {
+        let told = told.as_array()?;
         let [meaning, values, locate] =
             [0, 1, 2].map(|k| told.get(k).and_then(Value::as_str).unwrap_or_default().to_owned());
         let status = Status::ALL.iter().find(|(_, name)| name == word).filter(|_| title == "status");
         // Words that sweeps never give have no entry for counting.
-        let counts = status.map(|(status, _)| match (values.as_str(), status.counts()) {
-            ("", _) => "",
-            (_, true) => "yes",
-            (_, false) => "no",
+        let facts = status.map_or_else(Vec::new, |(status, _)| {
+            let counts = if status.counts() { "yes" } else { "no" };
+            vec![if values.is_empty() { "" } else { counts }.to_owned(), values, locate]
         });
-        let facts = counts.map_or_else(Vec::new, |counts| vec![counts.to_owned(), values, locate]);
-        Entry { name: word.clone(), facts, meaning }
+        Some(Entry { name: word.clone(), facts, meaning })
     });
     Part::new(title, about, heads, entries)
 }
@@ -227,6 +214,13 @@ pub struct Entry {
     pub meaning: String,
 }
 
+impl Entry {
+    /// Its name as code in Markdown.
+    fn marked(&self) -> String {
+        format!("`{}`", self.name.replace(" or ", "` or `"))
+    }
+}
+
 impl Part {
     pub fn new(
         title: impl Into<String>,
@@ -240,8 +234,7 @@ impl Part {
 
     pub fn markdown(&self) -> String {
         let cells = |e: &Entry| -> Vec<String> {
-            let name = format!("`{}`", e.name.replace(" or ", "` or `"));
-            let cells = std::iter::once(name).chain(e.facts.clone()).chain([e.meaning.clone()]);
+            let cells = std::iter::once(e.marked()).chain(e.facts.clone()).chain([e.meaning.clone()]);
             cells.map(|cell| cell.replace('|', "\\|")).collect()
         };
         let rows: Vec<Vec<String>> = self.entries.iter().map(cells).collect();
@@ -279,12 +272,9 @@ impl Part {
                 continue;
             }
             text += &format!("\n{}", plainly(&name, INDENT, &e.meaning));
-            let (examples, facts): (Vec<_>, Vec<_>) =
-                told.into_iter().partition(|(head, _)| **head == EXAMPLE);
-            let fact = |(head, fact): (&&str, &String)| match fact.starts_with("required") {
-                true => fact.clone(),
-                false => format!("{head}: {fact}"),
-            };
+            let (examples, facts): (Vec<_>, Vec<_>) = told.into_iter().partition(|(h, _)| **h == EXAMPLE);
+            let required = |fact: &str| fact.starts_with("required");
+            let fact = |(h, f): (&&str, &String)| if required(f) { f.clone() } else { format!("{h}: {f}") };
             text += &plainly("", INDENT, &facts.into_iter().map(fact).collect::<Vec<_>>().join("; "));
             text.extend(examples.iter().map(|(_, e)| plainly("", INDENT, e)));
         }

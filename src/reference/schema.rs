@@ -82,12 +82,9 @@ fn always(section: &Section, key: &Key) -> bool {
 fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
     let unit = if key.unit.is_empty() { String::new() } else { format!(" ({})", key.unit) };
     let note = if key.note.is_empty() { String::new() } else { format!(" {}.", key.note) };
-    let about = format!(
-        "{}{unit}.{note} Allowed: {}. Default: {}.",
-        key.what,
-        key.allowed(),
-        key.if_absent().trim_matches('`')
-    );
+    let (what, allowed, absent) = (key.what, key.allowed(), key.if_absent());
+    let absent = absent.trim_matches('`');
+    let about = format!("{what}{unit}.{note} Allowed: {allowed}. Default: {absent}.");
     let form = value_of(&key.form, defs);
     // In draft 7, keywords next to `$ref` are ignored.
     let mut value = if form.get("$ref").is_some() { json!({ "allOf": [form] }) } else { form };
@@ -96,7 +93,7 @@ fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
         let table: toml::Table = format!("x = {text}").parse().ok()?;
         serde_json::to_value(&table["x"]).ok()
     };
-    if let Some(usual) = key.default.and_then(|_| read(key.if_absent().trim_matches('`'))) {
+    if let Some(usual) = key.default.and_then(|_| read(absent)) {
         value["default"] = usual;
     }
     if let Some(example) = read(key.example) {
@@ -106,6 +103,7 @@ fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
 }
 
 fn value_of(form: &Form, defs: &mut Map<String, Value>) -> Value {
+    let within = |least: f64| json!({ "type": "number", "minimum": least, "maximum": MOST });
     match form {
         Form::Flag => json!({ "type": "boolean" }),
         Form::Text => json!({ "type": "string", "pattern": "\\S" }),
@@ -113,9 +111,7 @@ fn value_of(form: &Form, defs: &mut Map<String, Value>) -> Value {
         Form::Number(range) => number(range),
         Form::Axis(range) => axis(range, defs),
         Form::Ends(range) => array(number(range), 2, Some(2)),
-        Form::Numbers(n) => {
-            array(json!({ "type": "number", "minimum": -MOST, "maximum": MOST }), *n, Some(*n))
-        }
+        Form::Numbers(n) => array(within(-MOST), *n, Some(*n)),
         Form::Words(words) => json!({ "type": "string", "enum": words }),
         Form::Several(words) => {
             let mut value = array(json!({ "type": "string", "enum": words }), 2, None);
@@ -123,9 +119,7 @@ fn value_of(form: &Form, defs: &mut Map<String, Value>) -> Value {
             value
         }
         Form::Matrix(least, most) => array(array(json!({ "type": "number" }), 2, None), *least, Some(*most)),
-        Form::Pairs => {
-            array(array(json!({ "type": "number", "minimum": 0.0, "maximum": MOST }), 2, Some(2)), 2, None)
-        }
+        Form::Pairs => array(array(within(0.0), 2, Some(2)), 2, None),
         Form::Tables(name) => array(table(section(name), defs), 1, None),
         Form::Table(name, least, most) => {
             let mut value = table(section(name), defs);
@@ -162,13 +156,10 @@ fn axis(range: &Interval, defs: &mut Map<String, Value>) -> Value {
         let one = number(range);
         let table = |keys: &[&str], required: &[&str]| {
             let of = |key: &&str| {
-                let mut value =
-                    property(section("axis").key(key).expect("a key of an axis"), &mut Map::new());
-                if let (["from" | "min" | "max"], Some(value), Some(one)) =
-                    ([*key], value.as_object_mut(), one.as_object())
-                {
-                    value.extend(one.clone());
-                }
+                let known = section("axis").key(key).expect("a key of an axis");
+                let mut value = property(known, &mut Map::new());
+                let bounds = one.as_object().filter(|_| ["from", "min", "max"].contains(key));
+                bounds.zip(value.as_object_mut()).into_iter().for_each(|(of, all)| all.extend(of.clone()));
                 ((*key).to_owned(), value)
             };
             let properties: Map<String, Value> = keys.iter().map(of).collect();

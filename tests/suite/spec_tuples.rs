@@ -85,6 +85,21 @@ fn tuple_files() {
 }
 
 #[test]
+fn the_tips_diameter_has_either_name_whatever_separates_the_columns() {
+    let rows = format!("{HEADER}\n10,4,96,6,2,30,2.5\n");
+    let known = listed(rows.as_bytes()).unwrap().study.space;
+    for (mark, point) in [(",", "."), (";", ","), ("\t", "."), (" ; ", ".")] {
+        let text = rows.replace('.', "p").replace(',', mark).replace('p', point);
+        let present = text.replace("d_m", "d_tip_m");
+        for text in [text.clone(), present, text.replace("d_mm", "\"d_tip_mm\"")] {
+            assert_eq!(listed(text.as_bytes()).unwrap().study.space, known, "{text}");
+        }
+        let both = listed(text.replace("d_mm", &format!("d_mm{mark}d_tip_mm")).as_bytes());
+        assert!(both.unwrap_err().message.contains("both of these columns"), "{text}");
+    }
+}
+
+#[test]
 fn spec_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.whisker.toml");

@@ -7,12 +7,10 @@ use toml::de::{DeTable, DeValue};
 
 use super::properties::{first, is_axis, searched};
 use super::table::{self, Columns, Source};
-use super::{AxisItem, Document, Item, Result, Section, Sections, channels, keys};
+use super::{AxisItem, Document, InputError, Item, Limit, Result, Section, Sections, channels, keys};
 use crate::design::MOST;
-use crate::error::InputError;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
-use crate::text_file::Limit;
 
 struct Shape {
     diameter: Vec<[f64; 2]>,
@@ -25,17 +23,12 @@ fn pairs(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
     let mut all: Vec<[f64; 2]> = Vec::new();
     for pair in elements {
         let [s, value] = pair.numbers()?;
-        if s < 0.0 || all.last().is_some_and(|last| last[0] >= s) {
-            return pair.wrong("s must be at least 0 and rise from pair to pair");
-        }
-        if value <= 0.0 {
-            return pair.wrong("a diameter must be larger than 0");
-        }
+        let falls = s < 0.0 || all.last().is_some_and(|last| last[0] >= s);
+        pair.wrong_if(falls, "s must be at least 0 and rise from pair to pair")?;
+        pair.wrong_if(value <= 0.0, "a diameter must be larger than 0")?;
         all.push([s, value]);
     }
-    if all.len() < 2 {
-        return item.wrong("at least 2 pairs are needed");
-    }
+    item.wrong_if(all.len() < 2, "at least 2 pairs are needed")?;
     Ok(all)
 }
 
@@ -44,9 +37,8 @@ fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
         return of_file(item, base);
     }
     let diameter = pairs(item)?;
-    if diameter[0][0] != 0.0 {
-        return item.wrong(format!("the profile begins at s = {} mm", diameter[0][0]));
-    }
+    let begins = diameter[0][0];
+    item.wrong_if(begins != 0.0, format!("the profile begins at s = {begins} mm"))?;
     Ok(Shape { diameter, inner: None, warning: None })
 }
 
@@ -111,34 +103,28 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
         return item.refuse("only the diameters of a profile are scaled", allowed);
     }
     if let Some(Shape { diameter, .. }) = profile {
-        let searched = find("optimise", "variables").is_some_and(|v| v.child("scale").is_some());
+        let variables = find("optimise", "variables");
+        let searched = variables.as_ref().is_some_and(|v| v.child("scale").is_some());
         let scale = scale.filter(|_| !searched).map_or(Ok(1.0), |item| constant(&item))?;
-        for key in ["D", "d", "L_a", "exponent"] {
-            if let Some(other) = find("whisker", key) {
-                let allowed = "profile, or D, d, L_a and perhaps exponent";
-                return other.refuse("this follows from the profile; remove one of the two", allowed);
-            }
+        let mut keys = ["D", "d", "L_a", "exponent"].into_iter();
+        if let Some(other) = keys.find_map(|key| find("whisker", key)) {
+            let allowed = "profile, or D, d, L_a and perhaps exponent";
+            return other.refuse("this follows from the profile; remove one of the two", allowed);
         }
         if let Some(tuples) = find("tuples", "file") {
             let error = tuples.error("a tuple file has its own D, d and L_a; remove it or the profile");
             return Err(error.allowed("profile with axes, or a tuple file without a profile"));
         }
-        let variables = find("optimise", "variables");
-        if let Some(other) =
-            variables.and_then(|v| ["D", "d", "L_a"].into_iter().find_map(|key| v.child(key)))
-        {
+        let mut keys = ["D", "d", "L_a"].into_iter();
+        if let Some(other) = variables.and_then(|v| keys.find_map(|key| v.child(key))) {
             return other.refuse(
                 "this follows from the profile and cannot be searched over",
                 "scale, x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile",
             );
         }
-        let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
-        text = format!(
-            "[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n",
-            scale * first[1],
-            scale * last[1],
-            last[0]
-        );
+        let (first, [length, last]) = (diameter[0][1], diameter[diameter.len() - 1]);
+        let [base, tip] = [first, last].map(|diameter| scale * diameter);
+        text = format!("[whisker]\nD = {base:?}\nd = {tip:?}\nL_a = {length:?}\n");
     }
     let strain = channels::read_strain(find("sensor", "signal"), find("sensor", "matrix"));
     if !strain && user.get("tuples").is_none() {
@@ -180,10 +166,8 @@ fn root(item: &Item<'_>) -> Result<Root> {
         |k: &Item<'_>| matches!(k.value, DeValue::Float(x) if x.as_str().parse() == Ok(f64::INFINITY));
     let spring = |key| item.or(key, f64::INFINITY, |k| if rigid(k) { Ok(f64::INFINITY) } else { first(k) });
     let root = Root { k_theta: spring("k_theta")?, k_y: spring("k_y")?, k_x: spring("k_x")? };
-    if item.value.as_table().is_some_and(|table| table.is_empty()) {
-        return item.wrong("a root needs a spring");
-    }
-    Ok(root)
+    let empty = item.value.as_table().is_some_and(|table| table.is_empty());
+    item.wrong_if(empty, "a root needs a spring").map(|()| root)
 }
 
 pub(super) fn whisker(sections: &Sections<'_>, base: &Path) -> Result<Option<Built>> {
@@ -221,14 +205,12 @@ pub(super) fn whisker(sections: &Sections<'_>, base: &Path) -> Result<Option<Bui
         }
         (None, None, None) => None,
     };
-    let mut bend = [0.0; 2];
-    for (bend, which) in bend.iter_mut().zip([Property::Curvature, Property::CurvatureSlope]) {
-        *bend = section.optional(which.about().key, first)?.unwrap_or(0.0);
-    }
+    let bend = |key| section.optional(key, first).map(Option::unwrap_or_default);
+    let curvature = [bend("curvature")?, bend("curvature_slope")?];
     let root = section.optional("root", root)?.unwrap_or(Root::RIGID);
     let several = shell.as_ref().and_then(|core| core.child("diameter")).is_some_and(|d| is_axis(&d));
     let inner = inner.filter(|inner| several || inner.diameter.iter().any(|knot| knot[1] != 0.0));
-    let built = Built { profile: outline, inner, curvature: bend, root };
+    let built = Built { profile: outline, inner, curvature, root };
     Ok(Some(built).filter(|built| *built != Built::CONE))
 }
 
@@ -256,10 +238,9 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal
 pub(super) fn fixed(section: &Section<'_>, signal: Signal, channels: Option<&Channels>) -> Result<bool> {
     let item = section.get("fixed")?;
     let moment = |channels: &Channels| channels.rows.iter().any(|row| row[0] != 0.0);
-    if !item.flag()? || channels.map_or(signal == Signal::Moment, moment) {
-        return item.flag();
-    }
-    item.refuse("no moment is read", "fixed with a signal, or a row of a matrix, that shows the moment")
+    let (fixed, moment) = (item.flag()?, channels.map_or(signal == Signal::Moment, moment));
+    let allowed = "fixed with a signal, or a row of a matrix, that shows the moment";
+    item.refuse_if(fixed && !moment, "no moment is read", allowed).map(|()| fixed)
 }
 
 /// Refuses combinations that are not modelled; `at` is the place of the whisker if no key of `[whisker]` has it.
@@ -281,16 +262,12 @@ pub(super) fn allowed(
             Signal::Strain => (of("output", "wrench")?, "the wrench on the base"),
             _ => (of("sensor", "signal")?, "a signal other than strain"),
         };
-        let refuse = |why: &str, instead: &str| item.refuse(format!("{what} {why}"), instead);
-        if tilts {
-            return refuse("has been computed for upright edges only", "tilt = 0 and lean = 0");
-        }
-        if setup.gauge.second {
-            return refuse("has no second gauge", "second = false in [gauge]");
-        }
-        if setup.estimate.convention == Convention::Elongation {
-            return refuse("has no elongation", "convention = \"mean\" in [estimate]");
-        }
+        let refuse =
+            |wrong, why: &str, instead: &str| item.refuse_if(wrong, format!("{what} {why}"), instead);
+        refuse(tilts, "has been computed for upright edges only", "tilt = 0 and lean = 0")?;
+        refuse(setup.gauge.second, "has no second gauge", "second = false in [gauge]")?;
+        let elongation = setup.estimate.convention == Convention::Elongation;
+        refuse(elongation, "has no elongation", "convention = \"mean\" in [estimate]")?;
         if let Some((_, key, instead)) = solid(setup) {
             let why = format!("{what} has been computed for a rod without {key}");
             return item.refuse(why, instead);
@@ -314,10 +291,8 @@ pub(super) fn allowed(
         );
         return item.refuse(why, format!("no {key}, or {instead}"));
     }
-    if let Some(why) = built.upright(setup.model.surface).filter(|_| tilts) {
-        return item.refuse(why, "tilt = 0 and lean = 0");
-    }
-    Ok(())
+    let leans = built.upright(setup.model.surface).filter(|_| tilts);
+    leans.map_or(Ok(()), |why| item.refuse(why, "tilt = 0 and lean = 0"))
 }
 
 fn solid(setup: &Setup) -> Option<(&'static str, &'static str, String)> {

@@ -61,10 +61,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels
         (None, Some(item)) => (Some(square(&item, n)?), item),
         (None, None) => (None, item.clone()),
     };
-    let made = match rows.is_empty() {
-        true => Channels::of(&signals, covariance),
-        false => Channels::matrix(rows, covariance),
-    };
+    let listed = rows.is_empty();
+    let made = if listed { Channels::of(&signals, covariance) } else { Channels::matrix(rows, covariance) };
     let Some(channels) = made else {
         let allowed = section.known.key("covariance").map_or_else(String::new, Key::allowed);
         return place.refuse("this is the covariance of no noise: it is not positive definite", allowed);
@@ -77,15 +75,10 @@ fn signals(item: &Item<'_>) -> Result<Vec<Signal>> {
     let mut all = Vec::new();
     for one in item.elements().into_iter().flatten() {
         let signal = one.word(&Signal::WORDS)?;
-        if all.contains(&signal) {
-            return one.wrong("this signal stands here twice");
-        }
+        one.wrong_if(all.contains(&signal), "this signal stands here twice")?;
         all.push(signal);
     }
-    if all.len() < 2 {
-        return item.wrong("a list needs at least two signals");
-    }
-    Ok(all)
+    item.wrong_if(all.len() < 2, "a list needs at least two signals").map(|()| all)
 }
 
 fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
@@ -96,13 +89,10 @@ fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
         width => row.wrong(format!("a row of {width} numbers is none of a channel")),
     });
     let rows = rows.collect::<Result<Vec<_>>>()?;
-    if !(2..=MOST_CHANNELS).contains(&rows.len()) {
-        return item.wrong(format!("2 to {MOST_CHANNELS} rows of numbers are needed, not {}", rows.len()));
-    }
-    if let Some(k) = rows.iter().position(|row| row.iter().all(|x| *x == 0.0)) {
-        return item.wrong(format!("row {} reads nothing", k + 1));
-    }
-    Ok(rows)
+    let few = !(2..=MOST_CHANNELS).contains(&rows.len());
+    item.wrong_if(few, format!("2 to {MOST_CHANNELS} rows of numbers are needed, not {}", rows.len()))?;
+    let idle = rows.iter().position(|row| *row == [0.0; SOURCES]);
+    idle.map_or(Ok(rows), |k| item.wrong(format!("row {} reads nothing", k + 1)))
 }
 
 fn diagonal(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
@@ -115,9 +105,7 @@ fn diagonal(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
     }
     let mut all = vec![0.0; n * n];
     for (k, (sigma, item)) in values.into_iter().enumerate() {
-        if sigma <= 0.0 {
-            return item.refuse("a standard deviation must be positive", NOISE);
-        }
+        item.refuse_if(sigma <= 0.0, "a standard deviation must be positive", NOISE)?;
         all[k * n + k] = sigma * sigma;
     }
     Ok(all)
@@ -136,10 +124,9 @@ fn square(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
     for i in 0..n {
         for j in 0..i {
             let (below, above) = (all[i * n + j], all[j * n + i]);
-            if (below - above).abs() > 1e-12 * below.abs().max(above.abs()) {
-                let rows = format!("rows {} and {}", j + 1, i + 1);
-                return item.wrong(format!("{rows} are not symmetric: {below} and {above}"));
-            }
+            let differ = (below - above).abs() > 1e-12 * below.abs().max(above.abs());
+            let rows = format!("rows {} and {}", j + 1, i + 1);
+            item.wrong_if(differ, format!("{rows} are not symmetric: {below} and {above}"))?;
         }
     }
     Ok(all)

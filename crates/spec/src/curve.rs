@@ -4,15 +4,11 @@ use std::path::Path;
 
 use super::properties::{RigAxis, searched as is_searched};
 use super::table::{self, Columns, Rows, Source};
-use super::{Document, Item, Result, Sections};
-use crate::error::InputError;
+use super::{Document, Frame, InputError, Item, Limit, Result, Sections, TextFile};
 use crate::physics::body::rest;
 use crate::physics::fit::{STRAIN, STRESS, yeoh};
 use crate::physics::inverse::bracketed;
-use crate::scene::built::Built;
-use crate::scene::{Axis, Column, MaterialFit, Property, Space};
-use crate::sink::Frame;
-use crate::text_file::{Limit, TextFile};
+use crate::scene::{Axis, Built, Column, MaterialFit, Property, Space};
 
 const LEAST: usize = 5;
 

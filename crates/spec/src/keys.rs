@@ -117,9 +117,8 @@ fn described(name: &'static str, value: &'static Spanned<DeValue<'static>>) -> S
     let table = value.get_ref().as_table().expect("sections are tables");
     let examples = table.get("examples").and_then(|all| all.get_ref().as_array()).into_iter().flatten();
     let about = table.get("about").and_then(|about| about.get_ref().as_str());
-    let keys =
-        table.iter().filter_map(|(key, facts)| key_of(name, key.get_ref(), facts.get_ref().as_table()?));
-    let mut keys: Vec<Key> = keys.collect();
+    let keys = table.iter().filter_map(|(key, facts)| Some((key.get_ref(), facts.get_ref().as_table()?)));
+    let mut keys: Vec<Key> = keys.map(|(key, facts)| key_of(name, key, facts)).collect();
     match name {
         "optimise.variables" => keys.extend(varied().map(|property| {
             let allowed = format!("[min, max] with min < max, {}", property.about().allowed);
@@ -135,7 +134,7 @@ fn described(name: &'static str, value: &'static Spanned<DeValue<'static>>) -> S
     Section { name, about: about.unwrap_or_default(), keys, examples }
 }
 
-fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -> Option<Key> {
+fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -> Key {
     let text = |fact: &str| facts.get(fact).and_then(|v| v.get_ref().as_str()).unwrap_or_default();
     let full = format!("{section}.{name}");
     let about = Property::ALL.into_iter().map(Property::about).find(|about| {
@@ -144,7 +143,7 @@ fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -
     });
     let bare = text("form").split(" | ").any(|kind| kind == "axis");
     let own = about.filter(|_| bare).map_or("", |about| about.allowed);
-    Some(Key {
+    Key {
         name,
         form: Form::parse(text("form"), about.map(|about| about.range)),
         unit: text("unit"),
@@ -155,7 +154,7 @@ fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -
         absent: text("absent"),
         example: text("example"),
         note: text("note"),
-    })
+    }
 }
 
 fn of_property(property: Property, form: Form, absent: &'static str, allowed: String) -> Key {
@@ -282,9 +281,7 @@ impl Form {
                 let bounds = keys.iter().all(|key| matches!(key.form, Self::Ends(_)));
                 if bounds { format!("some of {names}, each [min, max]") } else { names }
             }
-            Self::Any(forms) => {
-                forms.iter().map(|form| form.words(name, unit)).collect::<Vec<_>>().join(", or ")
-            }
+            Self::Any(all) => all.iter().map(|form| form.words(name, unit)).collect::<Vec<_>>().join(", or "),
         }
     }
 }

@@ -88,10 +88,8 @@ fn of_user(
     let sections = &Sections::new(document, user, &more)?;
     if let Some(format) = sections.format() {
         let newer = format!("this spec is of a newer format than this program reads, {}", format.allowed());
-        format.whole().map_err(|e| match e.message.contains("large") {
-            true => format.error(newer).allowed("format = 1, or a newer version of the program"),
-            false => e,
-        })?;
+        let newer = format.error(newer).allowed("format = 1, or a newer version of the program");
+        format.whole().map_err(|e| if e.message.contains("large") { newer } else { e })?;
     }
     let drive = space::drive(sections)?;
     let hub = properties::first(&sections.section("whisker").get("hub")?)?;
@@ -142,10 +140,9 @@ fn of_user(
     };
     properties::allowed_together(sections, &setup, &properties, tilts)?;
     let several = properties.iter().filter(|(_, axis)| axis.axis.len() > 1);
+    let stem = Path::new(document.file).file_stem();
     let mut spec = Spec {
-        name: Path::new(document.file)
-            .file_stem()
-            .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
+        name: stem.map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
         text: document.text.to_owned(),
         study: Study { setup, space, output },
         material_fit: fit,

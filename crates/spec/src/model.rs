@@ -54,9 +54,8 @@ fn material(
     base: &Path,
 ) -> Result<(Material, Option<MaterialFit>)> {
     item.only_known()?;
-    let laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
-    let laws: Vec<&str> = laws.collect();
-    let &[law] = laws.as_slice() else {
+    let mut laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
+    let (Some(law), None) = (laws.next(), laws.next()) else {
         return item.wrong("exactly one material law is needed");
     };
     let value = item.need(law)?;
@@ -121,13 +120,10 @@ pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
 
 pub(super) fn leaning([tilt, lean]: &[Option<Item<'_>>; 2], model: &Model) -> Result<()> {
     let why = model.forbids([tilt.is_some(), lean.is_some()]);
-    match tilt.as_ref().or(lean.as_ref()).zip(why) {
-        Some((item, why)) if model.contact == Contact::Frictionless => {
-            item.refuse(why, "0, or that effect off in [model]")
-        }
-        Some((item, why)) => item.refuse(why, "0, or contact = \"frictionless\" in [model]"),
-        None => Ok(()),
-    }
+    let Some((item, why)) = tilt.as_ref().or(lean.as_ref()).zip(why) else { return Ok(()) };
+    let frictionless = model.contact == Contact::Frictionless;
+    let off = if frictionless { "that effect off" } else { "contact = \"frictionless\"" };
+    item.refuse(why, format!("0, or {off} in [model]"))
 }
 
 pub(super) fn check_second_gauge(sections: &Sections<'_>, setup: &Setup) -> Result<()> {
@@ -154,9 +150,7 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
     if item.value.as_str().is_some() {
         return item.word(&NAMED);
     }
-    if !item.value.is_table() {
-        return item.wrong("this is not a foil");
-    }
+    item.wrong_if(!item.value.is_table(), "this is not a foil")?;
     item.only_known()?;
     let [length, width] = [item.needs("length")?.ranged()?, item.needs("width")?.ranged()?];
     let strain_limit = item.child("strain_limit").map(|v| v.ranged()).transpose()?;
@@ -165,10 +159,8 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
         (None, Some(thickness), Some(modulus)) => {
             let stiffness = thickness.ranged()? * modulus.ranged()?;
             let about = Property::Foil.about();
-            if !about.range.holds(stiffness) {
-                let message = format!("thickness times modulus is {stiffness} N/mm");
-                return modulus.refuse(message, about.allowed);
-            }
+            let message = format!("thickness times modulus is {stiffness} N/mm");
+            modulus.refuse_if(!about.range.holds(stiffness), message, about.allowed)?;
             stiffness
         }
         (Some(stiffness), ..) => {
@@ -198,18 +190,13 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
         return Ok(());
     }
     let item = sections.section("gauge").get("foil")?;
-    let why = match () {
-        () if model.geometry == Geometry::Linear => {
-            ("linear theory has no foil", "geometry = \"exact\" in [model]")
-        }
-        () if model.contact != Contact::Frictionless => {
-            ("a foil has been computed without friction only", "contact = \"frictionless\" in [model]")
-        }
-        () if gauge.second => ("a foil has been computed for one gauge only", "second = false"),
-        () if tilts => ("a foil has been computed for upright edges only", "no tilt and no lean in [tap]"),
-        () => return Ok(()),
-    };
-    item.refuse(why.0, format!("no foil, or {}", why.1))
+    let refuse = |wrong, why, instead| item.refuse_if(wrong, why, format!("no foil, or {instead}"));
+    let (linear, rubs) = (model.geometry == Geometry::Linear, model.contact != Contact::Frictionless);
+    refuse(linear, "linear theory has no foil", "geometry = \"exact\" in [model]")?;
+    let why = "a foil has been computed without friction only";
+    refuse(rubs, why, "contact = \"frictionless\" in [model]")?;
+    refuse(gauge.second, "a foil has been computed for one gauge only", "second = false")?;
+    refuse(tilts, "a foil has been computed for upright edges only", "no tilt and no lean in [tap]")
 }
 
 fn ends(spec: &Spec, column: Column) -> Option<[f64; 2]> {
@@ -236,25 +223,17 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     let half = 0.5 * foil.length;
     let (nearest, farthest) = (place[0] + 0.5 * grid[0], place[1] + 0.5 * grid[1]);
     let item = sections.section("gauge").get("foil")?;
-    let wrong = match () {
-        () if foil.length < grid[0] => format!(
-            "a foil of {} mm is shorter than its grid of {} mm: is it written in metres?",
-            foil.length, grid[0]
-        ),
-        () if foil.width > std::f64::consts::PI * base[1] => {
-            format!("a foil of {} mm is wider than the skin of the whisker is round", foil.width)
-        }
-        () if farthest < half => format!(
-            "the foil reaches over the clamp: its middle is at most {farthest} mm from there, and it is {} mm long",
-            foil.length
-        ),
-        () if nearest + half > length[1] => format!(
-            "the foil ends beyond the whisker: its middle is at least {nearest} mm from the clamp, it is {} mm long, and the largest L_a is {} mm",
-            foil.length, length[1]
-        ),
-        () => return Ok(()),
-    };
-    item.refuse(wrong, "a foil between the clamp and the tip, centred on the grid")
+    let (long, wide, [grid, _], [_, tip]) = (foil.length, foil.width, grid, length);
+    let allowed = "a foil between the clamp and the tip, centred on the grid";
+    let why = format!("a foil of {long} mm is shorter than its grid of {grid} mm: is it written in metres?");
+    item.refuse_if(long < grid, why, allowed)?;
+    let why = format!("a foil of {wide} mm is wider than the skin of the whisker is round");
+    item.refuse_if(wide > std::f64::consts::PI * base[1], why, allowed)?;
+    let why = format!("its middle is at most {farthest} mm from there, and it is {long} mm long");
+    item.refuse_if(farthest < half, format!("the foil reaches over the clamp: {why}"), allowed)?;
+    let why = format!("its middle is at least {nearest} mm from the clamp, it is {long} mm long");
+    let why = format!("the foil ends beyond the whisker: {why}, and the largest L_a is {tip} mm");
+    item.refuse_if(nearest + half > tip, why, allowed)
 }
 
 pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {

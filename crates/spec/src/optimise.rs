@@ -29,18 +29,13 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     let nominal = robust.as_ref().is_some_and(|r| r.calibrated == Calibrated::Nominal);
     if nominal && word.needs_sd() {
         let calibrated = section.get("robust")?.need("calibrated")?;
-        let message = format!(
-            "the spread of K is that of each whisker's own K; objective = \"{}\" needs it",
-            word.word()
-        );
+        let asked = format!("objective = \"{}\"", word.word());
+        let message = format!("the spread of K is that of each whisker's own K; {asked} needs it");
         return calibrated.refuse(message, "calibrated = \"each\", or objective = \"distance\"");
     }
     let leaning = |r: &Robust| {
-        r.tilts()
-            && r.properties.is_empty()
-            && Column::ALL
-                .iter()
-                .all(|c| r.sd[*c as usize] == 0.0 || [Column::Tilt, Column::Lean].contains(c))
+        let mut others = Column::ALL.into_iter().filter(|c| ![Column::Tilt, Column::Lean].contains(c));
+        r.tilts() && r.properties.is_empty() && others.all(|c| r.sd[c as usize] == 0.0)
     };
     if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
         let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
@@ -62,18 +57,13 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
 fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
     item.only_known()?;
     let weights = [item.or("sd", 1.0, Item::ranged)?, item.or("distance", 1.0, Item::ranged)?];
-    if weights == [0.0; 2] {
-        return item.wrong("both weights are 0: there is nothing to minimise");
-    }
-    Ok(weights)
+    item.wrong_if(weights == [0.0; 2], "both weights are 0: there is nothing to minimise").map(|()| weights)
 }
 
 fn budget(item: &Item<'_>) -> Result<Budget> {
     let budget: Budget = item.read()?;
-    if budget == Budget::default() {
-        return item.wrong("this budget says neither evaluations nor seconds");
-    }
-    Ok(budget)
+    let empty = budget == Budget::default();
+    item.wrong_if(empty, "this budget says neither evaluations nor seconds").map(|()| budget)
 }
 
 fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
@@ -82,31 +72,22 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
         return a.refuse(message, item.allowed());
     }
     known(item, &columns(drive).map(|(_, key, _)| key).chain(names(varied())).collect::<Vec<_>>())?;
-    let mut all: Vec<_> =
-        columns(drive).map(|(_, key, column)| (item.child(key), Quantity::Column(column))).collect();
+    let own = columns(drive).map(|(_, key, column)| (item.child(key), Quantity::Column(column)));
+    let mut all: Vec<_> = own.collect();
     let properties = varied().map(|property| (variable(item, property), Quantity::Property(property)));
     let drive = all.len() - 1;
     all.splice(drive..drive, properties);
     let mut variables = Vec::new();
-    for (bounds, quantity) in all {
-        let Some(bounds) = bounds else { continue };
+    for (bounds, quantity) in all.into_iter().filter_map(|(bounds, of)| Some((bounds?, of))) {
         let [min, max] = bounds.numbers()?;
-        if bounds.interval().is_some_and(|range| !range.holds(min) || !range.holds(max)) {
-            return bounds.wrong("these bounds are out of range");
-        }
-        if min > max {
-            return bounds.wrong("these bounds are inverted: min is larger than max");
-        }
-        if min == max {
-            let message = "these bounds have no width; a value that is given belongs into its own section";
-            return bounds.wrong(message);
-        }
+        let outside = bounds.interval().is_some_and(|range| !range.holds(min) || !range.holds(max));
+        bounds.wrong_if(outside, "these bounds are out of range")?;
+        bounds.wrong_if(min > max, "these bounds are inverted: min is larger than max")?;
+        let message = "these bounds have no width; a value that is given belongs into its own section";
+        bounds.wrong_if(min == max, message)?;
         variables.push(Variable { quantity, min, max, start: None });
     }
-    if variables.is_empty() {
-        return item.wrong("there is nothing to search over");
-    }
-    Ok(variables)
+    item.wrong_if(variables.is_empty(), "there is nothing to search over").map(|()| variables)
 }
 
 fn limits(section: &Section<'_>, strain: f64) -> Result<Limits> {
@@ -137,9 +118,8 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let read = |property| Some(variable(item, property)?.ranged().map(|sd| (property, sd)));
     let mut properties = unsure().filter_map(read).collect::<Result<Vec<_>>>()?;
     properties.retain(|(_, sd)| *sd > 0.0);
-    if sd == [0.0; COLUMNS] && properties.is_empty() {
-        return item.wrong("no standard deviation is larger than zero: nothing to be robust against");
-    }
+    let idle = sd == [0.0; COLUMNS] && properties.is_empty();
+    item.wrong_if(idle, "no standard deviation is larger than zero: nothing to be robust against")?;
     let samples = item.or("samples", 64, Item::whole)? as u32;
     let measure = item.or("measure", Measure::Mean, |m| m.word(&Measure::WORDS))?;
     let calibrated = item.or("calibrated", Calibrated::Each, |c| c.word(&Calibrated::WORDS))?;
@@ -184,14 +164,10 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
         let Some((item, axis)) = sections.section(section).written(key).zip(axis(column)) else { continue };
         let one = axis.len() == 1;
         if column == Column::Tilt || column == Column::Lean {
-            if !one {
-                return item.refuse("a search needs one direction of the object's edge", "one number");
-            }
-            if axis.at(0) != 0.0 && search.robust.as_ref().is_some_and(Robust::tilts) {
-                let message =
-                    "with a tilt or lean in [optimise] robust the object's edge is upright but for that";
-                return item.refuse(message, "0, or nothing");
-            }
+            item.refuse_if(!one, "a search needs one direction of the object's edge", "one number")?;
+            let tilts = axis.at(0) != 0.0 && search.robust.as_ref().is_some_and(Robust::tilts);
+            let why = "with a tilt or lean in [optimise] robust the object's edge is upright but for that";
+            item.refuse_if(tilts, why, "0, or nothing")?;
             continue;
         }
         match search.variables.iter_mut().find(|v| v.quantity == Quantity::Column(column)) {
@@ -219,10 +195,8 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
             return item.refuse(why, "no tilt and lean in it, or contact = \"frictionless\" in [model]");
         }
     }
-    let ends = |column: Column| {
-        of(search, column)
-            .map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
-    };
+    let fixed = |column| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]);
+    let ends = |column| of(search, column).map_or_else(|| fixed(column), |v| [v.min, v.max]);
     let (base, tip) = (ends(Column::BaseDiameter), ends(Column::TipDiameter));
     if search.limits.tip_not_wider && tip[0] > base[1] {
         let message =
@@ -237,8 +211,8 @@ fn two_distances(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     if spec.study.space.axis(Column::Distance).is_none_or(|a| a.len() > 1) {
         return Ok(());
     }
-    let a = sections.section("tap").get("a")?;
-    a.refuse("K has no spread and no mean over one distance", "two distances or more")
+    let why = "K has no spread and no mean over one distance";
+    sections.section("tap").get("a")?.refuse(why, "two distances or more")
 }
 
 pub(super) const TAP: &str = "[tap]\ntheta = [0.1, 10.0]\n";

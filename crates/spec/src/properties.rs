@@ -134,9 +134,8 @@ pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'sta
 }
 
 pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
-    let nested = names.iter().filter_map(|name| name.split_once('.'));
-    let nested: Vec<_> =
-        ["k_theta", "k_y", "k_x"].map(|key| ("root", key)).into_iter().chain(nested).collect();
+    let mut nested: Vec<_> = ["k_theta", "k_y", "k_x"].map(|key| ("root", key)).into();
+    nested.extend(names.iter().filter_map(|name| name.split_once('.')));
     let all: Vec<&str> = names.iter().copied().chain(nested.iter().map(|(table, _)| *table)).collect();
     let inner = |(table, _): &(&str, &str)| {
         let own: Vec<&str> = nested.iter().filter(|(one, _)| one == table).map(|(_, key)| *key).collect();
@@ -243,19 +242,17 @@ impl<'a> AxisItem<'a> {
 
     /// The first value that is `bad`, and its place. Ranges are judged by their ends, samples by the single value `best`.
     pub fn first_where(&self, best: f64, bad: impl Fn(f64) -> bool) -> Option<(f64, Item<'a>)> {
-        let ends = || {
-            let places = [(self.axis.min(), "from"), (self.axis.max(), "to")];
-            let (value, key) = places.into_iter().find(|(value, _)| bad(*value))?;
-            Some((value, self.item.child(key)?))
-        };
-        match &self.axis {
-            Axis::Value(value) => bad(*value).then(|| (*value, self.item.clone())),
-            Axis::List(values) => {
-                values.iter().copied().zip(self.item.elements()?).find(|(value, _)| bad(*value))
+        let whole = |value: f64| vec![(value, self.item.clone())];
+        let places: Vec<_> = match &self.axis {
+            Axis::Value(value) => whole(*value),
+            Axis::List(values) => values.iter().copied().zip(self.item.elements()?).collect(),
+            Axis::Even(_) | Axis::Log { .. } => {
+                let ends = [(self.axis.min(), "from"), (self.axis.max(), "to")];
+                ends.into_iter().filter_map(|(value, key)| Some((value, self.item.child(key)?))).collect()
             }
-            Axis::Even(_) | Axis::Log { .. } => ends(),
-            Axis::Samples { .. } => bad(best).then(|| (best, self.item.clone())),
-        }
+            Axis::Samples { .. } => whole(best),
+        };
+        places.into_iter().find(|(value, _)| bad(*value))
     }
 }
 
@@ -263,12 +260,9 @@ impl<'a> AxisItem<'a> {
 pub(super) type RigAxis<'a> = (Property, AxisItem<'a>);
 
 fn list(item: &Item<'_>) -> Result<Vec<f64>> {
-    let values: Vec<f64> =
-        item.elements().into_iter().flatten().map(|e| e.ranged()).collect::<Result<_>>()?;
-    if values.is_empty() {
-        return item.refuse("this list is empty; at least one value is needed", FORMS);
-    }
-    Ok(values)
+    let values = item.elements().into_iter().flatten().map(|e| e.ranged()).collect::<Result<Vec<_>>>()?;
+    let empty = values.is_empty();
+    item.refuse_if(empty, "this list is empty; at least one value is needed", FORMS).map(|()| values)
 }
 
 fn end(item: &Item<'_>, key: &str, known: &'static Key) -> Result<f64> {
@@ -296,10 +290,8 @@ fn range(item: &Item<'_>, known: &'static Key) -> Result<Axis> {
     };
     let axis = axis.map_err(|e| item.place(e))?;
     // `to` itself need not be a value of the axis.
-    if known.form.interval().is_none_or(|interval| interval.holds(axis.max())) {
-        return Ok(axis);
-    }
-    last.wrong(format!("the last value, {}, is out of range", axis.max()))
+    let outside = known.form.interval().is_some_and(|interval| !interval.holds(axis.max()));
+    last.wrong_if(outside, format!("the last value, {}, is out of range", axis.max())).map(|()| axis)
 }
 
 fn samples(item: &Item<'_>, known: &'static Key, dimension: u32) -> Result<Axis> {

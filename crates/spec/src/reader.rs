@@ -6,9 +6,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{Form, Key, LARGEST, Section};
-use super::sections;
+use super::{InputError, sections};
 use crate::design::MOST;
-use crate::error::InputError;
 use crate::scene::Interval;
 
 pub type Result<T> = std::result::Result<T, InputError>;
@@ -21,16 +20,12 @@ pub struct Document<'a> {
 
 impl<'a> Document<'a> {
     pub fn line(&self, byte: usize) -> usize {
-        let before = &self.text.as_bytes()[..byte.min(self.text.len())];
-        1 + before.iter().filter(|&&b| b == b'\n').count()
+        1 + self.text.bytes().take(byte).filter(|b| *b == b'\n').count()
     }
 
     pub fn error(&self, span: Option<Range<usize>>, message: impl Into<String>) -> InputError {
         let error = InputError::new(message).at(self.file, span.as_ref().map(|s| self.line(s.start)));
-        match span {
-            Some(span) => error.snippet(self.text, span),
-            None => error,
-        }
+        if let Some(span) = span { error.snippet(self.text, span) } else { error }
     }
 
     pub fn excerpt(&self, span: Range<usize>) -> String {
@@ -129,6 +124,21 @@ impl<'a> Item<'a> {
         self.refuse(message, self.allowed())
     }
 
+    /// [`Self::wrong`] if `is_wrong`.
+    pub fn wrong_if(&self, is_wrong: bool, message: impl Into<String>) -> Result<()> {
+        if is_wrong { self.wrong(message) } else { Ok(()) }
+    }
+
+    /// [`Self::refuse`] if `is_refused`.
+    pub fn refuse_if(
+        &self,
+        is_refused: bool,
+        message: impl Into<String>,
+        allowed: impl Into<String>,
+    ) -> Result<()> {
+        if is_refused { self.refuse(message, allowed) } else { Ok(()) }
+    }
+
     fn wrong_type<T>(&self, wanted: &str) -> Result<T> {
         let found = match self.value {
             DeValue::String(_) => "a text in quotes",
@@ -152,20 +162,15 @@ impl<'a> Item<'a> {
         let Some(x) = parsed.filter(|x| f64::is_finite(*x)) else {
             return self.wrong("this must be a finite number");
         };
-        if x.abs() <= MOST {
-            return Ok(x);
-        }
-        let allowed = format!("{}; at most {MOST:e}", self.allowed());
-        self.refuse("no quantity of a whisker is this large", allowed)
+        let allowed = || format!("{}; at most {MOST:e}", self.allowed());
+        if x.abs() <= MOST { Ok(x) } else { self.refuse("no quantity of a whisker is this large", allowed()) }
     }
 
     /// A number that its key allows.
     pub fn ranged(&self) -> Result<f64> {
         let value = self.number()?;
-        match self.interval() {
-            Some(interval) if !interval.holds(value) => self.wrong("this value is out of range"),
-            _ => Ok(value),
-        }
+        let outside = self.interval().is_some_and(|interval| !interval.holds(value));
+        self.wrong_if(outside, "this value is out of range").map(|()| value)
     }
 
     /// The numbers that its key allows, if it takes numbers.
@@ -259,6 +264,10 @@ impl<'a> Item<'a> {
             .or_else(|values: Vec<f64>| self.wrong(format!("{N} numbers are needed, not {}", values.len())))
     }
 
+    fn as_table(&self) -> Result<&'a DeTable<'a>> {
+        self.value.as_table().map_or_else(|| self.wrong_type("a table { key = value, … }"), Ok)
+    }
+
     fn dotted(&self, key: &str) -> String {
         if self.key.is_empty() { key.to_owned() } else { format!("{}.{key}", self.key) }
     }
@@ -283,9 +292,7 @@ impl<'a> Item<'a> {
 
     /// [`Self::need`], with the error at the missing key.
     pub fn needs(&self, key: &str) -> Result<Item<'a>> {
-        if !self.value.is_table() {
-            return self.wrong_type("a table { key = value, … }");
-        }
+        self.as_table()?;
         self.child(key).ok_or_else(|| {
             let span = self.span.clone().filter(|_| !self.key.is_empty());
             let error = self.document.error(span, format!("{key} is missing"));
@@ -305,10 +312,7 @@ impl<'a> Item<'a> {
 
     /// Refuses other values than tables, and other keys than these.
     pub fn only(&self, known: &[&str]) -> Result<()> {
-        let Some(table) = self.value.as_table() else {
-            return self.wrong_type("a table { key = value, … }");
-        };
-        for (key, value) in table {
+        for (key, value) in self.as_table()? {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
                 let message = format!("unknown key{}", sections::hint(name, known));

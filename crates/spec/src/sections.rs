@@ -11,8 +11,7 @@ use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Value};
 
 use super::keys::Form;
-use super::{Document, Item, Result, keys, model};
-use crate::error::InputError;
+use super::{Document, InputError, Item, Result, keys, model};
 use crate::scene::{Estimate, Output, RankBy, Theory};
 
 pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Output) -> Result<()> {
@@ -102,9 +101,8 @@ impl<'a> Item<'a> {
             Form::Words(_) => self.own_word()?.into(),
             Form::Ends(interval) => {
                 let ends: [f64; 2] = self.numbers()?;
-                if !ends.iter().all(|end| interval.holds(*end)) || ends[0] >= ends[1] {
-                    return self.wrong("this is not a range");
-                }
+                let outside = ends.iter().any(|end| !interval.holds(*end));
+                self.wrong_if(outside || ends[0] >= ends[1], "this is not a range")?;
                 ends.to_vec().into()
             }
             _ => return Ok(None),
@@ -163,10 +161,8 @@ impl<'a> Sections<'a> {
                 return Err(item.error(message));
             };
             let keys = keys::section(name).names();
-            for (key, value) in table {
-                if !keys.contains(&&**key.get_ref()) {
-                    return Err(unknown(document, Some(name), key, value, &keys));
-                }
+            if let Some((key, value)) = table.iter().find(|(key, _)| !keys.contains(&&**key.get_ref())) {
+                return Err(unknown(document, Some(name), key, value, &keys));
             }
         }
         Ok(Self { document, user, more, warnings: RefCell::default() })

@@ -4,10 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::properties::RigAxis;
-use super::{AxisItem, Item, Result, Sections, properties, tuple_file};
+use super::{AxisItem, Frame, Item, Result, Sections, properties, tuple_file};
 use crate::scene::space::MOST_TAPS;
 use crate::scene::{COLUMNS, Column, Drive, Listed, Rigs, Space};
-use crate::sink::Frame;
 
 pub(super) type ColumnKey = (&'static str, &'static str, Column);
 
@@ -50,13 +49,8 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&F
     if let Some(frame) = frame {
         return tuple_file::of_frame(sections, drive, frame);
     }
-    Ok(Read {
-        space: Space::List(Listed::default()),
-        directions: [false; 2],
-        leaning: [None, None],
-        properties: Vec::new(),
-        rigs: None,
-    })
+    let space = Space::List(Listed::default());
+    Ok(Read { space, directions: [false; 2], leaning: [None, None], properties: Vec::new(), rigs: None })
 }
 
 pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
@@ -66,9 +60,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
     if let Some(item) = tap.written(other) {
         let message = match drive {
             Drive::Angle => "delta needs drive = \"displacement\" in [tap]",
-            Drive::Displacement => {
-                "with drive = \"displacement\" the object moves by delta; theta has no meaning"
-            }
+            _ => "with drive = \"displacement\" the object moves by delta; theta has no meaning",
         };
         return item.refuse(message, format!("{key} in place of {other}"));
     }
@@ -114,9 +106,7 @@ fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[RigAxis<'_>]) -> Result<
     let (design, taps) = axes.split_at(Column::Distance as usize);
     let all = design.iter().chain(properties.iter().map(|(_, axis)| axis)).chain(taps);
     let mut sampled = all.filter_map(|a| Some((a, a.axis.points()?)));
-    let Some((first, points)) = sampled.next() else {
-        return Ok(());
-    };
+    let Some((first, points)) = sampled.next() else { return Ok(()) };
     let is_a = |item: &AxisItem<'_>| item.item.key == axes[5].item.key;
     for (other, others) in sampled {
         let (key, first_key) = (&other.item.key, &first.item.key);
@@ -150,19 +140,14 @@ fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
         } else {
             taps = taps.saturating_mul(part.axis.len());
         }
-        if part.axis.len() > longest.axis.len() {
-            longest = part;
-        }
+        longest = if part.axis.len() > longest.axis.len() { part } else { longest };
     }
     let n = taps.saturating_mul(samples);
-    if n <= MOST_TAPS {
-        return Ok(());
-    }
     let message = format!("one design would have {n} taps, all its distances at all tilts, leans and drives");
     let allowed = format!(
         "{MOST_TAPS} at most: fewer values here, or samples, as in {{ min = …, max = …, samples = N }} for the drive and an axis of the whisker, which belong together"
     );
-    longest.item.refuse(message, allowed)
+    longest.item.refuse_if(n > MOST_TAPS, message, allowed)
 }
 
 fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[RigAxis<'_>]) -> Result<Space> {

@@ -13,9 +13,8 @@ use crate::text_file::{LINE, Limit, TextFile, refused};
 
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str, limit: Limit) -> Result<(String, String)> {
     let path = base.join(item.text()?);
-    let text =
-        TextFile::open(&path, what, limit).and_then(|mut file| file.text()).map_err(|e| named(item, e))?;
-    Ok((path.display().to_string(), text))
+    let text = TextFile::open(&path, what, limit).and_then(|mut file| file.text());
+    Ok((path.display().to_string(), text.map_err(|e| named(item, e))?))
 }
 
 /// Keeps the place of an error in a line of the file that `item` names; else places it at `item`.
@@ -40,9 +39,8 @@ impl<'a> Columns<'a> {
     }
 
     fn required(&self, separator: &str) -> String {
-        let required: Vec<&str> =
-            self.names.iter().copied().filter(|name| !self.spare.contains(name)).collect();
-        required.join(separator)
+        let required = self.names.iter().copied().filter(|name| !self.spare.contains(name));
+        required.collect::<Vec<_>>().join(separator)
     }
 }
 
@@ -173,8 +171,8 @@ pub(super) struct Header<'a> {
 impl<'a> Header<'a> {
     fn new(columns: Columns<'a>, names: &[String]) -> Result<Self> {
         let mut places = vec![None; columns.names.len()];
-        let ignored: Vec<&String> =
-            names.iter().filter(|name| !columns.names.contains(&name.as_str())).collect();
+        let is_other = |name: &&String| !columns.names.contains(&name.as_str());
+        let ignored: Vec<String> = names.iter().filter(is_other).cloned().collect();
         for (place, &column) in places.iter_mut().zip(columns.names) {
             let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
             *place = found.next();
@@ -190,9 +188,8 @@ impl<'a> Header<'a> {
             let allowed = format!("each of {} once, in any order", columns.required(", "));
             return Err(InputError::new(message).key(column).allowed(allowed));
         }
-        let ignored = ignored.into_iter().cloned().collect();
-        let values = vec![0.0; places.len()];
-        Ok(Self { columns, places, values, ignored, decimals: Decimals::default() })
+        let (values, decimals) = (vec![0.0; places.len()], Decimals::default());
+        Ok(Self { columns, places, values, ignored, decimals })
     }
 
     /// The numbers of a row; 0 for missing columns.

@@ -1,14 +1,14 @@
 //! Tuples listed in a CSV file.
 
+use std::borrow::Cow;
 use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 use std::sync::Arc;
 
 use super::space::Read;
 use super::table::{self, Columns, Header, Source};
-use super::{AxisItem, Item, Result, Sections, properties, usual};
-use crate::error::InputError;
-use crate::fields::separator;
+use super::{AxisItem, InputError, Item, Result, Sections, properties, usual};
+use crate::fields::{fields, separator};
 use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;
 use crate::scene::space::MOST_TAPS;
@@ -35,8 +35,8 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(names: &[&str]) -> Self {
-        let there = |(property, _): &(Property, usize)| names.contains(&property.about().column);
+    fn new(names: &[Cow<'_, str>]) -> Self {
+        let there = |(property, _): &(Property, usize)| names.iter().any(|n| n == property.about().column);
         let places: Vec<(Property, usize)> = varied().zip(COLUMNS..).filter(there).collect();
         let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
         let (listed, largest) = (Listed::default(), ([f64::NAN; COLUMNS], vec![0.0; places.len()]));
@@ -73,9 +73,8 @@ impl Rows {
 
     fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>, header: &Header<'_>) -> Result<Read<'a>> {
         let listed = self.listed;
-        if listed.len() as u64 > MOST_ROWS {
-            return item.refuse("this file has too many rows", format!("{MOST_ROWS}"));
-        }
+        let many = listed.len() as u64 > MOST_ROWS;
+        item.refuse_if(many, "this file has too many rows", MOST_ROWS.to_string())?;
         short(item, &listed)?;
         let has = |property| self.places.iter().any(|(p, _)| *p == property);
         for (property, _) in &self.places {
@@ -88,28 +87,26 @@ impl Rows {
                 return other.refuse(why, "one of the two");
             }
             let coreless = sections.section("whisker").written("core").is_none();
+            let beside = |other, column| {
+                let allowed = format!("a column {column} beside it, or core = {{ diameter, modulus }}");
+                (!has(other) && coreless, allowed)
+            };
             let (missing, allowed) = match property {
-                Property::Foil => (unwritten, "foil = { stiffness, length, width }"),
-                Property::Core => (
-                    !has(Property::CoreModulus) && coreless,
-                    "a column E_core_MPa beside it, or core = { diameter, modulus }",
-                ),
-                Property::CoreModulus => (
-                    !has(Property::Core) && coreless,
-                    "a column core_mm beside it, or core = { diameter, modulus }",
-                ),
+                Property::Foil => (unwritten, "foil = { stiffness, length, width }".to_owned()),
+                Property::Core => beside(Property::CoreModulus, "E_core_MPa"),
+                Property::CoreModulus => beside(Property::Core, "core_mm"),
                 Property::Modulus => {
                     let material = sections.section("model").written("material");
-                    let other =
-                        |item: Item<'_>| ["hooke", "neo-hookean"].iter().all(|law| item.child(law).is_none());
-                    (material.is_some_and(other), "material = { hooke = E } or { neo-hookean = E }")
+                    let other = |m: Item<'_>| m.child("hooke").or_else(|| m.child("neo-hookean")).is_none();
+                    (
+                        material.is_some_and(other),
+                        "material = { hooke = E } or { neo-hookean = E }".to_owned(),
+                    )
                 }
-                _ => (false, ""),
+                _ => continue,
             };
-            if missing {
-                return item
-                    .refuse(format!("the column {column} of this file needs more in [{section}]"), allowed);
-            }
+            let why = format!("the column {column} of this file needs more in [{section}]");
+            item.refuse_if(missing, why, allowed)?;
         }
         let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
         let properties = self.places.iter().map(|(p, _)| *p).zip(self.largest.1.iter().map(axis)).collect();
@@ -134,7 +131,8 @@ pub(super) fn read<'a>(
     let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
     // The present name of the column, or the former one.
     let tips = [WHISKER[1], Column::TipDiameter.name(drive)];
-    let [now, before] = tips.map(|tip| first.split(',').any(|name| name.trim().trim_matches('"') == tip));
+    let written = fields(&first, separator(&first));
+    let [now, before] = tips.map(|tip| written.iter().any(|name| name == tip));
     if now && before {
         let error = InputError::new("both of these columns are the diameter of the tip").at(label, None);
         return Err(table::named(item, error.key(tips.join(", ")).allowed("one of them")));
@@ -142,8 +140,6 @@ pub(super) fn read<'a>(
     let tip = tips[usize::from(!now)];
     let [names, spare] = names(drive, tip);
     let columns = Columns { names: &names, spare: &spare, allowed };
-    let written: Vec<&str> =
-        first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
     let mut all = Rows::new(&written);
     let mut row = |values: &[f64], _| all.take(values);
     let header = table::scan(Source::File(&path), (text, separator(&first)), columns, &mut row)?;
@@ -159,13 +155,10 @@ fn short(item: &Item<'_>, listed: &Listed) -> Result<()> {
     let groups = listed.groups();
     let mut taps = vec![0u64; groups.counts[0] as usize];
     groups.designs.iter().for_each(|k| taps[*k as usize] += 1);
-    match taps.into_iter().max().filter(|n| *n > MOST_TAPS) {
-        None => Ok(()),
-        Some(n) => item.refuse(
-            format!("one design of this file has {n} rows"),
-            format!("{MOST_TAPS} rows of a design at most: fewer distances or drives, or several files"),
-        ),
-    }
+    let n = taps.into_iter().max().unwrap_or(0);
+    let allowed =
+        format!("{MOST_TAPS} rows of a design at most: fewer distances or drives, or several files");
+    item.refuse_if(n > MOST_TAPS, format!("one design of this file has {n} rows"), allowed)
 }
 
 /// Names of the columns, with `tip` for the diameter of the tip, and those that may be missing.
@@ -179,8 +172,7 @@ fn names(drive: Drive, tip: &'static str) -> [Vec<&'static str>; 2] {
 pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame) -> Result<Read<'a>> {
     let [names, spare] = names(drive, WHISKER[1]);
     let columns = Columns { names: &names, spare: &spare, allowed };
-    let given: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
-    let mut all = Rows::new(&given);
+    let mut all = Rows::new(&frame.names);
     let header = table::of_frame(frame, columns, &mut |values, _| all.take(values));
     let header = header.map_err(|e| InputError { key: e.key.map(|key| format!("tuples.{key}")), ..e })?;
     all.warn(sections, drive, None);

@@ -2,9 +2,8 @@
 //!
 //! The ranges hold rats' whiskers (D 0.2 mm, L_a 40 mm), rubber rods of 30 mm by 300 mm, and moduli from gelatine to tungsten.
 
-use super::{Item, Section, Sections, keys, space};
+use super::{InputError, Item, Section, Sections, keys, space};
 use crate::design::MOST;
-use crate::error::InputError;
 use crate::fields::plain;
 use crate::scene::{COLUMNS, Column, Drive};
 

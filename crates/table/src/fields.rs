@@ -20,17 +20,8 @@ pub fn lines(text: &str) -> impl Iterator<Item = &str> {
 
 /// The separator of `line`: `;` or a tab outside quotes, else a comma.
 pub fn separator(line: &str) -> char {
-    let mut quoted = false;
-    let mut found = ',';
-    for c in line.bytes() {
-        match c {
-            b'"' => quoted = !quoted,
-            b';' if !quoted => return ';',
-            b'\t' if !quoted => found = '\t',
-            _ => {}
-        }
-    }
-    found
+    let is_there = |mark: &char| line.split('"').step_by(2).any(|unquoted| unquoted.contains(*mark));
+    [';', '\t'].into_iter().find(is_there).unwrap_or(',')
 }
 
 /// Trimmed fields of a line. A quoted field may contain the separator.
@@ -49,10 +40,7 @@ pub fn number(field: &str) -> Option<f64> {
     if field.is_empty() {
         return Some(f64::NAN);
     }
-    let parsed = match mark(field) {
-        Some(',') => field.replacen(',', ".", 1).parse(),
-        _ => field.parse(),
-    };
+    let parsed = if mark(field) == Some(',') { field.replacen(',', ".", 1).parse() } else { field.parse() };
     parsed.ok().map(|x: f64| if x.is_finite() { x } else { f64::NAN })
 }
 
@@ -66,10 +54,9 @@ pub fn plain(x: f64) -> String {
 }
 
 fn mark(field: &str) -> Option<char> {
-    let mut marks = field.bytes().filter(|c| matches!(c, b'.' | b','));
-    let first = marks.next()?;
+    let mut marks = field.chars().filter(|c| matches!(c, '.' | ','));
     // Two marks separate thousands; such a field is refused.
-    marks.next().is_none().then_some(char::from(first))
+    marks.next().filter(|_| marks.next().is_none())
 }
 
 /// The decimal mark of a file, taken from the first number with one.

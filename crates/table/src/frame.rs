@@ -62,9 +62,7 @@ impl Frame {
     /// Appends one row.
     pub fn row(&mut self, fields: impl IntoIterator<Item = Field>) -> Result<(), Error> {
         let (mut fields, wide) = (fields.into_iter(), || Error::Run("a row of another width".into()));
-        for column in &mut self.columns {
-            column.push(fields.next().ok_or_else(wide)?)?;
-        }
+        self.columns.iter_mut().try_for_each(|c| c.push(fields.next().ok_or_else(wide)?))?;
         fields.next().map_or(Ok(()), |_| Err(wide()))
     }
 
@@ -133,9 +131,10 @@ impl Frame {
     }
 
     fn lacks(&self, column: &str) -> InputError {
-        let error = InputError::new("the table lacks this column").at(self.file.clone(), None).key(column);
-        error
-            .allowed("a table as this version writes it: run its command again where an earlier one wrote it")
+        let allowed =
+            "a table as this version writes it: run its command again where an earlier one wrote it";
+        let error = InputError::new("the table lacks this column").at(self.file.clone(), None);
+        error.key(column).allowed(allowed)
     }
 
     /// A column of numbers; NaN is missing.
@@ -148,10 +147,10 @@ impl Frame {
             Values::Numbers(numbers) => Ok(numbers),
             Values::Counts(_) => Err(self.lacks(name)),
             Values::Words(words) => {
-                let is_bad =
-                    |row: &usize| !words.at(*row).is_empty() && words.at(*row).parse::<f64>().is_err();
-                let row = (0..words.codes.len()).find(is_bad).unwrap_or(0);
-                Err(self.damaged(name, row + 2, words.codes.get(row).map_or("", |_| words.at(row))))
+                let is_bad = |(_, word): &(usize, &str)| !word.is_empty() && word.parse::<f64>().is_err();
+                let rows = (2..).zip((0..words.codes.len()).map(|row| words.at(row)));
+                let (line, word) = rows.clone().find(is_bad).or(rows.clone().next()).unwrap_or((2, ""));
+                Err(self.damaged(name, line, word))
             }
         }
     }
@@ -197,8 +196,8 @@ impl Frame {
 
 fn written(write: impl FnOnce(&mut csv::Writer<Vec<u8>>) -> csv::Result<()>) -> Result<Vec<u8>, Error> {
     let mut builder = csv::WriterBuilder::new();
-    let mut text =
-        builder.buffer_capacity(BUFFER).terminator(csv::Terminator::Any(b'\n')).from_writer(vec![]);
+    let builder = builder.buffer_capacity(BUFFER).terminator(csv::Terminator::Any(b'\n'));
+    let mut text = builder.from_writer(vec![]);
     write(&mut text).map_err(|e| Error::Run(e.to_string()))?;
     text.into_inner().map_err(|e| Error::Run(e.to_string()))
 }

@@ -3,7 +3,6 @@
 //! In `columns.csv` a line is a column of some tables, and columns follow its order. The first line of a
 //! name has its type, unit and axis; a later line what differs. `this|that` has two names; a line without tables is a second name.
 
-use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use crate::scene::{Convention, Drive, Property, Setup, Signal};
@@ -209,22 +208,17 @@ pub fn property(name: &str) -> Option<Property> {
     Property::ALL.into_iter().find(|property| property.about().column == name)
 }
 
+/// Name, type, unit, axis, scale, tables, when and meaning.
+type Line = (String, Option<Kind>, String, String, String, String, Only, String);
+
 /// All facts, in the order of tables.
 pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
     let mut all: Vec<Fact> = Vec::new();
-    let mut firsts: HashMap<String, usize> = HashMap::new();
     let mut lines = csv::Reader::from_reader(&include_bytes!("columns.csv")[..]);
-    for line in lines.deserialize::<[String; 8]>() {
-        let [name, kind, unit, axis, scale, tables, when, meaning] = line.expect("columns.csv is a table");
-        let first = firsts.get(self::first(&name)).map(|place| &all[*place]);
-        let known =
-            |word| Kind::WORDS.iter().find(|(one, _)| *one == word).expect("columns.csv: a known type").1;
-        let kind = match kind.as_str() {
-            "" => first.map_or(Kind::Number, |first| first.kind),
-            word => known(word),
-        };
-        let only =
-            Only::WORDS.iter().find(|(word, ..)| *word == when).expect("columns.csv: a known `when`").1;
+    for line in lines.deserialize::<Line>() {
+        let (name, kind, unit, axis, scale, tables, only, meaning) = line.expect("columns.csv is a table");
+        let first = all.iter().find(|fact| first(&fact.name) == first(&name));
+        let kind = kind.or(first.map(|first| first.kind)).unwrap_or(Kind::Number);
         let inherited = |own: String, of: fn(&Fact) -> &String| match first {
             Some(first) if own.is_empty() => of(first).clone(),
             _ => own,
@@ -235,7 +229,6 @@ pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
             Some(property) if meaning.is_empty() => property.about().what.to_owned(),
             _ => meaning,
         };
-        firsts.entry(self::first(&name).to_owned()).or_insert(all.len());
         all.push(Fact { name, tables, kind, unit, axis, log, only, meaning });
     }
     all

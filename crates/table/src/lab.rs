@@ -86,13 +86,8 @@ impl<'a> LabRow<'a> {
 
 impl fmt::Display for LabRow<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Line(line) => f.write_str(line),
-            Self::Of(..) => {
-                let cells: Vec<String> = self.cells(',').iter().map(LabCell::to_string).collect();
-                f.write_str(&cells.join(","))
-            }
-        }
+        let cells = |row: &Self| row.cells(',').iter().map(LabCell::text).collect::<Vec<_>>().join(",");
+        if let Self::Line(line) = self { f.write_str(line) } else { f.write_str(&cells(self)) }
     }
 }
 
@@ -156,11 +151,5 @@ impl<'a> LabCell<'a> {
             }
             _ => self.text().into_owned().into(),
         }
-    }
-}
-
-impl fmt::Display for LabCell<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text())
     }
 }

@@ -15,9 +15,8 @@ use crate::{Frame, Values};
 pub const MOST_ROWS: usize = 5_000_000;
 
 fn too_long(file: &str) -> InputError {
-    InputError::new(format!("the table has more than {MOST_ROWS} rows"))
-        .at(file, None)
-        .allowed("fewer: a sweep with `[output] top = N` keeps the best")
+    let error = InputError::new(format!("the table has more than {MOST_ROWS} rows")).at(file, None);
+    error.allowed("fewer: a sweep with `[output] top = N` keeps the best")
 }
 
 /// Reads CSV text; `file` is its name in errors. Errors: empty or unreadable text, an incomplete last row, or more than [`MOST_ROWS`] rows.
@@ -28,10 +27,8 @@ pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
         return Err(InputError::new("the table is empty: it has no header").at(file, None));
     }
     // Counts are read as numbers. The type of an unknown column is decided after its last row.
-    let kind = |name| match fact(name).map(|fact| fact.kind) {
-        None | Some(Kind::Word) => Kind::Word,
-        Some(Kind::Number | Kind::Count) => Kind::Number,
-    };
+    let is_word = |name| fact(name).is_none_or(|fact| fact.kind == Kind::Word);
+    let kind = |name| if is_word(name) { Kind::Word } else { Kind::Number };
     let mut columns: Vec<Values> = header.iter().map(|name| Values::new(kind(name))).collect();
     let mut bad: Vec<(usize, usize, String)> = Vec::new();
     let (mut record, mut rows) = (csv::StringRecord::new(), 0);
@@ -67,9 +64,8 @@ pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
 fn damaged(file: &str, e: csv::Error) -> InputError {
     let why = match e.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!(
-                "this row has {len} fields, the header {expected_len}: the table is damaged or was not written to its end"
-            )
+            let fields = format!("this row has {len} fields, the header {expected_len}");
+            format!("{fields}: the table is damaged or was not written to its end")
         }
         csv::ErrorKind::Utf8 { .. } => "this row is not UTF-8: the table is damaged".to_owned(),
         _ => return unread(file, e, "the table cannot be read"),

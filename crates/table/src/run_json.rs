@@ -125,9 +125,8 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
 /// Columns of whisker, rig and direction with several values in `study`.
 pub fn varying(study: &Study) -> Vec<&'static str> {
     let (setup, space) = (&study.setup, &study.space);
-    let several = |column: &Column| space.axis(*column).is_none_or(|axis| axis.len() > 1);
-    let whisker =
-        Column::ALL.into_iter().zip(WHISKER).filter(|(column, _)| several(column)).map(|(_, name)| name);
+    let several = |column: Column| space.axis(column).is_none_or(|axis| axis.len() > 1);
+    let whisker = Column::ALL.into_iter().zip(WHISKER).filter_map(|(c, name)| several(c).then_some(name));
     let rigs = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
     let angles = setup.directions.into_iter().zip(["tilt_deg", "lean_deg"]);
     whisker.chain(rigs).chain(angles.filter_map(|(shown, column)| shown.then_some(column))).collect()

@@ -30,17 +30,13 @@ impl Sheet {
         (empty, provenance): (&Frame, &str),
         more: Option<More>,
     ) -> Result<Self, Error> {
-        Ok(match format {
-            TableFormat::Csv => {
-                if output.bytes() == 0 {
-                    output.write(&empty.header()?)?;
-                }
-                Self::Csv(Box::new(output))
-            }
-            TableFormat::Parquet => {
-                Self::Parquet(Box::new(parquet::Writer::new(output, empty, provenance, more)?))
-            }
-        })
+        if format == TableFormat::Parquet {
+            return Ok(Self::Parquet(Box::new(parquet::Writer::new(output, empty, provenance, more)?)));
+        }
+        if output.bytes() == 0 {
+            output.write(&empty.header()?)?;
+        }
+        Ok(Self::Csv(Box::new(output)))
     }
 
     /// Position in the file, if there is one, and the state that Parquet needs to continue.
@@ -67,11 +63,10 @@ impl Sheet {
     /// Completes and closes the file, or returns the table in memory.
     pub fn close(self) -> Result<Option<Frame>, Error> {
         match self {
-            Self::Csv(output) => output.close()?,
-            Self::Parquet(writer) => writer.close()?,
-            Self::Memory(all) => return Ok(Some(all)),
+            Self::Csv(output) => output.close().map(|()| None),
+            Self::Parquet(writer) => writer.close().map(|()| None),
+            Self::Memory(all) => Ok(Some(all)),
         }
-        Ok(None)
     }
 }
 

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::heading::{Fact, Heading, Only, heading, property};
-use super::values::Field;
 use crate::design::Design;
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
@@ -12,7 +11,7 @@ use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::{Drive, Property, Setup, Tuple};
 use crate::sheet::TableFormat;
 use crate::statistics::{DistanceRow, Figures, Reduction};
-use crate::values::named;
+use crate::values::{Field, named};
 
 vibrissa_core::words! {
     /// A table that a sweep writes, in the order of their counts.

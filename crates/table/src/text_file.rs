@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
+use std::string::FromUtf8Error;
 
 use crate::error::InputError;
 
@@ -72,10 +73,8 @@ impl<R: Read> TextFile<R> {
 
     /// Reads everything as text, without byte order mark.
     pub fn text(&mut self) -> std::result::Result<String, InputError> {
-        let mut text = String::from_utf8(self.bytes()?).map_err(|e| {
-            let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
-            self.no_text(1 + ends(valid))
-        })?;
+        let valid = |e: FromUtf8Error| 1 + ends(&e.as_bytes()[..e.utf8_error().valid_up_to()]);
+        let mut text = String::from_utf8(self.bytes()?).map_err(|e| self.no_text(valid(e)))?;
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
         }
@@ -98,9 +97,8 @@ impl<R: Read> TextFile<R> {
     }
 
     fn too_long(&self) -> InputError {
-        let error =
-            InputError::new(format!("this file is longer than 16 MiB, so it is no {} file", self.what));
-        error.at(&self.label, None).allowed("up to 16 MiB")
+        let why = format!("this file is longer than 16 MiB, so it is no {} file", self.what);
+        InputError::new(why).at(&self.label, None).allowed("up to 16 MiB")
     }
 
     fn no_text(&self, line: usize) -> InputError {

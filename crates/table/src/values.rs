@@ -114,19 +114,17 @@ impl Words {
     pub fn typed(self) -> Values {
         let codes = || self.codes.iter().map(|code| *code as usize);
         if let Some(known) = self.known.iter().map(|word| number(word)).collect::<Option<Vec<f64>>>() {
-            return Values::Numbers(codes().map(|code| known[code]).collect());
+            Values::Numbers(codes().map(|code| known[code]).collect())
+        } else if let Some(known) = self.known.iter().map(|word| whole(word)).collect::<Option<Vec<u64>>>() {
+            Values::Counts(codes().map(|code| known[code]).collect())
+        } else {
+            Values::Words(self)
         }
-        if let Some(known) = self.known.iter().map(|word| whole(word)).collect::<Option<Vec<u64>>>() {
-            return Values::Counts(codes().map(|code| known[code]).collect());
-        }
-        Values::Words(self)
     }
 
     fn push_status(&mut self, status: Status) {
-        let code = match self.last {
-            Some((last, code)) if last == status => code,
-            _ => self.code(&status.to_string()),
-        };
+        let last = self.last.filter(|(last, _)| *last == status);
+        let code = last.map_or_else(|| self.code(&status.to_string()), |(_, code)| code);
         self.last = Some((status, code));
         self.codes.push(code);
     }

@@ -107,7 +107,7 @@ fn owners(
     let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
     let mut all = HashMap::new();
     while let Some((line, _, cells)) = sheet.next(said).map_err(here)? {
-        let name = cells.get(place).map(LabCell::to_string).unwrap_or_default();
+        let name = cells.get(place).map(LabCell::text).unwrap_or_default();
         let owner = known.iter().position(|n| *n == name).ok_or_else(|| {
             let close = nearest(&name, &known).map(|n| format!("; is {n} meant?"));
             let message = format!("the array has no such whisker{}", close.unwrap_or_default());

@@ -215,7 +215,7 @@ impl<'a> Objects<'a> {
 
 /// What a column at this place says; empty without one.
 pub(super) fn named(place: Option<usize>, cells: &[LabCell<'_>]) -> String {
-    place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
+    place.and_then(|place| cells.get(place)).map_or_else(String::new, |cell| cell.text().into_owned())
 }
 
 /// The numbers in the order of the columns; tilt with its standard deviation, degrees; `apart`: line of the farthest tap, and its standard deviations.

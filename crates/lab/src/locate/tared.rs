@@ -291,7 +291,7 @@ impl Readings {
             None => Ok(f64::NAN),
             Some(field) => field.number().ok_or_else(|| {
                 let error = InputError::new("this is not a number").at(self.file.clone(), Some(row.line));
-                let error = error.key(name).value(field);
+                let error = error.key(name).value(field.text());
                 error.allowed("a number without unit; empty or NaN where it is missing")
             }),
         };

@@ -157,7 +157,7 @@ impl Data {
                         "a number without unit; empty or NaN where it is missing"
                     };
                     let error = InputError::new(decimals.wrong(&record[place])).key(&names[place]);
-                    error.value(&record[place]).allowed(allowed).at(label, Some(line))
+                    error.value(record[place].text()).allowed(allowed).at(label, Some(line))
                 })
             };
             others.push(&record);
@@ -177,7 +177,7 @@ impl Data {
             beside.values.push(places.map(|place| {
                 let Some(place) = place else { return f64::NAN };
                 decimals.number(&record[place]).unwrap_or_else(|| {
-                    faulty.get_or_insert((line, names[place].clone(), record[place].to_string()));
+                    faulty.get_or_insert((line, names[place].clone(), record[place].text().into_owned()));
                     f64::NAN
                 })
             }));

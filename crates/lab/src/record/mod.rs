@@ -79,9 +79,9 @@ impl Record {
             let mut number = |place: usize| match decimals.number(&all[place]) {
                 Some(x) if x.is_finite() => Ok(x),
                 _ => {
-                    let error =
-                        InputError::new(decimals.wrong(&all[place])).key(&names[place]).value(&all[place]);
-                    Err(at(error.allowed("a number; samples that are missing are left out"), line))
+                    let allowed = "a number; samples that are missing are left out";
+                    let error = InputError::new(decimals.wrong(&all[place])).key(&names[place]);
+                    Err(at(error.value(all[place].text()).allowed(allowed), line))
                 }
             };
             let t = number(time)?;
@@ -96,7 +96,7 @@ impl Record {
                 drives.push(number(place)?);
             }
             for ((_, values), place) in record.labels.iter_mut().zip(&labelled) {
-                values.push(all[*place].to_string());
+                values.push(all[*place].text().into_owned());
             }
         }
         sheet.check(said).map_err(here)?;

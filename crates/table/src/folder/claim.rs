@@ -131,8 +131,8 @@ pub(super) fn judge(
     names.iter().try_for_each(|name| is_free(name, listed.iter().any(|file| file.name == *name)))?;
     listed.iter().try_for_each(|file| is_free(&file.name, true))?;
     let hidden = folder.join(WORK).canonicalize();
-    if let Some(path) = read.iter().find(|path| hidden.as_ref().is_ok_and(|hidden| path.starts_with(hidden)))
-    {
+    let is_hidden = |path: &&PathBuf| hidden.as_ref().is_ok_and(|hidden| path.starts_with(hidden));
+    if let Some(path) = read.iter().find(is_hidden) {
         return Err(in_the_way(path, "is read, and lies in the hidden folder of the result"));
     }
     let mut objection = objection(folder, &run, (question, begun))?;

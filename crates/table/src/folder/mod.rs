@@ -74,16 +74,12 @@ impl Folder {
         question: Question,
         (names, force): (&[&str], bool),
     ) -> Result<Self, Error> {
-        let (left, damage) = match Left::read(&work.0) {
-            Ok(left) => (left, None),
-            Err(e) => (None, Some(format!("cannot be gone on with ({e})"))),
-        };
+        let (left, damage) = Left::read(&work.0).map_or_else(|e| (None, Some(e)), |left| (left, None));
         let begun = left.as_ref().is_some_and(|left| question.identity.as_ref() == Some(&left.identity));
         let old = judge(&target, &question, names, (begun, force))?;
         // Work of any other run is discarded: directly if it was short or has no state, else only with `force`.
-        if let Some(Left { seconds, done, .. }) =
-            left.as_ref().filter(|left| !begun && !force && left.seconds > LONG)
-        {
+        let lost = left.as_ref().filter(|left| !begun && !force && left.seconds > LONG);
+        if let Some(Left { seconds, done, .. }) = lost {
             let why = format!(
                 "this folder holds an unfinished run of {seconds:.0} s ({done}) of another command, with other values or on another backend"
             );
@@ -91,11 +87,10 @@ impl Folder {
             return Err(refuse(&target, why, allowed));
         }
         let left = left.filter(|_| begun && !force);
-        let (closed, is_new) = (Closed::default(), left.is_none());
-        let mut folder =
-            Self { target, question, old, left, begun: Vec::new(), warnings: Vec::new(), closed, work };
+        let (closed, warnings, is_new) = (Closed::default(), Vec::new(), left.is_none());
+        let mut folder = Self { target, question, old, left, begun: Vec::new(), warnings, closed, work };
         match damage {
-            Some(why) => folder.begin_anew(&why)?,
+            Some(e) => folder.begin_anew(&format!("cannot be gone on with ({e})"))?,
             None if is_new => folder.clear()?,
             None => {}
         }
@@ -148,10 +143,9 @@ impl Folder {
         files: Vec<Listed>,
         state: &impl Serialize,
     ) -> Result<(), Error> {
-        let identity = self.question.identity.clone().unwrap_or_default();
-        let kept =
-            pack(state).and_then(|state| Left { identity, done, seconds, files, state }.write(&self.work.0));
-        kept.map_err(|e| Error::io(&self.work.0, e))
+        let (identity, work) = (self.question.identity.clone().unwrap_or_default(), &self.work.0);
+        let kept = pack(state).and_then(|state| Left { identity, done, seconds, files, state }.write(work));
+        kept.map_err(|e| Error::io(work, e))
     }
 
     /// Adds to the error `e`, which ends the run, what is kept in the folder.

@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
-use parquet::column::writer::{ColumnCloseResult, ColumnWriter, get_column_writer};
+use parquet::column::writer::{ColumnWriter, get_column_writer};
 use parquet::data_type::ByteArray;
 use parquet::errors::{ParquetError, Result};
 use parquet::file::metadata::{
@@ -91,20 +91,16 @@ impl Writer {
                 options.set_encoding_stats_as_mask(false);
                 let body = &footer[..footer.len().saturating_sub(TAIL)];
                 let read = ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options));
-                let read = read.map_err(failed)?;
-                let known = read.row_groups().iter().cloned().map(as_written);
-                groups = known.collect::<Result<_, _>>().map_err(failed)?;
+                let known = read.and_then(|read| read.row_groups().iter().cloned().map(as_written).collect());
+                groups = known.map_err(failed)?;
                 waiting.columns = columns;
             }
         }
         let schema = schema(empty).map_err(failed)?;
         let units: serde_json::Map<String, Value> =
             empty.names.iter().map(|name| (name.to_string(), json!(unit(name)))).collect();
-        let fact = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
-        let facts = vec![
-            fact(PROVENANCE, provenance.to_owned()),
-            fact("vibrissa.units", Value::Object(units).to_string()),
-        ];
+        let units = KeyValue::new("vibrissa.units".to_owned(), Value::Object(units).to_string());
+        let facts = vec![KeyValue::new(PROVENANCE.to_owned(), provenance.to_owned()), units];
         let properties = properties(empty);
         Ok(Self { output, schema, properties, facts, groups, waiting })
     }
@@ -204,7 +200,7 @@ fn column(
     let pages = Box::new(SerializedPageWriter::new(&mut bytes));
     let mut writer = get_column_writer(description, Arc::clone(properties), pages);
     write(&mut writer, values)?;
-    let ColumnCloseResult { metadata, .. } = writer.close()?;
+    let metadata = writer.close()?.metadata;
     Ok((bytes.into_inner()?, metadata))
 }
 

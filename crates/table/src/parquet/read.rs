@@ -12,10 +12,10 @@ use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
 
 use crate::error::{Error, InputError};
-use crate::frame::Frame;
 use crate::heading::Kind;
 use crate::kernel::gpu::quietly;
-use crate::values::{Values, Words};
+use crate::values::Words;
+use crate::{Frame, Values};
 
 /// Reader of the row groups, in order.
 pub struct Reader {
@@ -96,8 +96,7 @@ fn column(reader: ColumnReader, rows: usize) -> Result<Values> {
         ColumnReader::ByteArrayColumnReader(reader) => {
             let mut words = Words::default();
             for word in read(reader, rows)? {
-                let word = word.as_ref().map_or(Ok(""), ByteArray::as_utf8)?;
-                words.push(word);
+                words.push(word.as_ref().map_or(Ok(""), ByteArray::as_utf8)?);
             }
             Values::Words(words)
         }
