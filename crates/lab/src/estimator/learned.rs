@@ -26,13 +26,10 @@ pub struct LearnedRecord {
     /// Zero for each drive: σ is that of the model.
     pub bias_mm: Vec<f64>,
     /// Offset of the drive of a known whisker.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whisker_drive_offset: Option<f64>,
     /// [u₀, p, q] of the power law (u + u₀)^p (1/a − κ)^q of an unknown whisker.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<[f64; 3]>,
     /// κ, 1/mm, unless 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power_end: Option<f64>,
     /// True if zeros were read with the taps.
     pub zero_read: bool,
@@ -55,7 +52,6 @@ pub struct LearnedRecord {
     /// Variances of a reading about the curve: independent and proportional noise, position, visit, zero and gain of a run, drift.
     pub spread: [f64; 7],
     /// Covariance of these variances: independent and proportional noise, position, visit, zero and gain of a run.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_covariance: Option<[[f64; PARTS]; PARTS]>,
 }
 

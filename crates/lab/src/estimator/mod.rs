@@ -123,20 +123,14 @@ pub struct SideRecord {
     /// Calibrated drives, ascending; a drive with jitter as its mean.
     pub drives: Vec<f64>,
     /// Smallest and largest drive of the taps, if they differ from the first and last of `drives`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_ends: Option<[f64; 2]>,
     /// |signal| at the sensor's end stop, if the data show it.
     pub end_stop: Option<f64>,
     /// Reason why `exact` is missing, if whisker and drives are known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_exact: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<FactorRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<SmoothRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<LearnedRecord>,
 }
 

@@ -32,9 +32,7 @@ pub struct Calibration {
     pub noise: f64,
     pub noise_from: String,
     pub zero: Tared,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Lag>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second: Option<Second>,
     pub data: Source,
     /// The whisker and its model; in the file as a spec, which is read with the places of its values when all else is.
