@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{Asked, Context, Reply, estimator, folder, meant, named, number, stem};
-use crate::contour::curve::{Curve, Kind};
+use crate::contour::curve::{Arc, Curve, Kind};
 use crate::contour::point::Noise;
 use crate::contour::trace::{self, OUTLINE, Trace, TraceOptions};
 use crate::error::{Error, InputError};
@@ -174,7 +174,7 @@ fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> St
                 let _ = writeln!(text, "  at ({x:.4} ± {xx:.4}, {y:.4} ± {yy:.4}) mm");
             }
             if let Curve::Arc(arc) = &chosen.curve
-                && let (Some(([x, y], r)), Some(([dx, dy], dr))) = (arc.circle(), arc.circle_deviations())
+                && let (Some([x, y, r]), Some([dx, dy, dr])) = (arc.circle(), arc.deviations_of(Arc::circle))
             {
                 let _ = writeln!(
                     text,

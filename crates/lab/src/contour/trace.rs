@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indexmap::IndexMap;
 use serde_json::{Value, json};
 
-use super::curve::{Chosen, Curve, Kind, Nothing, Sample, choose};
+use super::curve::{Arc, Chosen, Curve, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Point, placed};
 use super::stroke::{Followed, swept};
 use crate::error::{Error, InputError, SolveError};
@@ -166,11 +166,12 @@ pub fn described(trace: &Trace) -> Value {
                 Curve::Arc(arc) if chosen.kind == Kind::Line => {
                     let ([x, y], direction) = arc.at(0.0);
                     with(&[("x_mm", x), ("y_mm", y), ("direction_deg", direction.to_degrees())]);
-                    with(&[("sigma_direction_deg", arc.deviations()[1].to_degrees())]);
+                    let sigma = arc.covariance[(1, 1)].max(0.0).sqrt().to_degrees();
+                    with(&[("sigma_direction_deg", sigma)]);
                 }
                 Curve::Arc(arc) => {
-                    if let (Some(([x, y], radius)), Some(([sx, sy], sigma))) =
-                        (arc.circle(), arc.circle_deviations())
+                    if let (Some([x, y, radius]), Some([sx, sy, sigma])) =
+                        (arc.circle(), arc.deviations_of(Arc::circle))
                     {
                         with(&[("x_mm", x), ("sigma_x_mm", sx), ("y_mm", y), ("sigma_y_mm", sy)]);
                         with(&[("radius_mm", radius), ("sigma_radius_mm", sigma)]);

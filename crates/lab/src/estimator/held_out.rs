@@ -89,9 +89,9 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
             Some(find)
         }),
         Estimator::Curve => {
-            let form = simple::form(side);
+            let form = simple::form(side)?;
             parts(side, |gone| {
-                let curve = simple::without(side, gone, form)?;
+                let curve = simple::curve(side, form, Some(gone))?;
                 Some(move |_, drive, signal| curve.find(drive, signal, Known::default()).ok())
             })
         }

@@ -71,7 +71,7 @@ impl Estimator {
         fn boxed(answers: impl Answers + 'static) -> Box<dyn Answers> {
             Box::new(answers)
         }
-        let paper = |r: &FactorRecord| boxed(Paper::new(rig, &record.drives, &r.K, &r.K_variance));
+        let paper = |r: &FactorRecord| boxed(Paper::new(rig, &record.drives, r.clone()));
         let learned = record.learned.as_ref().filter(|_| side == record.gauge());
         Ok(match self {
             Self::Paper => record.paper.as_ref().map(paper),

@@ -1,10 +1,11 @@
 //! Several taps of one object: after each tap, the distance that all of them so far tell.
 
+use std::cell::OnceCell;
+
 use indexmap::IndexMap;
 
 use super::free::Free;
 use super::pairs::{PairObject, Parts};
-use super::tared::Once;
 use super::{Answerer, Ask, Located, Locator, Opened, Reading, Spatial};
 use crate::error::{InputError, nearest};
 use crate::sink::LabCell;
@@ -52,9 +53,9 @@ pub struct Objects<'a> {
     shift: Option<usize>,
     /// By name, the one that was tapped last at the end.
     known: IndexMap<String, Known<'a>>,
-    forgets: Once,
-    unplaced: Once,
-    other_side: Once,
+    forgets: OnceCell<()>,
+    unplaced: OnceCell<()>,
+    other_side: OnceCell<()>,
 }
 
 impl<'a> Objects<'a> {
@@ -125,9 +126,8 @@ impl<'a> Objects<'a> {
         let said = |place| cells.get(place).and_then(LabCell::number).unwrap_or(f64::NAN);
         let shift = self.shift.map_or(0.0, said);
         if shift.is_nan() {
-            let told =
-                || format!("line {line}: {SHIFT} is no number: such a tap tells nothing of its object");
-            self.unplaced.warn(ask, told);
+            let told = format!("line {line}: {SHIFT} is no number: such a tap tells nothing of its object");
+            self.unplaced.get_or_init(|| (ask.warn)(&told));
             return None;
         }
         let (locator, same_run) = (self.locator, self.locator.same_run);
@@ -178,10 +178,10 @@ impl<'a> Objects<'a> {
             }
             if other {
                 let numbers = numbers(count, &located, [f64::NAN; 2], None);
-                self.other_side.warn(ask, || {
-                    format!(
+                self.other_side.get_or_init(|| {
+                    (ask.warn)(&format!(
                         "line {line}: an object is told by taps of one side, above zeros of one kind, those of its first tap; such a tap is told alone"
-                    )
+                    ))
                 });
                 return Some((numbers, located.status));
             }
@@ -202,10 +202,10 @@ impl<'a> Objects<'a> {
         let known = self.known.shift_remove(name);
         if known.is_none() && self.known.len() == MOST {
             self.known.shift_remove_index(0);
-            self.forgets.warn(ask, || {
-                format!(
+            self.forgets.get_or_init(|| {
+                (ask.warn)(&format!(
                     "more than {MOST} objects: of the one that was tapped longest ago, taps that come later are those of another one"
-                )
+                ))
             });
         }
         let known = known.unwrap_or_else(|| Known { taps: new(), lines: Vec::new() });

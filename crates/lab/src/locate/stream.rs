@@ -1,5 +1,6 @@
 //! Readings line by line: one answer for each, at once, in constant memory.
 
+use std::cell::OnceCell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -7,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::rows::RowReader;
 use super::strokes::{self, Group};
-use super::tared::{Once, TaredRows};
+use super::tared::TaredRows;
 use super::{Answerer, By, Locator, Objects, Reading, Spatial};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
@@ -200,7 +201,7 @@ pub fn answer(
         Kept::new(&tared.rows, of_frame, heading("located"), &columns)
     });
     kept.iter().for_each(|kept| table = kept.empty.like());
-    let (mut one, mut untimed, mut stopped) = (None, Once::default(), None);
+    let (mut one, untimed, mut stopped) = (None, OnceCell::new(), None);
     let mut batch: Vec<PendingLine> = Vec::new();
     while let Some(mut row) = tared.next()? {
         let line = &row.line;
@@ -208,12 +209,12 @@ pub fn answer(
             break;
         }
         if row.untimed {
-            untimed.warn(ask, || {
-                format!(
+            untimed.get_or_init(|| {
+                (ask.warn)(&format!(
                     "line {}: this time is missing, or before that of a line above: such readings are taken as settled, and their σ does not know \
                      of the lag",
                     line.number
-                )
+                ))
             });
         }
         if row.tap.is_ok()

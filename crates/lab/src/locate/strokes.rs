@@ -1,8 +1,9 @@
 //! What readings tell together, taps of one object or the readings of a stroke: a tap that is recorded on its way, told as one curve of the drive.
 
+use std::cell::OnceCell;
+
 use super::free::Free;
 use super::object::{self, hundredths, limit, named};
-use super::tared::Once;
 use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial};
 use crate::error::Error;
 use crate::sink::{Field, LabCell, heading};
@@ -105,7 +106,7 @@ pub struct Strokes<'a> {
     place: Option<usize>,
     number: u64,
     now: Now,
-    falls: Once,
+    falls: OnceCell<()>,
     before: f64,
     /// What is free, and what that changes of the signals of each side.
     free: (Free, Vec<Vec<Nuisance>>),
@@ -149,7 +150,7 @@ impl<'a> Strokes<'a> {
         let changes = locator.sides.iter().map(|side| free.nuisances(locator, side));
         let changes = changes.collect::<Result<_, _>>()?;
         let place = names.iter().position(|n| n == NAME);
-        let (now, falls, before) = (Now { drives: NONE, ..Now::default() }, Once::default(), f64::INFINITY);
+        let (now, falls, before) = (Now { drives: NONE, ..Now::default() }, OnceCell::new(), f64::INFINITY);
         Ok(Self { locator, place, number: 0, now, falls, before, free: (free, changes) })
     }
 
@@ -180,10 +181,10 @@ impl<'a> Strokes<'a> {
         self.now.falling = behind;
         if behind {
             self.now.drives[0] = least.min(drive);
-            self.falls.warn(ask, || {
-                format!(
+            self.falls.get_or_init(|| {
+                (ask.warn)(&format!(
                     "line {line}: the drive falls: readings of a stroke count while its drive grows, so that those of the way back tell nothing"
-                )
+                ))
             });
             return false;
         }
