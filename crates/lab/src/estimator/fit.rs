@@ -1,9 +1,9 @@
 //! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
-use nalgebra::{DMatrix, DVector};
-
 use std::collections::HashMap;
 use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
 
 use super::held_out::Side;
 use super::least;

@@ -222,11 +222,8 @@ pub enum ModelError {
 impl ModelError {
     /// True if the whisker has no such taps; false if the computation failed.
     pub fn is_of_whisker(&self) -> bool {
-        match self {
-            Self::Solve(why) => *why == SolveError::TooHard,
-            Self::NotOpened(_) => false,
-            Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } => true,
-        }
+        !matches!(self, Self::NotOpened(_))
+            && !matches!(self, Self::Solve(why) if *why != SolveError::TooHard)
     }
 }
 

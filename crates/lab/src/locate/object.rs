@@ -33,16 +33,11 @@ pub enum By<'a> {
     Strokes(Free),
 }
 
-/// The taps of an object, by one gauge or by two.
-enum Taps<'a> {
-    /// With the side and taring of its first tap, which others have too.
-    One(Object<'a>, (usize, bool)),
-    Two(PairObject),
-}
-
 /// An object, and the lines of the taps of it that are compared, the last at the end.
 struct Known<'a> {
-    taps: Taps<'a>,
+    /// By one gauge, with the side and taring of its first tap, which others have too.
+    one: Option<(Object<'a>, (usize, bool))>,
+    two: PairObject,
     lines: Vec<usize>,
 }
 
@@ -133,17 +128,11 @@ impl<'a> Objects<'a> {
         let (locator, same_run) = (self.locator, self.locator.same_run);
         // The tap's own answer, from where the base stands without shift.
         let Located { distance, interval, .. } = alone.located;
-        let own = Located {
-            distance: distance + shift,
-            interval: interval.map(|end| end + shift),
-            ..alone.located
-        };
-        let (mut located, mut tilt) = (own, [alone.tilt, alone.sigma_tilt]);
-        let (lines, count, compared, apart, limit): (_, _, _, _, fn(usize) -> f64) = if let Some(parts) =
-            alone.parts
-        {
-            let known = self.known(&name, ask, || Taps::Two(PairObject::new()));
-            let Taps::Two(object) = &mut known.taps else { return None };
+        let interval = interval.map(|end| end + shift);
+        let mut located = Located { distance: distance + shift, interval, ..alone.located };
+        let mut tilt = [alone.tilt, alone.sigma_tilt];
+        let (lines, count, compared, apart) = if let Some(parts) = alone.parts {
+            let Known { two: object, lines, .. } = self.known(&name, ask);
             if !object.add(Parts { at: [parts.at[0] + shift, parts.at[1]], ..parts }, tap.zeros) {
                 return None;
             }
@@ -153,15 +142,15 @@ impl<'a> Objects<'a> {
                 located = Located::normal(a, sigma, side.doubts(a - shift, None, sigma));
                 tilt = [tilted, sigma_tilt].map(f64::to_degrees);
             }
-            (&mut known.lines, count, object.taps.len(), object.apart(), limit_of_two)
+            (lines, count, object.taps.len(), object.apart())
         } else {
             let asked = locator.asked(tap.drive, tap.signals[0]).ok()?;
             let learned = locator.sides[asked.side].learned()?;
             let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
             let kind = (asked.side, tared);
             let joint = learned.joint(tared, false);
-            let known = self.known(&name, ask, || Taps::One(Object::new(joint, same_run), kind));
-            let Taps::One(object, its_kind) = &mut known.taps else { return None };
+            let Known { one, lines, .. } = self.known(&name, ask);
+            let (object, its_kind) = one.get_or_insert_with(|| (Object::new(joint, same_run), kind));
             let (side, other) = (&locator.sides[its_kind.0], *its_kind != kind);
             if !other {
                 object.add(Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift });
@@ -186,19 +175,20 @@ impl<'a> Objects<'a> {
                 return Some((numbers, located.status));
             }
             let apart = told.as_ref().and_then(|told| object.apart(told.a));
-            (&mut known.lines, count, object.compared(), apart, self::limit)
+            (lines, count, object.compared(), apart)
         };
         lines.push(line);
         lines.drain(..lines.len().saturating_sub(compared));
         let apart = apart.map(|(ago, by)| (lines[lines.len() - 1 - ago], by));
-        if apart.is_some_and(|(_, by)| by.abs() > limit(lines.len())) {
+        let limit = if alone.parts.is_some() { limit_of_two(lines.len()) } else { limit(lines.len()) };
+        if apart.is_some_and(|(_, by)| by.abs() > limit) {
             located.status |= Status::INCONSISTENT;
         }
         Some((numbers(count, &located, tilt, apart), located.status))
     }
 
-    /// The object `name`, else one that `new` makes in place of the oldest of too many.
-    fn known(&mut self, name: &str, ask: &Ask<'_>, new: impl FnOnce() -> Taps<'a>) -> &mut Known<'a> {
+    /// The object `name`, else a new one in place of the oldest of too many.
+    fn known(&mut self, name: &str, ask: &Ask<'_>) -> &mut Known<'a> {
         let known = self.known.shift_remove(name);
         if known.is_none() && self.known.len() == MOST {
             self.known.shift_remove_index(0);
@@ -208,7 +198,7 @@ impl<'a> Objects<'a> {
                 ))
             });
         }
-        let known = known.unwrap_or_else(|| Known { taps: new(), lines: Vec::new() });
+        let known = known.unwrap_or_else(|| Known { one: None, two: PairObject::new(), lines: Vec::new() });
         self.known.entry(name.to_owned()).or_insert(known)
     }
 }
