@@ -3,8 +3,7 @@
 use super::curve::Covariance;
 use crate::error::InputError;
 use crate::locate::{AnsweredRow, Locator, Readings};
-use crate::measure::Skin;
-use crate::measure::columns::missing;
+use crate::measure::{Skin, columns::missing};
 use crate::status::Status;
 
 /// Half width of central differences over the drive, relative.

@@ -8,8 +8,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::parameter::{Parameter, Values, scene_with, spec_values};
-use super::surface::Surface;
-use super::{Answers, Found, Known, ModelError, SideRecord};
+use super::{Answers, Found, Known, ModelError, SideRecord, surface::Surface};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::Method;

@@ -5,10 +5,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::held_out::Side;
-use super::least;
 use super::parameter::{spec_values, width};
-use super::taps::Cell;
+use super::{held_out::Side, least, taps::Cell};
 use crate::estimator::{Exact, Extent, ModelError, Opener, Parameter, Values};
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;

@@ -4,11 +4,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::fit::Fit;
 use super::learned::{self, Learnt};
 use super::simple::{self, Paper};
 use super::taps::{Cell, Tap};
-use super::{Answers, Estimator, Found, Known};
+use super::{Answers, Estimator, Found, Known, fit::Fit};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 

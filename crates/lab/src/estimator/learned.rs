@@ -4,10 +4,10 @@ use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
-use super::exact::unsolved;
-use super::held_out::Side;
-use super::parameter::spec_values;
-use super::{Answers, Exact, Extent, Found, Known, Opener, SideRecord};
+use super::{
+    Answers, Exact, Extent, Found, Known, Opener, SideRecord, exact::unsolved, held_out::Side,
+    parameter::spec_values,
+};
 use crate::error::Error;
 use crate::measure::Rig;
 use crate::status::Status;

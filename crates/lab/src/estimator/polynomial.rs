@@ -6,8 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::least::solve;
-use super::{Answers, Found, Known};
+use super::{Answers, Found, Known, least::solve};
 use crate::measure::Groups;
 use crate::physics::inverse::bracketed;
 use crate::reduce::{range, sorted};

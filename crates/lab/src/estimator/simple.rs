@@ -5,10 +5,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::held_out::Side;
 use super::polynomial::{Form, Point, Polynomial};
-use super::taps::Cell;
-use super::{Answers, Found, Known, between, known, positive};
+use super::{Answers, Found, Known, between, held_out::Side, known, positive, taps::Cell};
 use crate::design::amount;
 use crate::measure::Rig;
 use crate::physics::inverse::Inverse;

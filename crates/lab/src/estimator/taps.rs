@@ -2,8 +2,7 @@
 
 use crate::design::amount;
 use crate::fields::plain;
-use crate::measure::zero::Rest;
-use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts};
+use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts, zero::Rest};
 use crate::reduce::median;
 use crate::scene::Drive;
 

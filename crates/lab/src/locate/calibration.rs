@@ -4,8 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::Error;
 use crate::estimate::WIDENING;
-use crate::estimator::learned::LearnedCurve;
-use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord, between};
+use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord, between, learned::LearnedCurve};
 use crate::measure::{Lag, Rig, Tared};
 use crate::scene::{Setup, Side};
 use crate::status::Status;

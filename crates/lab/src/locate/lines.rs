@@ -2,8 +2,7 @@
 
 use std::io::{BufRead, Read};
 
-use super::Ask;
-use super::rows::RowReader;
+use super::{Ask, rows::RowReader};
 use crate::error::{Error, InputError};
 use crate::measure::header::Comments;
 use crate::sink::{LabRow, LabStream, LabTable};

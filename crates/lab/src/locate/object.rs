@@ -4,9 +4,8 @@ use std::cell::OnceCell;
 
 use indexmap::IndexMap;
 
-use super::free::Free;
 use super::pairs::{PairObject, Parts};
-use super::{Answerer, Ask, Located, Locator, Opened, Reading, Spatial};
+use super::{Answerer, Ask, Located, Locator, Opened, Reading, Spatial, free::Free};
 use crate::error::{InputError, nearest};
 use crate::sink::LabCell;
 use crate::status::Status;

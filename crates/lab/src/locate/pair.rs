@@ -3,15 +3,15 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::calibration::Second;
 use super::pairs::{Parts, covariance};
-use super::{Calibration, Located, Locator, Reading};
+use super::{Calibration, Located, Locator, Reading, calibration::Second};
 use crate::curve::both::{self, Inverted, Inverter, TwoReadings, inverse};
 use crate::design::Design;
 use crate::error::{Error, SolveError};
-use crate::estimator::parameter::scene_with;
-use crate::estimator::surface::continued;
-use crate::estimator::{Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values};
+use crate::estimator::{
+    Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values, parameter::scene_with,
+    surface::continued,
+};
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Skin};
 use crate::scene::{Direction, Setup};

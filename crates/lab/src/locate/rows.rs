@@ -4,14 +4,12 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use rayon::prelude::*;
 
-use super::several::Several;
-use super::{Locator, Spatial};
+use super::{Locator, Spatial, several::Several};
 use crate::error::{Error, InputError};
 use crate::fields::{self, Decimals, fields, separator};
 use crate::measure::columns::{Columns, may_drive};
 use crate::measure::header::{Comments, before, same};
-use crate::measure::time::Memory;
-use crate::measure::{Names, Unit};
+use crate::measure::{Names, Unit, time::Memory};
 use crate::scene::{Drive, Signal};
 use crate::sink::{LabCell, LabRow};
 use crate::status::Status;

@@ -10,8 +10,7 @@ use crate::error::Error;
 use crate::estimator::Opener;
 use crate::estimator::least::{Minimum, by_values};
 use crate::measure::names::Channel;
-use crate::scene::Signal;
-use crate::scene::channels::numbered;
+use crate::scene::{Signal, channels::numbered};
 use crate::status::Status;
 
 /// Squared misfit of one degree of freedom, in units of noise, above which channels contradict each other.

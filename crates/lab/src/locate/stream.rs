@@ -6,10 +6,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::rows::RowReader;
 use super::strokes::{self, Group};
-use super::tared::TaredRows;
-use super::{Answerer, By, Locator, Objects, Reading, Spatial};
+use super::{Answerer, By, Locator, Objects, Reading, Spatial, rows::RowReader, tared::TaredRows};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
 use crate::fields::plain;

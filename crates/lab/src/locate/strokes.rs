@@ -2,9 +2,8 @@
 
 use std::cell::OnceCell;
 
-use super::free::Free;
 use super::object::{self, hundredths, limit, named};
-use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial};
+use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial, free::Free};
 use crate::error::Error;
 use crate::sink::{Field, LabCell, heading};
 use crate::status::Status;

@@ -3,15 +3,12 @@
 use std::cell::OnceCell;
 
 use super::lines::{Line, Source};
-use super::rows::RowReader;
 use super::stream::{Kept, UNRECORDED};
 use super::tare::{Tare, doubt};
-use super::{Answerer, Ask, By, Locator, Reading, Spatial};
+use super::{Answerer, Ask, By, Locator, Reading, Spatial, rows::RowReader};
 use crate::error::{Error, InputError};
 use crate::fields::plain;
-use crate::measure::Zero;
-use crate::measure::header::Thousands;
-use crate::measure::missing::is_usual;
+use crate::measure::{Zero, header::Thousands, missing::is_usual};
 use crate::reduce::median;
 use crate::sink::{Field, Frame, Heading, LabCell, LabStream, LabTable};
 use crate::status::Status;
