@@ -108,7 +108,7 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
     if !trace.points.iter().any(|point| point.is_there()) {
         warn("no row gives a point; the column status of points.csv says why");
     }
-    let (digest, checksum, by) = (measured.rows().hash()?, &calibration.checksum, locator.estimator.name());
+    let (digest, checksum, by) = (measured.rows().hash()?, &calibration.checksum, locator.estimator.word());
     let settings = json!({
         "data": digest, "calibration": checksum, "estimator": by, "columns": asked.columns, "zero": SaidZero::json(asked.zero.as_ref()),
         "angle_noise_deg": noise.angle, "base_noise_mm": noise.base, "touch_noise_deg": noise.touch,

@@ -40,13 +40,8 @@ vibrissa_core::choices! {
 impl Estimator {
     pub const ALL: [Self; 4] = [Self::Paper, Self::Exact, Self::Curve, Self::Learned];
 
-    /// Name in files and flags.
-    pub fn name(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|e| e.name() == name)
+        Self::ALL.into_iter().find(|e| e.word() == name)
     }
 
     /// Bias per drive in its section, mm; `None` without a section in `record`.
@@ -150,34 +145,34 @@ impl SideRecord {
     pub fn check(&self) -> Result<(), [&'static str; 3]> {
         let [lo, hi] = self.distances_mm;
         let n = self.drives.len();
-        let must = |sound: bool, key, message, allowed| match sound {
-            true => Ok(()),
-            false => Err([key, message, allowed]),
-        };
         let drives = n > 0 && positive(&self.drives) && ascending(&self.drives);
-        must(drives, "drives", "these are no drives", "ascending, > 0")?;
         let ends = self.drive_ends.is_none_or(|ends| positive(&ends));
-        must(ends, "drive_ends", "these are no drives", "> 0")?;
         let range = positive(&[lo, hi]) && lo < hi;
-        must(range, "distances_mm", "this is no range of distances", "0 < smallest < largest, mm")?;
         let side = self.sign.abs() == 1 && ["contact", "far"].contains(&self.gauge_side.as_str());
-        must(side, "sign", "this is no side", "1 or -1, with contact or far")?;
         let paper = self.paper.as_ref().is_none_or(|r| r.is_sound(n));
-        let message = "one K > 0 and one variance is needed for each drive";
-        must(paper, "paper", message, "as many as drives")?;
-        let message = "fitted parameters and their covariance do not belong together";
-        let allowed = "known names, one row and one column of the covariance for each";
-        must(self.exact.as_ref().is_none_or(ExactRecord::is_sound), "exact", message, allowed)?;
-        let allowed =
-            "one coefficient for each term and their covariance, half widths > 0, a reach that ascends";
+        let factors = "one K > 0 and one variance is needed for each drive";
+        let exact = self.exact.as_ref().is_none_or(ExactRecord::is_sound);
+        let fitted = "fitted parameters and their covariance do not belong together";
+        let names = "known names, one row and one column of the covariance for each";
         let curve = self.curve.as_ref().is_none_or(|r| r.fit.is_sound());
-        must(curve, "curve", "this polynomial does not belong together", allowed)?;
-        let allowed = "a power law or a whisker; known terms, one coefficient for each; variances ≥ 0";
+        let terms =
+            "one coefficient for each term and their covariance, half widths > 0, a reach that ascends";
         let learned = self.learned.as_ref().is_none_or(LearnedRecord::is_sound);
-        must(learned, "learned", "this curve does not belong together", allowed)?;
+        let law = "a power law or a whisker; known terms, one coefficient for each; variances ≥ 0";
         let biased = |e: Estimator| e.bias_mm(self).is_none_or(|bias| bias.len() == n && known(bias));
-        let message = "one bias ≥ 0 is needed for each drive";
-        must(Estimator::ALL.into_iter().all(biased), "bias_mm", message, "as many as drives, mm")
+        let biased = Estimator::ALL.into_iter().all(biased);
+        let checked = [
+            (drives, ["drives", "these are no drives", "ascending, > 0"]),
+            (ends, ["drive_ends", "these are no drives", "> 0"]),
+            (range, ["distances_mm", "this is no range of distances", "0 < smallest < largest, mm"]),
+            (side, ["sign", "this is no side", "1 or -1, with contact or far"]),
+            (paper, ["paper", factors, "as many as drives"]),
+            (exact, ["exact", fitted, names]),
+            (curve, ["curve", "this polynomial does not belong together", terms]),
+            (learned, ["learned", "this curve does not belong together", law]),
+            (biased, ["bias_mm", "one bias ≥ 0 is needed for each drive", "as many as drives, mm"]),
+        ];
+        checked.into_iter().find(|(sound, _)| !sound).map_or(Ok(()), |(_, fault)| Err(fault))
     }
 }
 

@@ -109,9 +109,9 @@ impl Locator {
             let side = Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)?;
             sides.push(side.ok_or_else(|| {
                 let held =
-                    Estimator::ALL.into_iter().filter(|e| e.bias_mm(record).is_some()).map(|e| e.name());
+                    Estimator::ALL.into_iter().filter(|e| e.bias_mm(record).is_some()).map(|e| e.word());
                 let error = InputError::new("this calibration does not hold this estimator").at(label, None);
-                let error = error.key("--estimator").value(estimator.name());
+                let error = error.key("--estimator").value(estimator.word());
                 error.allowed(held.collect::<Vec<_>>().join(", "))
             })?);
         }

@@ -69,7 +69,7 @@ impl<'a> Objects<'a> {
         let estimator = match who.finds_drives() {
             true => "several channels",
             false if who.is_twofold() => "two gauges",
-            false => locator.estimator.name(),
+            false => locator.estimator.word(),
         };
         let message = "readings are taken together by `learned`, of one signal, and taps by two gauges";
         let error = InputError::new(message).key(key).value(estimator);

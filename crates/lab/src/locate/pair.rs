@@ -162,17 +162,12 @@ impl Twofold {
         [self.factors[0] * first, self.factors[1] * strain_2]
     }
 
-    /// ε₁ and ε₂ for r₁ and r₂, without the strain of the centreline.
-    fn strains(&self, readings: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.misalignment.sin_cos();
-        let first = readings[0] / self.factors[0];
-        [first, (readings[1] / self.factors[1] + first * sin) / cos]
-    }
-
     /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).
     fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
         let ([s1, s2], misalignment) = (self.factors, self.misalignment);
-        let [e1, e2] = self.strains(readings);
+        // Without the strain of the centreline.
+        let (e1, (sin, cos)) = (readings[0] / s1, misalignment.sin_cos());
+        let e2 = (readings[1] / s2 + e1 * sin) / cos;
         let (t, square) = (e2 / e1, e1 * e1 + e2 * e2);
         // d e₂ = d r₂/(s₂ cos δ) + tan δ d r₁/s₁.
         let (by_1, by_2) = (misalignment.tan() / s1, 1.0 / (s2 * misalignment.cos()));
@@ -277,7 +272,7 @@ impl Locator {
             own: covariance(&[0, 1].map(|k| moved(k, noises[k]))),
             moved: [zero, model, factor, misalignment, bias, moved(0, zeros[0]), moved(1, zeros[1])],
         };
-        let [[aa, at], [_, tt]] = parts.covariance();
+        let [[aa, at], [_, tt]] = parts.with(&parts.moved);
         let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());
         if !(sigma.is_finite() && sigma_tilt.is_finite()) {
             return Err(solved.status | Status::NO_ROOT);

@@ -27,12 +27,8 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The covariance with all that moves them.
-    pub fn covariance(&self) -> [[f64; 2]; 2] {
-        self.with(&self.moved)
-    }
-
-    fn with(&self, moved: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    /// The covariance with what these numbers move.
+    pub fn with(&self, moved: &[[f64; 2]]) -> [[f64; 2]; 2] {
         let more = covariance(moved);
         [0, 1].map(|i| [0, 1].map(|j| self.own[i][j] + more[i][j]))
     }
