@@ -33,7 +33,6 @@ pub struct TraceOptions {
 
 #[derive(Debug, Clone)]
 pub struct Trace {
-    /// A point for each row.
     pub points: Vec<Point>,
     /// Distance to the left of the curve (mm) and over the standard deviation of each; NaN without.
     pub off: Vec<[f64; 2]>,

@@ -192,7 +192,6 @@ impl Extent {
     }
 }
 
-/// Surface of the model with `values`.
 pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, ModelError> {
     let setup = scene_with(&rig.setup, values);
     let method = open(&setup.model)?;

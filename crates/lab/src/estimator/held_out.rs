@@ -13,7 +13,6 @@ use crate::reduce::Errors;
 
 const PARTS: usize = 40;
 
-/// Used data of one side.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
     pub rig: &'a Rig,

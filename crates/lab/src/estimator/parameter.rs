@@ -69,7 +69,6 @@ impl Parameter {
         self.facts().1[kind as usize]
     }
 
-    /// Range of meaningful values.
     pub fn domain(self) -> [f64; 2] {
         self.facts().2
     }
@@ -150,7 +149,6 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Plausible error of a parameter.
 pub fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 2]) -> f64 {
     match p {
         Parameter::Factor => values[0].abs(),

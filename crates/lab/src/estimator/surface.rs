@@ -122,7 +122,6 @@ impl Surface {
         [by_a, if moves { by_drive } else { 0.0 }]
     }
 
-    /// The drive in which polynomials are.
     fn base(&self, drive: f64) -> f64 {
         if self.yields { drive.sqrt().sqrt() } else { drive }
     }

@@ -23,12 +23,10 @@ pub struct Located {
     pub sigma: f64,
     /// The interval that holds it with 95 %, mm.
     pub interval: [f64; 2],
-    /// Words of warning.
     pub status: Status,
 }
 
 impl Located {
-    /// No distance, and why.
     pub const fn nothing(status: Status) -> Self {
         Self { distance: f64::NAN, sigma: f64::NAN, interval: [f64::NAN; 2], status }
     }
@@ -63,19 +61,15 @@ pub(crate) struct SideTap {
 
 /// Answers readings of one calibrated whisker.
 pub struct Locator {
-    /// The whisker.
     pub rig: Rig,
-    /// What was measured.
     pub unit: Unit,
     /// Whether drives mean something.
     pub drive_recorded: bool,
     /// The drive, as it is recorded, that counts as 0.
     pub drive_origin: f64,
-    /// Estimator in use.
     pub estimator: Estimator,
     /// How the signal of the calibration was tared.
     pub tared: Tared,
-    /// How readings lag.
     pub lag: Option<Lag>,
     /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
     pub same_run: bool,

@@ -37,7 +37,6 @@ pub struct Next {
     pub taps: usize,
     /// Distance and σ so far, mm; the middle of the calibrated distances where nothing is known.
     pub now: [f64; 2],
-    /// Another distance that fits.
     pub near: Option<f64>,
     /// How much nearer than where the distance is told from the base stands now, mm.
     pub stands: f64,

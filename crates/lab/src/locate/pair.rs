@@ -100,8 +100,6 @@ pub(crate) struct Twofold {
     second: Second,
     /// s₁ and s₂, reading per strain.
     factors: [f64; 2],
-    /// δ, rad.
-    misalignment: f64,
     skin: Skin,
     /// Place of the side of the gauge among those that are answered.
     pub(super) side: usize,
@@ -129,9 +127,8 @@ impl Twofold {
             }
             None => None,
         };
-        let misalignment = second.misalignment_deg.to_radians();
         let factors = [factor, second.factor];
-        Ok(Some(Self { second, factors, misalignment, skin: Skin::new(rig, None), side, model }))
+        Ok(Some(Self { second, factors, skin: Skin::new(rig, None), side, model }))
     }
 
     /// The taps of the model that give the readings of `asked`, looked for first where these are; one thread after the other. Nothing without a model.
@@ -157,14 +154,14 @@ impl Twofold {
 
     /// r₁ and r₂ for [`Pair::strains`].
     fn readings(&self, [axial, first, second]: [f64; 3]) -> [f64; 2] {
-        let (sin, cos) = self.misalignment.sin_cos();
+        let (sin, cos) = self.second.misalignment_deg.to_radians().sin_cos();
         let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
         [self.factors[0] * first, self.factors[1] * strain_2]
     }
 
     /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).
     fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
-        let ([s1, s2], misalignment) = (self.factors, self.misalignment);
+        let ([s1, s2], misalignment) = (self.factors, self.second.misalignment_deg.to_radians());
         // Without the strain of the centreline.
         let (e1, (sin, cos)) = (readings[0] / s1, misalignment.sin_cos());
         let e2 = (readings[1] / s2 + e1 * sin) / cos;

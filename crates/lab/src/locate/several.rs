@@ -63,13 +63,9 @@ impl Several {
         })
     }
 
-    /// Distance of a tap by `drive` (NaN: unknown) with these tared signals (NaN: missing); `shares`: variance of each zero over that of one reading.
-    pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Located {
-        self.found(drive, signals, shares).unwrap_or_else(Located::nothing)
-    }
-
-    /// The same; why there is no distance.
-    fn found(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Result<Located, Status> {
+    /// Distance of a tap by `drive` (NaN: unknown) with these tared signals (NaN: missing), or why there is none; `shares`: variance of each zero over
+    /// that of one reading.
+    pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Result<Located, Status> {
         let used: Vec<usize> =
             (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
         let unknowns = if drive.is_finite() { 1 } else { 2 };

@@ -158,8 +158,8 @@ impl<'a> TaredRows<'a> {
             }
             return Ok(Some(row));
         }
-        if let Some(why) = who.lacks(row.drive, &row.recorded) {
-            row.tap = Err(why);
+        if !who.answers(row.drive, &row.recorded) {
+            row.tap = Err(Status::BAD_INPUT);
             return Ok(Some(row));
         }
         let zeros: Vec<Option<(f64, f64)>> = self.tares.iter().map(|tare| tare.at(row.line.place)).collect();

@@ -298,7 +298,6 @@ impl Smooth {
         (matrix, vector)
     }
 
-    /// The curve that solves these sums.
     fn solved(&self, (matrix, vector): &Sums) -> Option<Self> {
         // A trace of stiffness against the base keeps the matrix regular where there are no points.
         let n = self.values.len();
@@ -309,7 +308,6 @@ impl Smooth {
         Some(Self { values, covariance, ..self.clone() })
     }
 
-    /// This one, drawn to the samples.
     pub fn fit(&self, samples: &[Sample], weights: &[f64]) -> Option<Self> {
         let drawn = |curve: Self, _| curve.solved(&curve.sums(samples.iter().zip(weights.iter().copied())));
         (0..PASSES).try_fold(self.clone(), drawn)

@@ -12,14 +12,12 @@ pub use arc::{Arc, Smooth, ends};
 pub use choice::{Chosen, Judged, Nothing, choose};
 use vibrissa_core::reduce::median;
 
-/// A point that takes part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// mm.
     pub at: [f64; 2],
     /// mm².
     pub covariance: Covariance,
-    /// Weight.
     pub share: f64,
     /// Left out together: number of its stroke, or of itself.
     pub group: usize,
@@ -85,7 +83,6 @@ impl Curve {
         groups.iter().map(one).collect()
     }
 
-    /// Scales its covariance.
     fn scale(&mut self, factor: f64) {
         match self {
             Self::Point(spot) => spot.covariance = Covariance(spot.covariance.0.map(|x| x * factor)),
