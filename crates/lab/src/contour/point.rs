@@ -1,10 +1,9 @@
 //! A point on an object, with what is known of it.
 
 use super::curve::Covariance;
-use crate::error::InputError;
 use crate::locate::{AnsweredRow, Locator, Readings};
 use crate::measure::{Skin, columns::missing};
-use crate::status::Status;
+use crate::{error::InputError, status::Status};
 
 /// Half width of central differences over the drive, relative.
 const STEP: f64 = 1e-3;

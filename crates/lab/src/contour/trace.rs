@@ -11,11 +11,8 @@ use super::point::{Noise, Point, placed};
 use super::stroke::{Followed, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::{AnsweredRow, Locator, Readings};
-use crate::measure::Skin;
-use crate::scene::Drive;
-use crate::simulate::object::Object;
 use crate::sink::{Field, Frame, heading};
-use crate::status::Status;
+use crate::{measure::Skin, scene::Drive, simulate::object::Object, status::Status};
 
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
 const LEAST: f64 = 1e-3;

@@ -9,12 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::parameter::{Parameter, Values, scene_with, spec_values};
 use super::{Answers, Found, Known, ModelError, SideRecord, surface::Surface};
-use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
-use crate::evaluate::Method;
-use crate::measure::Rig;
 use crate::scene::{Contact, Drive, Model, Side};
-use crate::status::Status;
+use crate::{curve::Curve, evaluate::Method, measure::Rig, status::Status};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

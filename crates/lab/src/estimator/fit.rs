@@ -8,8 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::parameter::{spec_values, width};
 use super::{held_out::Side, least, taps::Cell};
 use crate::estimator::{Exact, Extent, ModelError, Opener, Parameter, Values};
-use crate::measure::Rig;
-use crate::physics::solid::is_solid;
+use crate::{measure::Rig, physics::solid::is_solid};
 use vibrissa_learned::fit::lowest;
 
 /// A parameter is determined if its standard error is below this share of its width, and with errors of [`MODEL`] only, below [`SOLVABLE`].

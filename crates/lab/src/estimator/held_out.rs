@@ -8,8 +8,7 @@ use super::learned::{self, Learnt};
 use super::simple::{self, Paper};
 use super::taps::{Cell, Tap};
 use super::{Answers, Estimator, Found, Known, fit::Fit};
-use crate::measure::Rig;
-use crate::reduce::Errors;
+use crate::{measure::Rig, reduce::Errors};
 
 const PARTS: usize = 40;
 

@@ -8,9 +8,7 @@ use super::{
     Answers, Exact, Extent, Found, Known, Opener, SideRecord, exact::unsolved, held_out::Side,
     parameter::spec_values,
 };
-use crate::error::Error;
-use crate::measure::Rig;
-use crate::status::Status;
+use crate::{error::Error, measure::Rig, status::Status};
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, PARTS, Spread, Tails};

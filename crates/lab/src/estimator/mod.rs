@@ -14,10 +14,8 @@ pub mod taps;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, SolveError};
-use crate::measure::Rig;
 pub(crate) use crate::measure::group::ROUNDING as SAME;
-use crate::scene::Side;
-use crate::status::Status;
+use crate::{measure::Rig, scene::Side, status::Status};
 use exact::ExactRecord;
 pub use exact::{Exact, Extent, Opener};
 use learned::{LearnedCurve, LearnedRecord};

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::error::InputError;
-use crate::measure::Rig;
 use crate::scene::{Clamp, Contact, Drive, Material, Setup};
+use crate::{error::InputError, measure::Rig};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {

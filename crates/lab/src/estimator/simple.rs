@@ -7,11 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::polynomial::{Form, Point, Polynomial};
 use super::{Answers, Found, Known, between, held_out::Side, known, positive, taps::Cell};
-use crate::design::amount;
-use crate::measure::Rig;
-use crate::physics::inverse::Inverse;
 use crate::scene::{Drive, Theory};
-use crate::status::Status;
+use crate::{design::amount, measure::Rig, physics::inverse::Inverse, status::Status};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,12 +5,10 @@
 use super::{Extent, ModelError};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
-use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
-use crate::measure::Rig;
 use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
-use crate::physics::linear::StrainCurve;
 use crate::scene::{Drive, Setup, Tuple};
+use crate::{error::SolveError, measure::Rig, physics::linear::StrainCurve};
 
 const NODES: [usize; 2] = [curve::NODES, 10];
 /// Relative size of the last coefficients of a fine piece.

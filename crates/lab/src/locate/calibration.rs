@@ -2,12 +2,10 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::error::Error;
-use crate::estimate::WIDENING;
 use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord, between, learned::LearnedCurve};
 use crate::measure::{Lag, Rig, Tared};
 use crate::scene::{Setup, Side};
-use crate::status::Status;
+use crate::{error::Error, estimate::WIDENING, status::Status};
 
 pub const FORMAT: u32 = 1;
 

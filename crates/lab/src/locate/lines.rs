@@ -4,9 +4,8 @@ use std::io::{BufRead, Read};
 
 use super::{Ask, rows::RowReader};
 use crate::error::{Error, InputError};
-use crate::measure::header::Comments;
 use crate::sink::{LabRow, LabStream, LabTable};
-use crate::text_file::LINE;
+use crate::{measure::header::Comments, text_file::LINE};
 
 /// Longest line that can be a reading, bytes.
 const LONGEST: usize = 4096;

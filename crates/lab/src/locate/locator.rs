@@ -1,13 +1,11 @@
 //! What answers readings.
 
 use super::{Calibration, Opened, pair::Twofold};
-use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimator::{Estimator, Found, Known, Opener, SAME};
-use crate::evaluate::Method;
 use crate::measure::{Lag, Rig, Tared, TaredBy, Unit, counts::wrapped, group::rounding};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
-use crate::status::Status;
+use crate::{backend::Choice, evaluate::Method, status::Status};
 use vibrissa_learned::curve::OF_95;
 
 /// Step of difference quotients of a distance, relative.

@@ -7,8 +7,7 @@ use indexmap::IndexMap;
 use super::pairs::{PairObject, Parts};
 use super::{Answerer, Ask, Located, Locator, Opened, Reading, Spatial, free::Free};
 use crate::error::{InputError, nearest};
-use crate::sink::LabCell;
-use crate::status::Status;
+use crate::{sink::LabCell, status::Status};
 use vibrissa_core::normal::quantile;
 use vibrissa_learned::joint::{Object, Tap, Told};
 

@@ -6,7 +6,6 @@ use std::sync::{Mutex, PoisonError};
 use super::pairs::{Parts, covariance};
 use super::{Calibration, Located, Locator, Reading, calibration::Second};
 use crate::curve::both::{self, Inverted, Inverter, TwoReadings, inverse};
-use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::estimator::{
     Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values, parameter::scene_with,
@@ -15,7 +14,7 @@ use crate::estimator::{
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Skin};
 use crate::scene::{Direction, Setup};
-use crate::status::Status;
+use crate::{design::Design, status::Status};
 
 /// Model of a calibrated whisker with two gauges.
 #[derive(Debug, Clone)]

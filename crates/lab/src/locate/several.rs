@@ -6,12 +6,9 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::{Calibration, Located, Locator};
-use crate::error::Error;
-use crate::estimator::Opener;
 use crate::estimator::least::{Minimum, by_values};
-use crate::measure::names::Channel;
 use crate::scene::{Signal, channels::numbered};
-use crate::status::Status;
+use crate::{error::Error, estimator::Opener, measure::names::Channel, status::Status};
 
 /// Squared misfit of one degree of freedom, in units of noise, above which channels contradict each other.
 const CONTRADICTORY: f64 = 36.0;

@@ -8,13 +8,11 @@ use serde_json::{Value, json};
 
 use super::strokes::{self, Group};
 use super::{Answerer, By, Locator, Objects, Reading, Spatial, rows::RowReader, tared::TaredRows};
-use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
-use crate::fields::plain;
 use crate::measure::{Names, Zero};
 use crate::sink::heading::{Kind, Only, fact_in, kind};
 use crate::sink::{Field, Frame, Heading, LabCell, LabRow, LabStream, LabTable, Values, heading};
-use crate::status::Status;
+use crate::{combinations::Combinations, fields::plain, status::Status};
 
 pub use super::tared::zeros;
 

@@ -4,9 +4,8 @@ use std::cell::OnceCell;
 
 use super::object::{self, hundredths, limit, named};
 use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial, free::Free};
-use crate::error::Error;
 use crate::sink::{Field, LabCell, heading};
-use crate::status::Status;
+use crate::{error::Error, status::Status};
 use vibrissa_learned::joint::{Course, Nuisance, Stroke, ToldCourse};
 
 pub struct Group<'a> {

@@ -7,11 +7,9 @@ use super::stream::{Kept, UNRECORDED};
 use super::tare::{Tare, doubt};
 use super::{Answerer, Ask, By, Locator, Reading, Spatial, rows::RowReader};
 use crate::error::{Error, InputError};
-use crate::fields::plain;
 use crate::measure::{Zero, header::Thousands, missing::is_usual};
-use crate::reduce::median;
 use crate::sink::{Field, Frame, Heading, LabCell, LabStream, LabTable};
-use crate::status::Status;
+use crate::{fields::plain, reduce::median, status::Status};
 
 /// A placeholder such as -1 is no zero reading if it differs from the others by this share of a usual tap.
 const NO_ZERO: f64 = 0.1;
