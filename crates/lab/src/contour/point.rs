@@ -27,12 +27,10 @@ pub struct Noise {
 
 impl Noise {
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
-        let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
-            true => Ok(x),
-            false => {
-                let error = InputError::new("this is not a standard deviation").key(key).value(x);
-                Err(error.allowed(format!("0 … {MOST_NOISE} ({unit})")))
-            }
+        let within = |key: &str, x: f64, unit: &str| {
+            let error = InputError::new("this is not a standard deviation").key(key).value(x);
+            let error = error.allowed(format!("0 … {MOST_NOISE} ({unit})"));
+            (0.0..=MOST_NOISE).contains(&x).then_some(x).ok_or(error)
         };
         Ok(Self {
             touch: touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?,

@@ -111,11 +111,10 @@ const PLACES: usize = 181;
 
 /// The words of the status of a point, with that of an outlier behind them.
 fn words(p: &Point) -> String {
-    let status = p.status;
-    match (status == Status::OK, p.outlier) {
-        (true, true) => "outlier".to_owned(),
-        (false, true) => format!("{status}+outlier"),
-        (_, false) => status.to_string(),
+    match p.outlier {
+        true if p.status == Status::OK => "outlier".to_owned(),
+        true => format!("{}+outlier", p.status),
+        false => p.status.to_string(),
     }
 }
 

@@ -179,7 +179,6 @@ pub fn whisker(exact: Exact) -> (Whisker, [f64; 2]) {
 /// Range of distances of a power law, mm.
 pub const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
 
-/// Learned model of a side with its data.
 #[derive(Clone)]
 pub struct Learnt {
     /// Rows of taps and zero readings in the sign of the side; the whisker if known; the standard error of a zero from taps of both sides.

@@ -77,7 +77,6 @@ impl Estimator {
     }
 }
 
-/// Conditions of a reading.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
     /// Variance of its zero reading in units of that of one reading; 0 without one.
@@ -97,13 +96,11 @@ pub trait Answers: Send + Sync {
     /// Variance of the expected reading from the calibration; for `learned` with position and, unless `same_run`, a new run. NaN if unknown.
     fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64;
 
-    /// Learned curve, if it is one.
     fn learned(&self) -> Option<&LearnedCurve> {
         None
     }
 }
 
-/// Calibration of one side of the whisker.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SideRecord {
@@ -138,7 +135,6 @@ impl SideRecord {
         self.drive_ends.map_or([first, last], |[lo, hi]| [lo.min(first), hi.max(last)])
     }
 
-    /// Refuses contradictory values.
     /// Errors: the first key at fault, what is wrong with its value, and allowed values.
     pub fn check(&self) -> Result<(), [&'static str; 3]> {
         let [lo, hi] = self.distances_mm;
@@ -203,7 +199,6 @@ pub enum ModelError {
     InsideGauge,
     #[error("the whisker cannot be continued so far")]
     TooFar,
-    /// Most measured taps have no solution.
     #[error("the model of the spec has solutions for {found} of {of} measured distances and drives")]
     FewTaps { found: usize, of: usize },
     #[error(transparent)]

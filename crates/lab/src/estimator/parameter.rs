@@ -77,7 +77,6 @@ impl Parameter {
         matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio | Self::Clamp | Self::Root)
     }
 
-    /// Step of difference quotients at this value.
     pub fn step(self, value: f64) -> f64 {
         match self {
             Self::Hub => 0.02,

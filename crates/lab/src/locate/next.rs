@@ -15,7 +15,6 @@ const SHIFTS: usize = 9;
 const SOME: usize = 9;
 /// Taps more bring nothing where all there could be would not lower σ by more than this share.
 pub const NOTHING: f64 = 0.05;
-/// Upper limit of planned taps.
 const ALL: f64 = 1e4;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

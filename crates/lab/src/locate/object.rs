@@ -115,7 +115,6 @@ impl<'a> Objects<'a> {
         if self.place.is_some() && name.is_empty() || alone.located.distance.is_nan() {
             return None;
         }
-        // How much nearer to the object the base stood.
         let said = |place| cells.get(place).and_then(LabCell::number).unwrap_or(f64::NAN);
         let shift = self.shift.map_or(0.0, said);
         if shift.is_nan() {
@@ -218,7 +217,6 @@ pub(super) fn hundredths(by: f64) -> f64 {
     (100.0 * by).round() / 100.0 + 0.0
 }
 
-/// Words of warning of what the taps of an object tell.
 pub(super) fn doubts(side: &Opened, object: &Object<'_>, told: &Told) -> Status {
     object.seen(told.a).into_iter().fold(Status::OK, |all, a| {
         // The other distance is judged as seen from the same base.

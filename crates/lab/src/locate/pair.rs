@@ -16,7 +16,6 @@ use crate::measure::{Rig, Skin};
 use crate::scene::{Direction, Setup};
 use crate::{design::Design, status::Status};
 
-/// Model of a calibrated whisker with two gauges.
 #[derive(Debug, Clone)]
 pub struct Pair {
     pub setup: Setup,
@@ -141,7 +140,12 @@ impl Twofold {
             readings: s.readings,
         };
         let asked: Vec<TwoReadings> = asked.iter().flatten().map(start).collect();
-        let reading: both::Reading<'_> = &|strains| self.readings(strains);
+        // Of the strains of the centreline, of the first gauge and 90° further.
+        let reading: both::Reading<'_> = &|[axial, first, second]| {
+            let (sin, cos) = self.second.misalignment_deg.to_radians().sin_cos();
+            let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
+            [self.factors[0] * first, self.factors[1] * strain_2]
+        };
         let (setup, designs) = (&pair.setup, &pair.designs);
         let mut inverter = Inverter { setup, evaluator: &mut evaluator, designs, reading, taps: 0 };
         let found = inverter.invert(&asked, &|_| pair.reach);
@@ -149,13 +153,6 @@ impl Twofold {
         let mut found = found?;
         found.iter_mut().flatten().for_each(|one| one.task.a -= pair.offsets[0]);
         Ok(found)
-    }
-
-    /// r₁ and r₂ for [`Pair::strains`].
-    fn readings(&self, [axial, first, second]: [f64; 3]) -> [f64; 2] {
-        let (sin, cos) = self.second.misalignment_deg.to_radians().sin_cos();
-        let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
-        [self.factors[0] * first, self.factors[1] * strain_2]
     }
 
     /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).

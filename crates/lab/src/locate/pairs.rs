@@ -48,7 +48,6 @@ pub(super) struct PairObject {
     pub count: usize,
 }
 
-/// Normal matrix and vector.
 type Sums = (DMatrix<f64>, DVector<f64>);
 
 /// Of `n` numbers: nothing is known of the first two, of the others their prior.

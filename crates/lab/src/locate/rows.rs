@@ -8,7 +8,7 @@ use super::{Locator, Spatial, several::Several};
 use crate::error::{Error, InputError};
 use crate::fields::{self, Decimals, fields, separator};
 use crate::measure::columns::{Columns, may_drive};
-use crate::measure::header::{Comments, before, same};
+use crate::measure::header::{Comments, before};
 use crate::measure::{Names, Unit, time::Memory};
 use crate::scene::{Drive, Signal};
 use crate::sink::{LabCell, LabRow};
@@ -107,19 +107,6 @@ impl<'a> Answerer<'a> {
     fn said(self, said: &Names, k: usize) -> Names {
         self.several.map_or_else(|| said.clone(), |several| said.of_channel(several.columns[k].clone()))
     }
-
-    /// Whether a row can be answered by what it holds.
-    pub(super) fn answers(self, drive: f64, signals: &[f64]) -> bool {
-        match self.finds_drives() {
-            true => signals.iter().any(|x| x.is_finite()),
-            false => drive.is_finite() && signals[0].is_finite(),
-        }
-    }
-
-    /// Whether a row is one of the zero, but for rounding.
-    pub(super) fn rests(self, drive: f64, signals: &[f64]) -> bool {
-        drive.is_finite() && signals[0].is_finite() && self.first().rests(drive)
-    }
 }
 
 pub(super) struct Header {
@@ -199,12 +186,6 @@ impl<'a> RowReader<'a> {
         let Columns { drive, time, run, .. } = all[0];
         self.header = Header { names, separator: Some(separator), drive, time, run, signals };
         Ok(comment.is_none())
-    }
-
-    /// Refuses a `comment` that names other columns than those of the lines before it.
-    pub fn same(&self, line: usize, comment: &str, said: &Names) -> Result<(), InputError> {
-        let names = &self.header.names;
-        same(line, comment, &names.join("\t"), names, said)
     }
 
     pub fn drive(&self) -> Drive {

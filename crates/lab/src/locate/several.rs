@@ -209,7 +209,6 @@ impl<'a> ChannelTap<'a> {
             let [lo, hi] = self.bounds[i];
             (0..STARTS[i]).map(move |k| lo + (hi - lo) * (k as f64 + 0.5) / STARTS[i] as f64)
         };
-        // The best drive of each distance.
         let start = |a: f64| match self.unknowns() {
             1 => vec![a],
             _ => {

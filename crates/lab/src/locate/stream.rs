@@ -109,9 +109,7 @@ fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
 
 /// A line of a file as it is kept: its number, the user's columns, drive and signal unless the file names them so, zero, answer.
 pub(super) struct Kept {
-    /// The table without rows.
     pub empty: Frame,
-    /// Types of the user's columns.
     own: Vec<Kind>,
     /// Whether drive and signal are added.
     more: [bool; 2],

@@ -95,7 +95,6 @@ const EARLY: f64 = 0.03;
 const ANYWHERE: f64 = 100.0;
 /// Signals of the other side beyond so many times the noise are of a contact.
 const BESIDE: f64 = 10.0;
-/// Drives before a stroke begins.
 const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 
 pub struct Strokes<'a> {
@@ -110,7 +109,6 @@ pub struct Strokes<'a> {
     free: (Free, Vec<Vec<Nuisance>>),
 }
 
-/// The stroke that was begun last.
 #[derive(Default)]
 struct Now {
     name: String,
@@ -119,7 +117,6 @@ struct Now {
     falling: bool,
     /// Readings, taken with the sign of each side.
     sides: Vec<Option<Side>>,
-    /// Largest signals of either sign.
     signals: [f64; 2],
     /// The last answer, and the readings of which it is.
     far: Option<(usize, Vec<f64>, Status)>,

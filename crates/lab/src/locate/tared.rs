@@ -96,18 +96,17 @@ fn recorded<'s>(
         }
     }
     let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
-    let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
+    let rests = drive.is_finite() && recorded[0].is_finite() && who.first().rests(drive);
+    let untimed = rows.untimed;
     let (zero, tap) = (f64::NAN, Err(Status::NO_STRAIN));
     Ok(Some(TaredRow { line, cells, drive, recorded, rests, untimed, zero, tap }))
 }
 
-/// Rows of readings, one by one, above their zeros.
 pub(super) struct TaredRows<'a> {
     source: Source<'a>,
     pub rows: RowReader<'a>,
     tares: Vec<Tare>,
     zeros: u64,
-    /// Whether the last row was one of the zero.
     follows: bool,
     asked: bool,
     /// Of input that was not looked through before.
@@ -156,7 +155,11 @@ impl<'a> TaredRows<'a> {
             }
             return Ok(Some(row));
         }
-        if !who.answers(row.drive, &row.recorded) {
+        let known = match who.finds_drives() {
+            true => row.recorded.iter().any(|x| x.is_finite()),
+            false => row.drive.is_finite() && row.recorded[0].is_finite(),
+        };
+        if !known {
             row.tap = Err(Status::BAD_INPUT);
             return Ok(Some(row));
         }
