@@ -139,7 +139,7 @@ impl SideRecord {
     pub fn check(&self) -> Result<(), [&'static str; 3]> {
         let [lo, hi] = self.distances_mm;
         let n = self.drives.len();
-        let drives = n > 0 && positive(&self.drives) && ascending(&self.drives);
+        let drives = n > 0 && positive(&self.drives) && self.drives.is_sorted_by(|p, q| p < q);
         let ends = self.drive_ends.is_none_or(|ends| positive(&ends));
         let range = positive(&[lo, hi]) && lo < hi;
         let side = self.sign.abs() == 1 && ["contact", "far"].contains(&self.gauge_side.as_str());
@@ -176,10 +176,6 @@ fn positive(values: &[f64]) -> bool {
 
 fn known(values: &[f64]) -> bool {
     values.iter().all(|x| *x >= 0.0 && x.is_finite())
-}
-
-fn ascending(values: &[f64]) -> bool {
-    values.windows(2).all(|w| w[0] < w[1])
 }
 
 /// Linear interpolation of `ys` over ascending `xs`, held at both ends.
