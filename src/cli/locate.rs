@@ -106,7 +106,7 @@ impl Opened {
                     .then(|| format!("{label} was written by version {version} of this program"));
                 let warnings = other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect();
                 let known = json!({ "file": label, "checksum": checksum });
-                (known, checksum, locator.estimator.name().to_owned(), warnings)
+                (known, checksum, locator.estimator.word().to_owned(), warnings)
             }
         };
         Ok(Self { answers, known, checksum, by, warnings })

@@ -138,7 +138,7 @@ pub fn run(asked: &Asked<LocateRequest>, context: &Context<'_>) -> Result<Reply,
         kept.push((path.display().to_string(), Content::Bytes(bytes)));
     }
     let zero = SaidZero::of(asked.zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
-    let known = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.name() });
+    let known = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.word() });
     let known: Vec<Value> = whiskers.iter().map(known).collect();
     let Some(readings) = readings else {
         return Ok(Reply { kept, result: known.into(), ..Reply::default() });

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{Asked, Context, Reply, estimator, folder, meant, named, number, stem};
-use crate::contour::curve::{Curve, Kind};
+use crate::contour::curve::{Arc, Curve, Kind};
 use crate::contour::point::Noise;
 use crate::contour::trace::{self, OUTLINE, Trace, TraceOptions};
 use crate::error::{Error, InputError};
@@ -104,7 +104,7 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
     if !trace.points.iter().any(|point| point.is_there()) {
         warn("no row gives a point; the column status of points.csv says why");
     }
-    let (digest, checksum, by) = (measured.rows().hash()?, &calibration.checksum, locator.estimator.name());
+    let (digest, checksum, by) = (measured.rows().hash()?, &calibration.checksum, locator.estimator.word());
     let settings = json!({
         "data": digest, "calibration": checksum, "estimator": by, "columns": asked.columns, "zero": SaidZero::json(asked.zero.as_ref()),
         "angle_noise_deg": noise.angle, "base_noise_mm": noise.base, "touch_noise_deg": noise.touch,
@@ -170,7 +170,7 @@ fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> St
                 let _ = writeln!(text, "  at ({x:.4} ± {xx:.4}, {y:.4} ± {yy:.4}) mm");
             }
             if let Curve::Arc(arc) = &chosen.curve
-                && let (Some(([x, y], r)), Some(([dx, dy], dr))) = (arc.circle(), arc.circle_deviations())
+                && let (Some([x, y, r]), Some([dx, dy, dr])) = (arc.circle(), arc.deviations_of(Arc::circle))
             {
                 let _ = writeln!(
                     text,

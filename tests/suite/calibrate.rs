@@ -224,7 +224,7 @@ fn a_rig_that_never_recorded_its_angle() {
     let blind = rewritten(&text, "a_mm,strain", |_, row| [row.a, row.value]);
     let found = once(&blind, &spec);
     let held: Vec<&str> =
-        Estimator::ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.name()).collect();
+        Estimator::ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.word()).collect();
     assert_eq!(held, ["paper", "curve", "learned"]);
     let at = locator(&found, None).locate(1.0, 0.02);
     let said = {

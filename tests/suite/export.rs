@@ -204,7 +204,7 @@ fn check(name: &str, calibration: &Calibration, asked: Option<Estimator>) {
         writeln!(input, "{drive:?},{signal:?},{zero:?}").unwrap();
     }
     let [double, float] = by_c(folder.path(), &input);
-    let who = locator.estimator.name();
+    let who = locator.estimator.word();
     for (answers, kind) in [(double, "double"), (float, "float")] {
         let what = format!("{name} {who} {kind}");
         let done = compare(&locator, &all, &answers, export.off, &what);
@@ -230,7 +230,7 @@ fn prototype(name: &str) {
     for asked in Estimator::ALL {
         check(name, &calibration, Some(asked));
     }
-    let estimator = Estimator::Curve.name().to_owned();
+    let estimator = Estimator::Curve.word().to_owned();
     check(&format!("{name}, other side by exact"), &Calibration { estimator, ..calibration }, None);
 }
 

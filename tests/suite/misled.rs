@@ -86,7 +86,7 @@ fn rounding_makes_no_positions_of_repeats() {
             let s = &c.sides[0];
             let rms = s.held_out(Estimator::Curve).unwrap().rms(|_| true);
             let counts = (s.table.distances.len(), s.table.drives.len(), c.zeros.len());
-            (counts, c.winner.name(), (1e6 * rms.0.unwrap()).round())
+            (counts, c.winner.word(), (1e6 * rms.0.unwrap()).round())
         })
     };
     let clean = judged(&rows(&plain, "strain", |_, r| [r.a, r.drive, r.value]));

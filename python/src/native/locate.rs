@@ -79,7 +79,7 @@ impl Locator {
                 let doubt = tare::doubt(one, tare::Tare::new(one, zero).at(0).map(|z| z.0));
                 let warnings = calibration.rig.warnings.iter().map(told).collect();
                 let doubts = doubt.iter().map(told).collect();
-                let (name, signal) = (one.estimator.name(), one.unit.column().to_owned());
+                let (name, signal) = (one.estimator.word(), one.unit.column().to_owned());
                 (Some(name), drive, vec![signal], one.only_drive(), noise, warnings, doubts)
             }
             Answers::Several(several) => {

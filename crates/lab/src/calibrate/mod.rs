@@ -198,7 +198,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     // Only the model with both gauges gives distance and tilt.
     let both = found.calibration.second.is_some() && found.sides.iter().all(|s| s.has(Estimator::Exact));
     found.winner = if both { Estimator::Exact } else { side::winner(&found.sides) };
-    let name = found.winner.name();
+    let name = found.winner.word();
     if !both && found.winner != Estimator::Learned {
         found.warnings.push(format!(
             "{file}: learned tells distances that it has not seen no better than a guess of the middle, {name} does: it answers by default"

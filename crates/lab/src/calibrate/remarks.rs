@@ -138,8 +138,8 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
 pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError {
     let of = |s: &SideResult| {
         let each = Estimator::ALL.into_iter().filter(|e| s.has(*e)).map(|e| match s.rms(e).0 {
-            Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
-            None => format!("{} answers nothing", e.name()),
+            Some(rms) => format!("{} is wrong by {rms:.3} mm", e.word()),
+            None => format!("{} answers nothing", e.word()),
         });
         let ([first, last], n) = (s.record.distances_mm.map(plain), s.table.distances.len());
         format!("{n} distances, {first} … {last} mm: {}", each.collect::<Vec<_>>().join(", "))

@@ -69,7 +69,7 @@ fn side(s: &SideResult, found: &Calibrated, rig: &Rig) -> Value {
         json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": s.used,
                 "held_out_rms_common_mm": common, "common": n })
     };
-    let estimators: Value = Estimator::ALL.into_iter().map(|e| (e.name(), one(e))).collect();
+    let estimators: Value = Estimator::ALL.into_iter().map(|e| (e.word(), one(e))).collect();
     let best = if s.table.drives.len() > 1 && rig.known { best(s, kind, noise) } else { Value::Null };
     json!({
         "side": s.name(),
@@ -134,7 +134,7 @@ fn drives(t: &KTable, of: Option<(&SideResult, f64)>, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
     let noise = of.map_or(0.0, |of| of.1);
     let held: Vec<(&str, Vec<Option<f64>>)> =
-        Estimator::ALL.into_iter().filter_map(|e| Some((e.name(), of?.0.rms_by_drive(e)?))).collect();
+        Estimator::ALL.into_iter().filter_map(|e| Some((e.word(), of?.0.rms_by_drive(e)?))).collect();
     let row = |(j, d): (usize, AtDrive)| {
         let row = &d.row;
         let mut v = json!({
@@ -242,17 +242,17 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         );
         for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
             let Some((held, (_, (common, _)))) = s.held_out(e).zip(common.iter().find(|of| of.0 == e)) else {
-                let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.name());
+                let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.word());
                 continue;
             };
             let mm = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4} mm"));
             let (all, answered) = held.rms(|_| true);
             let mark = if e == found.winner { "  <- default" } else { "" };
             let _ =
-                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(*common));
+                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.word(), mm(all), mm(*common));
         }
         if let Some(why) = &s.record.no_exact {
-            let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
+            let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.word());
         }
         let fits = s.fit.iter().flat_map(|f| fitted(f, kind, found.calibration.zero.unread()));
         for line in learn::text(&s.learnt, kind).into_iter().chain(fits) {

@@ -173,7 +173,7 @@ pub fn several(
     for tap in &mut taps {
         let signals: Vec<f64> = tap.signals.iter().map(|s| s[0]).collect();
         let drive = if each[0].calibration.drive_recorded { tap.drive } else { 1.0 };
-        tap.located = together.locate(drive, &signals, &vec![0.0; n]);
+        tap.located = together.locate(drive, &signals, &vec![0.0; n]).unwrap_or_else(Located::nothing);
     }
     Ok(Calibration { sensor, each, data, taps })
 }

@@ -8,7 +8,7 @@ use crate::estimate::Estimated;
 use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::learned::{LearnedRecord, Learnt};
-use crate::estimator::simple::{FactorRecord, SmoothRecord};
+use crate::estimator::simple::{self, FactorRecord, SmoothRecord};
 use crate::estimator::taps::{Cell, Tap, grouped};
 use crate::estimator::{Estimator, Opener, Parameter, SideRecord, exact::ExactRecord};
 use crate::evaluate::Outcome;
@@ -149,12 +149,18 @@ pub(super) fn calibrate(
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(cells, drives.len(), &of));
         let rms = unseen.as_ref().and_then(|h| h.rms(|_| true).0);
         match e {
-            Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, rms, bias),
+            Estimator::Paper => {
+                let all = FactorRecord::of(&held_side, |_| true);
+                record.paper = all.map(|r| FactorRecord { held_out_rms_mm: rms, bias_mm: bias, ..r });
+            }
             Estimator::Exact => {
                 let of = |fit: &Fit| ExactRecord::calibrated(rig, &fit.exact, rms, bias);
                 record.exact = fit.as_ref().map(of);
             }
-            Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, rms, bias),
+            Estimator::Curve => {
+                let fit = simple::form(&held_side).and_then(|form| simple::curve(&held_side, form, None));
+                record.curve = fit.map(|fit| SmoothRecord { held_out_rms_mm: rms, bias_mm: bias, fit });
+            }
             Estimator::Learned => record.learned = Some(LearnedRecord::new(&learnt, rms, drives.len())),
         }
         held.extend(unseen.map(|h| (e, h)));

@@ -6,11 +6,8 @@ use super::point::{Noise, Point, Pose};
 use crate::error::{Error, InputError, nearest};
 use crate::locate::object::{SHIFT, shift_column};
 use crate::locate::stream::{Counts, add};
-use crate::locate::strokes::Group;
-use crate::locate::{Answerer, Ask, Locator, Objects, Readings};
-use crate::measure::columns::missing;
-use crate::measure::header::Sheet;
-use crate::measure::{Names, Skin};
+use crate::locate::{Answerer, Ask, Locator, Objects, Readings, strokes::Group};
+use crate::measure::{Names, Skin, columns::missing, header::Sheet};
 use crate::sink::{Field, Frame, LabCell, LabTable, heading};
 
 pub const WHISKER: &str = "whisker";

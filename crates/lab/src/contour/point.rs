@@ -1,11 +1,9 @@
 //! A point on an object, with what is known of it.
 
 use super::curve::Covariance;
-use crate::error::InputError;
 use crate::locate::{AnsweredRow, Locator, Readings};
-use crate::measure::Skin;
-use crate::measure::columns::missing;
-use crate::status::Status;
+use crate::measure::{Skin, columns::missing};
+use crate::{error::InputError, status::Status};
 
 /// Half width of central differences over the drive, relative.
 const STEP: f64 = 1e-3;
@@ -29,12 +27,10 @@ pub struct Noise {
 
 impl Noise {
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
-        let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
-            true => Ok(x),
-            false => {
-                let error = InputError::new("this is not a standard deviation").key(key).value(x);
-                Err(error.allowed(format!("0 … {MOST_NOISE} ({unit})")))
-            }
+        let within = |key: &str, x: f64, unit: &str| {
+            let error = InputError::new("this is not a standard deviation").key(key).value(x);
+            let error = error.allowed(format!("0 … {MOST_NOISE} ({unit})"));
+            (0.0..=MOST_NOISE).contains(&x).then_some(x).ok_or(error)
         };
         Ok(Self {
             touch: touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?,

@@ -11,8 +11,7 @@ use super::curve::Covariance;
 use super::point::{Noise, Point, Pose};
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::{AnsweredRow, Locator};
-use crate::measure::Skin;
-use crate::reduce::median;
+use crate::{measure::Skin, reduce::median};
 
 /// Fewest readings of a stroke; fewer are taps.
 const FEWEST: usize = 4;

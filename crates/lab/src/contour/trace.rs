@@ -6,16 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indexmap::IndexMap;
 use serde_json::{Value, json};
 
-use super::curve::{Chosen, Curve, Kind, Nothing, Sample, choose};
+use super::curve::{Arc, Chosen, Curve, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Point, placed};
 use super::stroke::{Followed, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::{AnsweredRow, Locator, Readings};
-use crate::measure::Skin;
-use crate::scene::Drive;
-use crate::simulate::object::Object;
 use crate::sink::{Field, Frame, heading};
-use crate::status::Status;
+use crate::{measure::Skin, scene::Drive, simulate::object::Object, status::Status};
 
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
 const LEAST: f64 = 1e-3;
@@ -33,7 +30,6 @@ pub struct TraceOptions {
 
 #[derive(Debug, Clone)]
 pub struct Trace {
-    /// A point for each row.
     pub points: Vec<Point>,
     /// Distance to the left of the curve (mm) and over the standard deviation of each; NaN without.
     pub off: Vec<[f64; 2]>,
@@ -115,11 +111,10 @@ const PLACES: usize = 181;
 
 /// The words of the status of a point, with that of an outlier behind them.
 fn words(p: &Point) -> String {
-    let status = p.status;
-    match (status == Status::OK, p.outlier) {
-        (true, true) => "outlier".to_owned(),
-        (false, true) => format!("{status}+outlier"),
-        (_, false) => status.to_string(),
+    match p.outlier {
+        true if p.status == Status::OK => "outlier".to_owned(),
+        true => format!("{}+outlier", p.status),
+        false => p.status.to_string(),
     }
 }
 
@@ -166,11 +161,12 @@ pub fn described(trace: &Trace) -> Value {
                 Curve::Arc(arc) if chosen.kind == Kind::Line => {
                     let ([x, y], direction) = arc.at(0.0);
                     with(&[("x_mm", x), ("y_mm", y), ("direction_deg", direction.to_degrees())]);
-                    with(&[("sigma_direction_deg", arc.deviations()[1].to_degrees())]);
+                    let sigma = arc.covariance[(1, 1)].max(0.0).sqrt().to_degrees();
+                    with(&[("sigma_direction_deg", sigma)]);
                 }
                 Curve::Arc(arc) => {
-                    if let (Some(([x, y], radius)), Some(([sx, sy], sigma))) =
-                        (arc.circle(), arc.circle_deviations())
+                    if let (Some([x, y, radius]), Some([sx, sy, sigma])) =
+                        (arc.circle(), arc.deviations_of(Arc::circle))
                     {
                         with(&[("x_mm", x), ("sigma_x_mm", sx), ("y_mm", y), ("sigma_y_mm", sy)]);
                         with(&[("radius_mm", radius), ("sigma_radius_mm", sigma)]);

@@ -8,14 +8,10 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::parameter::{Parameter, Values, scene_with, spec_values};
-use super::surface::Surface;
-use super::{Answers, Found, Known, ModelError, SideRecord};
-use crate::curve::Curve;
+use super::{Answers, Found, Known, ModelError, SideRecord, surface::Surface};
 use crate::error::{Error, InputError, SolveError};
-use crate::evaluate::Method;
-use crate::measure::Rig;
 use crate::scene::{Contact, Drive, Model, Side};
-use crate::status::Status;
+use crate::{curve::Curve, evaluate::Method, measure::Rig, status::Status};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -138,10 +134,10 @@ impl Inverted {
 impl Answers for Inverted {
     fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let curve = self.curve(drive);
-        let beyond = || reading < self.exact.weakest(&curve);
-        self.exact
-            .find(&curve, drive, reading)
-            .ok_or_else(|| if beyond() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT })
+        // A reading smaller than all beyond the peak is beyond the range.
+        let weakest = || self.exact.values[0] * curve.weakest(self.exact.surface.reach[1]);
+        let why = || if reading < weakest() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT };
+        self.exact.find(&curve, drive, reading).ok_or_else(why)
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
@@ -193,7 +189,6 @@ impl Extent {
     }
 }
 
-/// Surface of the model with `values`.
 pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, ModelError> {
     let setup = scene_with(&rig.setup, values);
     let method = open(&setup.model)?;
@@ -259,24 +254,20 @@ impl Exact {
         Ok(())
     }
 
-    fn moved(&self, a: f64, drive: f64) -> (f64, f64) {
-        (a + self.values[2], drive + self.values[1])
-    }
-
     pub fn at(&self, drive: f64) -> Curve {
         self.surface.at(drive + self.values[1])
     }
 
     /// Expected reading at a (mm).
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
-        let (a, drive) = self.moved(a, drive);
+        let (a, drive) = (a + self.values[2], drive + self.values[1]);
         self.values[0] * self.surface.value(a, drive) + self.values[Parameter::Zero as usize]
     }
 
     /// d reading/dp for the fitted parameters.
     pub fn gradient(&self, a: f64, drive: f64) -> Vec<f64> {
         let factor = self.values[0];
-        let (a, drive) = self.moved(a, drive);
+        let (a, drive) = (a + self.values[2], drive + self.values[1]);
         let [by_a, by_drive] = self.surface.slopes(a, drive);
         let entry = |(p, beside): (&Parameter, &Option<(Surface, Surface, f64)>)| match (p, beside) {
             (Parameter::Factor, _) => self.surface.value(a, drive),
@@ -303,11 +294,6 @@ impl Exact {
         let slope = self.values[0] * curve.slope(far);
         let near = near.map(|n| n - self.values[2]);
         Some(Found::root(a, near, slope, self.variance(a, drive)))
-    }
-
-    /// Smallest reading beyond the peak: a smaller one is beyond the range.
-    pub fn weakest(&self, curve: &Curve) -> f64 {
-        self.values[0] * curve.weakest(self.surface.reach[1])
     }
 
     /// Labelled distances covered, mm.

@@ -1,17 +1,14 @@
 //! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
-use nalgebra::{DMatrix, DVector};
-
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::held_out::Side;
-use super::least;
+use nalgebra::{DMatrix, DVector};
+
 use super::parameter::{spec_values, width};
-use super::taps::Cell;
+use super::{held_out::Side, least, taps::Cell};
 use crate::estimator::{Exact, Extent, ModelError, Opener, Parameter, Values};
-use crate::measure::Rig;
-use crate::physics::solid::is_solid;
+use crate::{measure::Rig, physics::solid::is_solid};
 use vibrissa_learned::fit::lowest;
 
 /// A parameter is determined if its standard error is below this share of its width, and with errors of [`MODEL`] only, below [`SOLVABLE`].
@@ -118,7 +115,22 @@ impl Task<'_> {
         };
         let misfit = task.misfit(&model);
         let model = if misfit <= MODEL { model } else { task.minimise(model.values, &free, misfit)? };
-        Ok(task.finish(model, undetermined, misfit, places))
+        let covariance = task.covariance(&model, |c| task.deviation(c, misfit));
+        let m = model.fitted.len();
+        let slopes = task.slopes(&model, &vec![1.0; m], &vec![1.0; task.cells.len()]);
+        let covariance = covariance.map(|c| &c + &c * task.of_zeros(&slopes, misfit) * &c);
+        let covariance = covariance.unwrap_or(DMatrix::zeros(m, m));
+        let covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let of_cells =
+            |f: &dyn Fn(&Cell) -> f64| DVector::from_iterator(task.cells.len(), task.cells.iter().map(f));
+        let residuals = of_cells(&|c| c.signal - model.expected(c.a, c.drive));
+        let deviations = of_cells(&|c| task.deviation(c, misfit));
+        let freedom = task.cells.len() as f64 - m as f64;
+        let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * task.noise * task.noise);
+        let chi2: f64 = task.cells.iter().zip(residuals.iter()).map(of_noise).sum();
+        let chi2 = if freedom > 0.0 && task.noise > 0.0 { chi2 / freedom } else { f64::NAN };
+        let exact = Exact { covariance, ..model };
+        Ok(Fit { exact, undetermined, misfit, chi2, cells: places, slopes, residuals, deviations })
     }
 
     fn widths(&self, values: &Values, parameters: &[Parameter]) -> Vec<f64> {
@@ -245,25 +257,5 @@ impl Task<'_> {
         // The gauge factor is always fitted: it carries the size of the signal.
         let shares = noisy.iter().zip(&clean).map(|(a, b)| a.max(*b)).enumerate().skip(1);
         shares.filter(|(_, s)| s.is_nan() || *s > 1.0).max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _)| i)
-    }
-
-    /// The fit to the cells at `places`.
-    fn finish(&self, model: Exact, undetermined: Vec<Parameter>, misfit: f64, places: Vec<usize>) -> Fit {
-        let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
-        let m = model.fitted.len();
-        let slopes = self.slopes(&model, &vec![1.0; m], &vec![1.0; self.cells.len()]);
-        let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
-        let covariance = covariance.unwrap_or(DMatrix::zeros(m, m));
-        let covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
-        let of_cells =
-            |f: &dyn Fn(&Cell) -> f64| DVector::from_iterator(self.cells.len(), self.cells.iter().map(f));
-        let residuals = of_cells(&|c| c.signal - model.expected(c.a, c.drive));
-        let deviations = of_cells(&|c| self.deviation(c, misfit));
-        let freedom = self.cells.len() as f64 - m as f64;
-        let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * self.noise * self.noise);
-        let chi2: f64 = self.cells.iter().zip(residuals.iter()).map(of_noise).sum();
-        let chi2 = if freedom > 0.0 && self.noise > 0.0 { chi2 / freedom } else { f64::NAN };
-        let exact = Exact { covariance, ..model };
-        Fit { exact, undetermined, misfit, chi2, cells: places, slopes, residuals, deviations }
     }
 }

@@ -4,17 +4,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::fit::Fit;
 use super::learned::{self, Learnt};
 use super::simple::{self, Paper};
 use super::taps::{Cell, Tap};
-use super::{Answers, Estimator, Found, Known};
-use crate::measure::Rig;
-use crate::reduce::Errors;
+use super::{Answers, Estimator, Found, Known, fit::Fit};
+use crate::{measure::Rig, reduce::Errors};
 
 const PARTS: usize = 40;
 
-/// Used data of one side.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
     pub rig: &'a Rig,
@@ -89,9 +86,9 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
             Some(find)
         }),
         Estimator::Curve => {
-            let form = simple::form(side);
+            let form = simple::form(side)?;
             parts(side, |gone| {
-                let curve = simple::without(side, gone, form)?;
+                let curve = simple::curve(side, form, Some(gone))?;
                 Some(move |_, drive, signal| curve.find(drive, signal, Known::default()).ok())
             })
         }
@@ -106,8 +103,28 @@ fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
 ) -> Option<HeldOut> {
     let (n, parts) = (side.distances, side.distances.min(PARTS));
     let groups: Vec<Range<usize>> = (0..parts).map(|k| k * n / parts..(k + 1) * n / parts).collect();
-    let each = |gone: &Range<usize>| Some(left_out(side, leave_out(gone)?, gone));
-    let parts: Vec<Option<Vec<CellAnswer>>> = groups.par_iter().map(each).collect();
+    let each = |gone: &Range<usize>| {
+        let find = leave_out(gone)?;
+        // Index of a cell; error of its mean and its variance from noise; index, error and σ of each of its taps.
+        let answer = |(k, cell): (usize, &Cell)| {
+            let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
+            // The other of two distances is not a bias: locate reports it as ambiguous.
+            let other = |e: f64, f: &Found| f.near.is_some_and(|near| (near - cell.a).abs() < e.abs());
+            let mean = error(cell.drive, cell.signal, cell.a).filter(|(e, f)| !other(*e, f));
+            let mean = mean.map_or((f64::NAN, f64::NAN), |(e, f)| {
+                let noise = side.noise * side.noise * cell.share;
+                (e, (noise + f.variance) / (f.slope * f.slope))
+            });
+            let of_tap = |&t: &usize| {
+                let tap = &side.taps[t];
+                (t, error(tap.drive, tap.signal.abs(), tap.a).map_or([f64::NAN; 2], |(e, f)| [e, f.sigma]))
+            };
+            (k, mean, cell.taps.iter().map(of_tap).collect::<Vec<_>>())
+        };
+        let cells = side.cells.iter().enumerate().filter(|(_, c)| gone.contains(&c.i));
+        Some(cells.map(answer).collect::<Vec<_>>())
+    };
+    let parts: Vec<Option<Vec<_>>> = groups.par_iter().map(each).collect();
     if parts.iter().all(Option::is_none) {
         return None;
     }
@@ -118,30 +135,4 @@ fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
         taps.into_iter().for_each(|(tap, found)| out.taps[tap] = found);
     }
     Some(out)
-}
-
-/// Index of a cell; error of its mean and its variance from noise; index, error and σ of each of its taps.
-type CellAnswer = (usize, (f64, f64), Vec<(usize, [f64; 2])>);
-
-fn left_out(
-    side: &Side<'_>,
-    find: impl Fn(usize, f64, f64) -> Option<Found>,
-    gone: &Range<usize>,
-) -> Vec<CellAnswer> {
-    let answer = |(k, cell): (usize, &Cell)| {
-        let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
-        // The other of two distances is not a bias: locate reports it as ambiguous.
-        let other = |e: f64, f: &Found| f.near.is_some_and(|near| (near - cell.a).abs() < e.abs());
-        let mean = error(cell.drive, cell.signal, cell.a).filter(|(e, f)| !other(*e, f));
-        let mean = mean.map_or((f64::NAN, f64::NAN), |(e, f)| {
-            let noise = side.noise * side.noise * cell.share;
-            (e, (noise + f.variance) / (f.slope * f.slope))
-        });
-        let of_tap = |&t: &usize| {
-            let tap = &side.taps[t];
-            (t, error(tap.drive, tap.signal.abs(), tap.a).map_or([f64::NAN; 2], |(e, f)| [e, f.sigma]))
-        };
-        (k, mean, cell.taps.iter().map(of_tap).collect())
-    };
-    side.cells.iter().enumerate().filter(|(_, c)| gone.contains(&c.i)).map(answer).collect()
 }

@@ -4,13 +4,11 @@ use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
-use super::exact::unsolved;
-use super::held_out::Side;
-use super::parameter::spec_values;
-use super::{Answers, Exact, Extent, Found, Known, Opener, SideRecord};
-use crate::error::Error;
-use crate::measure::Rig;
-use crate::status::Status;
+use super::{
+    Answers, Exact, Extent, Found, Known, Opener, SideRecord, exact::unsolved, held_out::Side,
+    parameter::spec_values,
+};
+use crate::{error::Error, measure::Rig, status::Status};
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, PARTS, Spread, Tails};
@@ -26,13 +24,10 @@ pub struct LearnedRecord {
     /// Zero for each drive: σ is that of the model.
     pub bias_mm: Vec<f64>,
     /// Offset of the drive of a known whisker.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whisker_drive_offset: Option<f64>,
     /// [u₀, p, q] of the power law (u + u₀)^p (1/a − κ)^q of an unknown whisker.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<[f64; 3]>,
     /// κ, 1/mm, unless 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power_end: Option<f64>,
     /// True if zeros were read with the taps.
     pub zero_read: bool,
@@ -55,7 +50,6 @@ pub struct LearnedRecord {
     /// Variances of a reading about the curve: independent and proportional noise, position, visit, zero and gain of a run, drift.
     pub spread: [f64; 7],
     /// Covariance of these variances: independent and proportional noise, position, visit, zero and gain of a run.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_covariance: Option<[[f64; PARTS]; PARTS]>,
 }
 
@@ -185,7 +179,6 @@ pub fn whisker(exact: Exact) -> (Whisker, [f64; 2]) {
 /// Range of distances of a power law, mm.
 pub const EVERYWHERE: [f64; 2] = [0.0, f64::INFINITY];
 
-/// Learned model of a side with its data.
 #[derive(Clone)]
 pub struct Learnt {
     /// Rows of taps and zero readings in the sign of the side; the whisker if known; the standard error of a zero from taps of both sides.

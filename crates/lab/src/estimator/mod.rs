@@ -14,10 +14,8 @@ pub mod taps;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, SolveError};
-use crate::measure::Rig;
 pub(crate) use crate::measure::group::ROUNDING as SAME;
-use crate::scene::Side;
-use crate::status::Status;
+use crate::{measure::Rig, scene::Side, status::Status};
 use exact::ExactRecord;
 pub use exact::{Exact, Extent, Opener};
 use learned::{LearnedCurve, LearnedRecord};
@@ -40,13 +38,8 @@ vibrissa_core::choices! {
 impl Estimator {
     pub const ALL: [Self; 4] = [Self::Paper, Self::Exact, Self::Curve, Self::Learned];
 
-    /// Name in files and flags.
-    pub fn name(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|e| e.name() == name)
+        Self::ALL.into_iter().find(|e| e.word() == name)
     }
 
     /// Bias per drive in its section, mm; `None` without a section in `record`.
@@ -71,7 +64,7 @@ impl Estimator {
         fn boxed(answers: impl Answers + 'static) -> Box<dyn Answers> {
             Box::new(answers)
         }
-        let paper = |r: &FactorRecord| boxed(Paper::new(rig, &record.drives, &r.K, &r.K_variance));
+        let paper = |r: &FactorRecord| boxed(Paper::new(rig, &record.drives, r.clone()));
         let learned = record.learned.as_ref().filter(|_| side == record.gauge());
         Ok(match self {
             Self::Paper => record.paper.as_ref().map(paper),
@@ -84,7 +77,6 @@ impl Estimator {
     }
 }
 
-/// Conditions of a reading.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
     /// Variance of its zero reading in units of that of one reading; 0 without one.
@@ -104,13 +96,11 @@ pub trait Answers: Send + Sync {
     /// Variance of the expected reading from the calibration; for `learned` with position and, unless `same_run`, a new run. NaN if unknown.
     fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64;
 
-    /// Learned curve, if it is one.
     fn learned(&self) -> Option<&LearnedCurve> {
         None
     }
 }
 
-/// Calibration of one side of the whisker.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SideRecord {
@@ -123,20 +113,14 @@ pub struct SideRecord {
     /// Calibrated drives, ascending; a drive with jitter as its mean.
     pub drives: Vec<f64>,
     /// Smallest and largest drive of the taps, if they differ from the first and last of `drives`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_ends: Option<[f64; 2]>,
     /// |signal| at the sensor's end stop, if the data show it.
     pub end_stop: Option<f64>,
     /// Reason why `exact` is missing, if whisker and drives are known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_exact: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub paper: Option<FactorRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub exact: Option<ExactRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub curve: Option<SmoothRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<LearnedRecord>,
 }
 
@@ -151,39 +135,38 @@ impl SideRecord {
         self.drive_ends.map_or([first, last], |[lo, hi]| [lo.min(first), hi.max(last)])
     }
 
-    /// Refuses contradictory values.
     /// Errors: the first key at fault, what is wrong with its value, and allowed values.
     pub fn check(&self) -> Result<(), [&'static str; 3]> {
         let [lo, hi] = self.distances_mm;
         let n = self.drives.len();
-        let must = |sound: bool, key, message, allowed| match sound {
-            true => Ok(()),
-            false => Err([key, message, allowed]),
-        };
-        let drives = n > 0 && positive(&self.drives) && ascending(&self.drives);
-        must(drives, "drives", "these are no drives", "ascending, > 0")?;
+        let drives = n > 0 && positive(&self.drives) && self.drives.is_sorted_by(|p, q| p < q);
         let ends = self.drive_ends.is_none_or(|ends| positive(&ends));
-        must(ends, "drive_ends", "these are no drives", "> 0")?;
         let range = positive(&[lo, hi]) && lo < hi;
-        must(range, "distances_mm", "this is no range of distances", "0 < smallest < largest, mm")?;
         let side = self.sign.abs() == 1 && ["contact", "far"].contains(&self.gauge_side.as_str());
-        must(side, "sign", "this is no side", "1 or -1, with contact or far")?;
         let paper = self.paper.as_ref().is_none_or(|r| r.is_sound(n));
-        let message = "one K > 0 and one variance is needed for each drive";
-        must(paper, "paper", message, "as many as drives")?;
-        let message = "fitted parameters and their covariance do not belong together";
-        let allowed = "known names, one row and one column of the covariance for each";
-        must(self.exact.as_ref().is_none_or(ExactRecord::is_sound), "exact", message, allowed)?;
-        let allowed =
-            "one coefficient for each term and their covariance, half widths > 0, a reach that ascends";
+        let factors = "one K > 0 and one variance is needed for each drive";
+        let exact = self.exact.as_ref().is_none_or(ExactRecord::is_sound);
+        let fitted = "fitted parameters and their covariance do not belong together";
+        let names = "known names, one row and one column of the covariance for each";
         let curve = self.curve.as_ref().is_none_or(|r| r.fit.is_sound());
-        must(curve, "curve", "this polynomial does not belong together", allowed)?;
-        let allowed = "a power law or a whisker; known terms, one coefficient for each; variances ≥ 0";
+        let terms =
+            "one coefficient for each term and their covariance, half widths > 0, a reach that ascends";
         let learned = self.learned.as_ref().is_none_or(LearnedRecord::is_sound);
-        must(learned, "learned", "this curve does not belong together", allowed)?;
+        let law = "a power law or a whisker; known terms, one coefficient for each; variances ≥ 0";
         let biased = |e: Estimator| e.bias_mm(self).is_none_or(|bias| bias.len() == n && known(bias));
-        let message = "one bias ≥ 0 is needed for each drive";
-        must(Estimator::ALL.into_iter().all(biased), "bias_mm", message, "as many as drives, mm")
+        let biased = Estimator::ALL.into_iter().all(biased);
+        let checked = [
+            (drives, ["drives", "these are no drives", "ascending, > 0"]),
+            (ends, ["drive_ends", "these are no drives", "> 0"]),
+            (range, ["distances_mm", "this is no range of distances", "0 < smallest < largest, mm"]),
+            (side, ["sign", "this is no side", "1 or -1, with contact or far"]),
+            (paper, ["paper", factors, "as many as drives"]),
+            (exact, ["exact", fitted, names]),
+            (curve, ["curve", "this polynomial does not belong together", terms]),
+            (learned, ["learned", "this curve does not belong together", law]),
+            (biased, ["bias_mm", "one bias ≥ 0 is needed for each drive", "as many as drives, mm"]),
+        ];
+        checked.into_iter().find(|(sound, _)| !sound).map_or(Ok(()), |(_, fault)| Err(fault))
     }
 }
 
@@ -193,10 +176,6 @@ fn positive(values: &[f64]) -> bool {
 
 fn known(values: &[f64]) -> bool {
     values.iter().all(|x| *x >= 0.0 && x.is_finite())
-}
-
-fn ascending(values: &[f64]) -> bool {
-    values.windows(2).all(|w| w[0] < w[1])
 }
 
 /// Linear interpolation of `ys` over ascending `xs`, held at both ends.
@@ -216,7 +195,6 @@ pub enum ModelError {
     InsideGauge,
     #[error("the whisker cannot be continued so far")]
     TooFar,
-    /// Most measured taps have no solution.
     #[error("the model of the spec has solutions for {found} of {of} measured distances and drives")]
     FewTaps { found: usize, of: usize },
     #[error(transparent)]
@@ -228,11 +206,8 @@ pub enum ModelError {
 impl ModelError {
     /// True if the whisker has no such taps; false if the computation failed.
     pub fn is_of_whisker(&self) -> bool {
-        match self {
-            Self::Solve(why) => *why == SolveError::TooHard,
-            Self::NotOpened(_) => false,
-            Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } => true,
-        }
+        !matches!(self, Self::NotOpened(_))
+            && !matches!(self, Self::Solve(why) if *why != SolveError::TooHard)
     }
 }
 

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::error::InputError;
-use crate::measure::Rig;
 use crate::scene::{Clamp, Contact, Drive, Material, Setup};
+use crate::{error::InputError, measure::Rig};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
@@ -69,7 +68,6 @@ impl Parameter {
         self.facts().1[kind as usize]
     }
 
-    /// Range of meaningful values.
     pub fn domain(self) -> [f64; 2] {
         self.facts().2
     }
@@ -79,7 +77,6 @@ impl Parameter {
         matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio | Self::Clamp | Self::Root)
     }
 
-    /// Step of difference quotients at this value.
     pub fn step(self, value: f64) -> f64 {
         match self {
             Self::Hub => 0.02,
@@ -150,7 +147,6 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Plausible error of a parameter.
 pub fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 2]) -> f64 {
     match p {
         Parameter::Factor => values[0].abs(),

@@ -6,12 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::least::solve;
-use super::{Answers, Found, Known};
-use crate::measure::Groups;
-use crate::physics::inverse::bracketed;
+use super::{Answers, Found, Known, least::solve};
 use crate::reduce::{range, sorted};
-use crate::status::Status;
+use crate::{measure::Groups, physics::inverse::bracketed, status::Status};
 
 /// Intervals of the range of signals at which the direction of the curve is checked.
 const LOOKS: usize = 24;

@@ -5,15 +5,10 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::held_out::Side;
 use super::polynomial::{Form, Point, Polynomial};
-use super::taps::Cell;
-use super::{Answers, Found, Known, between, known, positive};
-use crate::design::amount;
-use crate::measure::Rig;
-use crate::physics::inverse::Inverse;
+use super::{Answers, Found, Known, between, held_out::Side, known, positive, taps::Cell};
 use crate::scene::{Drive, Theory};
-use crate::status::Status;
+use crate::{design::amount, measure::Rig, physics::inverse::Inverse, status::Status};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -28,9 +23,24 @@ pub struct FactorRecord {
 }
 
 impl FactorRecord {
-    pub fn calibrated(side: &Side<'_>, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Option<Self> {
-        let [k, variance] = factors(side, |_| true)?;
-        Some(Self { held_out_rms_mm, K: k, K_variance: variance, bias_mm })
+    /// K̄ and the variance of its logarithm per drive, from the `wanted` cells; `None` if a drive has none.
+    pub fn of(side: &Side<'_>, wanted: impl Fn(&Cell) -> bool) -> Option<Self> {
+        let curve = side.rig.curve(Theory::EulerBernoulli, side.rig.setup.hub);
+        let kind = side.rig.setup.drive;
+        let spec = side.rig.shared().theory.curve();
+        let mut sums = vec![(0.0, 0.0, 0usize); side.drives.len()];
+        for c in side.cells.iter().filter(|c| wanted(c)) {
+            // The cell's mean of θ f uses the theory of the spec.
+            let linear = if *spec == curve { c.linear } else { amount(kind, c.drive) * curve.value(c.a) };
+            let sum = &mut sums[c.j];
+            sum.0 += linear / c.signal;
+            sum.1 += side.noise * side.noise * c.share / (c.signal * c.signal);
+            sum.2 += 1;
+        }
+        let k = sums.iter().map(|s| s.0 / s.2 as f64).collect();
+        let variance = sums.iter().map(|s| s.1 / (s.2 * s.2) as f64).collect();
+        let record = Self { held_out_rms_mm: None, K: k, K_variance: variance, bias_mm: Vec::new() };
+        sums.iter().all(|s| s.2 > 0).then_some(record)
     }
 
     /// True if there is a valid factor for each of `drives`.
@@ -41,68 +51,46 @@ impl FactorRecord {
     }
 }
 
-/// K̄ and the variance of its logarithm per drive, from the `wanted` cells; `None` if a drive has none.
-fn factors(side: &Side<'_>, wanted: impl Fn(&Cell) -> bool) -> Option<[Vec<f64>; 2]> {
-    let curve = side.rig.curve(Theory::EulerBernoulli, side.rig.setup.hub);
-    let kind = side.rig.setup.drive;
-    let spec = side.rig.shared().theory.curve();
-    let mut sums = vec![(0.0, 0.0, 0usize); side.drives.len()];
-    for c in side.cells.iter().filter(|c| wanted(c)) {
-        // The cell's mean of θ f uses the theory of the spec.
-        let linear = if *spec == curve { c.linear } else { amount(kind, c.drive) * curve.value(c.a) };
-        let sum = &mut sums[c.j];
-        sum.0 += linear / c.signal;
-        sum.1 += side.noise * side.noise * c.share / (c.signal * c.signal);
-        sum.2 += 1;
-    }
-    if sums.iter().any(|s| s.2 == 0) {
-        return None;
-    }
-    let k = sums.iter().map(|s| s.0 / s.2 as f64).collect();
-    Some([k, sums.iter().map(|s| s.1 / (s.2 * s.2) as f64).collect()])
-}
-
 #[derive(Debug, Clone)]
 pub struct Paper {
     inverse: Inverse,
     kind: Drive,
     drives: Vec<f64>,
-    k: Vec<f64>,
-    variance: Vec<f64>,
+    factors: FactorRecord,
 }
 
 impl Paper {
-    /// f of the whisker of `rig`, with K̄ and the variances of ln K̄ at `drives`, ascending.
-    pub fn new(rig: &Rig, drives: &[f64], k: &[f64], variance: &[f64]) -> Self {
+    /// f of the whisker of `rig`, with `factors` at `drives`, ascending.
+    pub fn new(rig: &Rig, drives: &[f64], factors: FactorRecord) -> Self {
         let inverse = Inverse::new(rig.curve(Theory::EulerBernoulli, rig.setup.hub));
-        let [drives, k, variance] = [drives, k, variance].map(<[f64]>::to_vec);
-        Self { inverse, kind: rig.setup.drive, drives, k, variance }
+        Self { inverse, kind: rig.setup.drive, drives: drives.to_vec(), factors }
     }
 
     pub fn without(side: &Side<'_>, gone: &Range<usize>) -> Option<Self> {
-        let [k, variance] = factors(side, |c| !gone.contains(&c.i))?;
-        Some(Self::new(side.rig, side.drives, &k, &variance))
+        let factors = FactorRecord::of(side, |c| !gone.contains(&c.i))?;
+        Some(Self::new(side.rig, side.drives, factors))
     }
 }
 
 impl Answers for Paper {
     fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
-        let k = between(&self.drives, &self.k, drive);
+        let k = between(&self.drives, &self.factors.K, drive);
         let amount = amount(self.kind, drive);
         let roots = self.inverse.roots(k * reading / amount).ok_or(Status::NO_ROOT)?;
         let slope = amount * self.inverse.curve().slope(roots.far) / k;
-        let variance = reading * reading * between(&self.drives, &self.variance, drive);
+        let variance = reading * reading * between(&self.drives, &self.factors.K_variance, drive);
         // A distance on the near side may belong to one beyond the calibration.
         let near = roots.near.or(roots.unseen.then_some(roots.far));
         Ok(Found::root(roots.far, near, slope, variance))
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
-        amount(self.kind, drive) * self.inverse.curve().value(a) / between(&self.drives, &self.k, drive)
+        amount(self.kind, drive) * self.inverse.curve().value(a)
+            / between(&self.drives, &self.factors.K, drive)
     }
 
     fn variance(&self, a: f64, drive: f64, _: bool) -> f64 {
-        self.expected(a, drive).powi(2) * between(&self.drives, &self.variance, drive)
+        self.expected(a, drive).powi(2) * between(&self.drives, &self.factors.K_variance, drive)
     }
 }
 
@@ -121,20 +109,14 @@ pub struct SmoothRecord {
     pub fit: Polynomial,
 }
 
-impl SmoothRecord {
-    pub fn calibrated(side: &Side<'_>, held_out_rms_mm: Option<f64>, bias_mm: Vec<f64>) -> Option<Self> {
-        let fit = Polynomial::through(&points(side, None), form(side)?, BEYOND[0])?;
-        Some(Self { held_out_rms_mm, bias_mm, fit })
-    }
-}
-
 /// Form for all positions of `side`; it also serves with positions left out, so that the same form is judged and used.
 pub fn form(side: &Side<'_>) -> Option<Form> {
     Polynomial::choose(&points(side, None))
 }
 
-pub fn without(side: &Side<'_>, gone: &Range<usize>, form: Option<Form>) -> Option<Polynomial> {
-    Polynomial::through(&points(side, Some(gone)), form?, BEYOND[1])
+/// The curve through all positions of `side`, or without some.
+pub fn curve(side: &Side<'_>, form: Form, gone: Option<&Range<usize>>) -> Option<Polynomial> {
+    Polynomial::through(&points(side, gone), form, BEYOND[usize::from(gone.is_some())])
 }
 
 fn points(side: &Side<'_>, without: Option<&Range<usize>>) -> Vec<Point> {

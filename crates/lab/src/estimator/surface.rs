@@ -5,12 +5,10 @@
 use super::{Extent, ModelError};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
-use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
-use crate::measure::Rig;
 use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
-use crate::physics::linear::StrainCurve;
 use crate::scene::{Drive, Setup, Tuple};
+use crate::{error::SolveError, measure::Rig, physics::linear::StrainCurve};
 
 const NODES: [usize; 2] = [curve::NODES, 10];
 /// Relative size of the last coefficients of a fine piece.
@@ -99,7 +97,7 @@ impl Surface {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let (u, strip) = (1.0 / a, self.strip(drive));
         let Some(piece) = strip.piece(u) else { return f64::NAN };
-        let c = piece.at(self.place_of(strip.drives, drive));
+        let c = piece.at(self.place_of(strip.drives, drive), false);
         amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
@@ -114,15 +112,14 @@ impl Surface {
         let by_root = if self.yields { 0.25 * self.base(at) / at } else { 1.0 };
         let (y, dy) = (self.place_of(strip.drives, at), 2.0 * by_root / (hi - lo));
         let (x, dx) = (scaled(piece.u, u), 2.0 / (piece.u[1] - piece.u[0]));
-        let (ratio, ratio_x) = series(&piece.at(y), x);
+        let (ratio, ratio_x) = series(&piece.at(y, false), x);
         let ((f, f_u), size) = (self.curve.at_inverse(u), amount(self.kind, at));
         let by_a = -u * u * size * (f_u * ratio + f * ratio_x * dx);
         let moves = first < last && at == drive;
-        let by_drive = amount(self.kind, 1.0) * f * ratio + size * f * series(&piece.slope(y), x).0 * dy;
+        let by_drive = amount(self.kind, 1.0) * f * ratio + size * f * series(&piece.at(y, true), x).0 * dy;
         [by_a, if moves { by_drive } else { 0.0 }]
     }
 
-    /// The drive in which polynomials are.
     fn base(&self, drive: f64) -> f64 {
         if self.yields { drive.sqrt().sqrt() } else { drive }
     }
@@ -146,8 +143,10 @@ impl Surface {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let strip = self.strip(drive);
         let y = self.place_of(strip.drives, drive);
-        let cuts =
-            strip.pieces.iter().map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y)) }, &p.looks));
+        let cuts = strip
+            .pieces
+            .iter()
+            .map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y, false)) }, &p.looks));
         Curve::new(self.curve.clone(), amount(self.kind, drive), cuts, strip.end)
     }
 }
@@ -160,25 +159,15 @@ impl Strip {
 }
 
 impl Piece {
-    /// Coefficients in u at the scaled drive y.
-    fn at(&self, y: f64) -> [f64; NODES[0]] {
+    /// Coefficients in u at the scaled drive y; with `slope` their derivatives by y.
+    fn at(&self, y: f64, slope: bool) -> [f64; NODES[0]] {
         let mut sums = [0.0; NODES[0]];
-        // T₋₁ = T₁.
-        let (mut before, mut t) = (y, 1.0);
-        for column in &self.columns {
-            sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += t * c);
+        // T₋₁ = T₁; T'ₙ = n Uₙ₋₁, U₋₁ = 0.
+        let (mut before, mut t) = (if slope { 0.0 } else { y }, 1.0);
+        for (n, column) in self.columns.iter().enumerate().skip(usize::from(slope)) {
+            let t_n = if slope { n as f64 * t } else { t };
+            sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += t_n * c);
             (before, t) = (t, 2.0 * y * t - before);
-        }
-        sums
-    }
-
-    fn slope(&self, y: f64) -> [f64; NODES[0]] {
-        let mut sums = [0.0; NODES[0]];
-        // T'ₙ = n Uₙ₋₁.
-        let (mut before, mut u) = (0.0, 1.0);
-        for (n, column) in self.columns.iter().enumerate().skip(1) {
-            sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += n as f64 * u * c);
-            (before, u) = (u, 2.0 * y * u - before);
         }
         sums
     }

@@ -1,11 +1,7 @@
 //! Rows of a data file as taps and zero readings, tared and grouped, and cells: taps of one distance and one drive.
 
-use crate::design::amount;
-use crate::fields::plain;
-use crate::measure::zero::Rest;
-use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts};
-use crate::reduce::median;
-use crate::scene::Drive;
+use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts, zero::Rest};
+use crate::{design::amount, fields::plain, reduce::median, scene::Drive};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tap {

@@ -38,8 +38,8 @@ impl<'a> Export<'a> {
             return Err(error.allowed("a calibration of one gauge (no second = true in [gauge])").into());
         }
         let refused = |e: InputError| {
-            let message = format!("{} cannot be written as a table: {}", locator.estimator.name(), e.message);
-            let error = InputError { message, ..e }.key("--export").value(locator.estimator.name());
+            let message = format!("{} cannot be written as a table: {}", locator.estimator.word(), e.message);
+            let error = InputError { message, ..e }.key("--export").value(locator.estimator.word());
             error.allowed("another estimator (--estimator), or the program itself (vibrissa locate)")
         };
         let length = if locator.rig.known { locator.rig.design.tuple.L_a } else { 0.0 };
@@ -169,7 +169,7 @@ impl Export<'_> {
         let domains: Vec<String> = self.sides.iter().map(|side| self.domain(side)).collect();
         let head = HEAD
             .replace("@VERSION", &c.version)
-            .replace("@ESTIMATOR", l.estimator.name())
+            .replace("@ESTIMATOR", l.estimator.word())
             .replace("@WHISKER", if l.rig.known { &whisker } else { "" })
             .replace("@UNIT", unit(l))
             .replace("@DRIVE", drive(l))

@@ -16,7 +16,7 @@ use crate::text_file::{Limit, TextFile};
 
 impl Calibration {
     fn check(&self, label: &str) -> Result<(), InputError> {
-        let estimators = Estimator::ALL.map(|e| e.name()).join(", ");
+        let estimators = Estimator::ALL.map(|e| e.word()).join(", ");
         let signals = "strain, microstrain, bridge_mV_per_V, reading";
         let lag = "|gain| ≤ 0.9, sigma_gain and sigma_tau_s ≥ 0, tau_s > 0";
         let second =

@@ -69,10 +69,11 @@ impl Answers {
             let signal = |(l, value): (&Locator, &f64)| l.unit.strain(*value, l.rig.setup.gauge.factor);
             let one = |(drive, values): (&f64, &[f64])| {
                 let signals: Vec<f64> = several.locators.iter().zip(values).map(signal).collect();
-                match drive.is_finite() && several.locators[0].rests(*drive) {
-                    true => Located::nothing(Status::NO_STRAIN),
+                let located = match drive.is_finite() && several.locators[0].rests(*drive) {
+                    true => Err(Status::NO_STRAIN),
                     false => several.locate(*drive, &signals, &vec![0.0; signals.len()]),
-                }
+                };
+                located.unwrap_or_else(Located::nothing)
             };
             return Ok((rows.map(one).collect(), None));
         }

@@ -2,13 +2,10 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::error::Error;
-use crate::estimate::WIDENING;
-use crate::estimator::learned::LearnedCurve;
-use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord, between};
+use crate::estimator::{Answers, Estimator, Opener, SAME, SideRecord, between, learned::LearnedCurve};
 use crate::measure::{Lag, Rig, Tared};
 use crate::scene::{Setup, Side};
-use crate::status::Status;
+use crate::{error::Error, estimate::WIDENING, status::Status};
 
 pub const FORMAT: u32 = 1;
 
@@ -32,9 +29,7 @@ pub struct Calibration {
     pub noise: f64,
     pub noise_from: String,
     pub zero: Tared,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag: Option<Lag>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second: Option<Second>,
     pub data: Source,
     /// The whisker and its model; in the file as a spec, which is read with the places of its values when all else is.

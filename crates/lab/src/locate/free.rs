@@ -60,11 +60,8 @@ impl Free {
             return Ok(all);
         }
         if !locator.rig.known {
-            return refused(
-                "friction, tilt",
-                "what they change is computed from the whisker, which this calibration does not know",
-                "zero, or a calibration with --whisker",
-            );
+            let why = "what they change is computed from the whisker, which this calibration does not know";
+            return refused("friction, tilt", why, "zero, or a calibration with --whisker");
         }
         if self.friction > 0.0 {
             let mut on = TERMS.iter().filter(|term| (term.get)(&setup.model).is_on());
@@ -93,10 +90,8 @@ impl Free {
             if let Some(why) = setup.forbids([true, false]) {
                 return refused("tilt", why, "zero, friction=SD");
             }
-            let [own, tilted] = [
-                signals(locator, side, setup.clone(), 0.0)?,
-                signals(locator, side, setup.clone(), self.tilt)?,
-            ];
+            let by = |tilt: f64| signals(locator, side, setup.clone(), tilt);
+            let [own, tilted] = [by(0.0)?, by(self.tilt)?];
             // The signal changes with the square of the tilt, whose mean is its value at one standard deviation.
             let change = |k: usize| {
                 let change = tilted[k] / own[k] - 1.0;

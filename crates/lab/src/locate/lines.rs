@@ -2,10 +2,9 @@
 
 use std::io::{BufRead, Read};
 
-use super::Ask;
-use super::rows::RowReader;
+use super::{Ask, rows::RowReader};
 use crate::error::{Error, InputError};
-use crate::measure::header::Comments;
+use crate::measure::header::{Comments, same};
 use crate::sink::{LabRow, LabStream, LabTable};
 use crate::text_file::LINE;
 
@@ -137,8 +136,9 @@ impl<'a> Source<'a> {
             }
             match text(&self.line) {
                 Some(text) if self.begun => {
-                    let (line, said) = (self.number, self.ask.columns);
-                    rows.same(line, text, said).map_err(|e| e.at(self.ask.label(), Some(line)))?;
+                    let (line, names) = (self.number, &rows.header.names);
+                    let same = same(line, text, &names.join("\t"), names, self.ask.columns);
+                    same.map_err(|e| e.at(self.ask.label(), Some(line)))?;
                 }
                 Some(text) => self.comments.push((self.number, text.to_owned())),
                 None => {}

@@ -1,16 +1,11 @@
 //! What answers readings.
 
-use super::pair::Twofold;
-use super::{Calibration, Opened};
-use crate::backend::Choice;
+use super::{Calibration, Opened, pair::Twofold};
 use crate::error::{Error, InputError};
 use crate::estimator::{Estimator, Found, Known, Opener, SAME};
-use crate::evaluate::Method;
-use crate::measure::counts::wrapped;
-use crate::measure::group::rounding;
-use crate::measure::{Lag, Rig, Tared, TaredBy, Unit};
+use crate::measure::{Lag, Rig, Tared, TaredBy, Unit, counts::wrapped, group::rounding};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
-use crate::status::Status;
+use crate::{backend::Choice, evaluate::Method, status::Status};
 use vibrissa_learned::curve::OF_95;
 
 /// Step of difference quotients of a distance, relative.
@@ -26,12 +21,10 @@ pub struct Located {
     pub sigma: f64,
     /// The interval that holds it with 95 %, mm.
     pub interval: [f64; 2],
-    /// Words of warning.
     pub status: Status,
 }
 
 impl Located {
-    /// No distance, and why.
     pub const fn nothing(status: Status) -> Self {
         Self { distance: f64::NAN, sigma: f64::NAN, interval: [f64::NAN; 2], status }
     }
@@ -66,19 +59,15 @@ pub(crate) struct SideTap {
 
 /// Answers readings of one calibrated whisker.
 pub struct Locator {
-    /// The whisker.
     pub rig: Rig,
-    /// What was measured.
     pub unit: Unit,
     /// Whether drives mean something.
     pub drive_recorded: bool,
     /// The drive, as it is recorded, that counts as 0.
     pub drive_origin: f64,
-    /// Estimator in use.
     pub estimator: Estimator,
     /// How the signal of the calibration was tared.
     pub tared: Tared,
-    /// How readings lag.
     pub lag: Option<Lag>,
     /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
     pub same_run: bool,
@@ -112,9 +101,9 @@ impl Locator {
             let side = Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)?;
             sides.push(side.ok_or_else(|| {
                 let held =
-                    Estimator::ALL.into_iter().filter(|e| e.bias_mm(record).is_some()).map(|e| e.name());
+                    Estimator::ALL.into_iter().filter(|e| e.bias_mm(record).is_some()).map(|e| e.word());
                 let error = InputError::new("this calibration does not hold this estimator").at(label, None);
-                let error = error.key("--estimator").value(estimator.name());
+                let error = error.key("--estimator").value(estimator.word());
                 error.allowed(held.collect::<Vec<_>>().join(", "))
             })?);
         }

@@ -15,7 +15,6 @@ const SHIFTS: usize = 9;
 const SOME: usize = 9;
 /// Taps more bring nothing where all there could be would not lower σ by more than this share.
 pub const NOTHING: f64 = 0.05;
-/// Upper limit of planned taps.
 const ALL: f64 = 1e4;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +36,6 @@ pub struct Next {
     pub taps: usize,
     /// Distance and σ so far, mm; the middle of the calibrated distances where nothing is known.
     pub now: [f64; 2],
-    /// Another distance that fits.
     pub near: Option<f64>,
     /// How much nearer than where the distance is told from the base stands now, mm.
     pub stands: f64,

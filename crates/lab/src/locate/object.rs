@@ -1,14 +1,13 @@
 //! Several taps of one object: after each tap, the distance that all of them so far tell.
 
+use std::cell::OnceCell;
+
 use indexmap::IndexMap;
 
-use super::free::Free;
 use super::pairs::{PairObject, Parts};
-use super::tared::Once;
-use super::{Answerer, Ask, Located, Locator, Opened, Reading, Spatial};
+use super::{Answerer, Ask, Located, Locator, Opened, Reading, Spatial, free::Free};
 use crate::error::{InputError, nearest};
-use crate::sink::LabCell;
-use crate::status::Status;
+use crate::{sink::LabCell, status::Status};
 use vibrissa_core::normal::quantile;
 use vibrissa_learned::joint::{Object, Tap, Told};
 
@@ -32,16 +31,11 @@ pub enum By<'a> {
     Strokes(Free),
 }
 
-/// The taps of an object, by one gauge or by two.
-enum Taps<'a> {
-    /// With the side and taring of its first tap, which others have too.
-    One(Object<'a>, (usize, bool)),
-    Two(PairObject),
-}
-
 /// An object, and the lines of the taps of it that are compared, the last at the end.
 struct Known<'a> {
-    taps: Taps<'a>,
+    /// By one gauge, with the side and taring of its first tap, which others have too.
+    one: Option<(Object<'a>, (usize, bool))>,
+    two: PairObject,
     lines: Vec<usize>,
 }
 
@@ -52,9 +46,9 @@ pub struct Objects<'a> {
     shift: Option<usize>,
     /// By name, the one that was tapped last at the end.
     known: IndexMap<String, Known<'a>>,
-    forgets: Once,
-    unplaced: Once,
-    other_side: Once,
+    forgets: OnceCell<()>,
+    unplaced: OnceCell<()>,
+    other_side: OnceCell<()>,
 }
 
 impl<'a> Objects<'a> {
@@ -74,7 +68,7 @@ impl<'a> Objects<'a> {
         let estimator = match who.finds_drives() {
             true => "several channels",
             false if who.is_twofold() => "two gauges",
-            false => locator.estimator.name(),
+            false => locator.estimator.word(),
         };
         let message = "readings are taken together by `learned`, of one signal, and taps by two gauges";
         let error = InputError::new(message).key(key).value(estimator);
@@ -121,29 +115,21 @@ impl<'a> Objects<'a> {
         if self.place.is_some() && name.is_empty() || alone.located.distance.is_nan() {
             return None;
         }
-        // How much nearer to the object the base stood.
         let said = |place| cells.get(place).and_then(LabCell::number).unwrap_or(f64::NAN);
         let shift = self.shift.map_or(0.0, said);
         if shift.is_nan() {
-            let told =
-                || format!("line {line}: {SHIFT} is no number: such a tap tells nothing of its object");
-            self.unplaced.warn(ask, told);
+            let told = format!("line {line}: {SHIFT} is no number: such a tap tells nothing of its object");
+            self.unplaced.get_or_init(|| (ask.warn)(&told));
             return None;
         }
         let (locator, same_run) = (self.locator, self.locator.same_run);
         // The tap's own answer, from where the base stands without shift.
         let Located { distance, interval, .. } = alone.located;
-        let own = Located {
-            distance: distance + shift,
-            interval: interval.map(|end| end + shift),
-            ..alone.located
-        };
-        let (mut located, mut tilt) = (own, [alone.tilt, alone.sigma_tilt]);
-        let (lines, count, compared, apart, limit): (_, _, _, _, fn(usize) -> f64) = if let Some(parts) =
-            alone.parts
-        {
-            let known = self.known(&name, ask, || Taps::Two(PairObject::new()));
-            let Taps::Two(object) = &mut known.taps else { return None };
+        let interval = interval.map(|end| end + shift);
+        let mut located = Located { distance: distance + shift, interval, ..alone.located };
+        let mut tilt = [alone.tilt, alone.sigma_tilt];
+        let (lines, count, compared, apart) = if let Some(parts) = alone.parts {
+            let Known { two: object, lines, .. } = self.known(&name, ask);
             if !object.add(Parts { at: [parts.at[0] + shift, parts.at[1]], ..parts }, tap.zeros) {
                 return None;
             }
@@ -153,15 +139,15 @@ impl<'a> Objects<'a> {
                 located = Located::normal(a, sigma, side.doubts(a - shift, None, sigma));
                 tilt = [tilted, sigma_tilt].map(f64::to_degrees);
             }
-            (&mut known.lines, count, object.taps.len(), object.apart(), limit_of_two)
+            (lines, count, object.taps.len(), object.apart())
         } else {
             let asked = locator.asked(tap.drive, tap.signals[0]).ok()?;
             let learned = locator.sides[asked.side].learned()?;
             let (tared, y, of_zero) = learned.read(asked.signal, tap.shares[0]);
             let kind = (asked.side, tared);
             let joint = learned.joint(tared, false);
-            let known = self.known(&name, ask, || Taps::One(Object::new(joint, same_run), kind));
-            let Taps::One(object, its_kind) = &mut known.taps else { return None };
+            let Known { one, lines, .. } = self.known(&name, ask);
+            let (object, its_kind) = one.get_or_insert_with(|| (Object::new(joint, same_run), kind));
             let (side, other) = (&locator.sides[its_kind.0], *its_kind != kind);
             if !other {
                 object.add(Tap { u: asked.drive, y, of_zero, zero: tap.zeros, shift });
@@ -178,37 +164,38 @@ impl<'a> Objects<'a> {
             }
             if other {
                 let numbers = numbers(count, &located, [f64::NAN; 2], None);
-                self.other_side.warn(ask, || {
-                    format!(
+                self.other_side.get_or_init(|| {
+                    (ask.warn)(&format!(
                         "line {line}: an object is told by taps of one side, above zeros of one kind, those of its first tap; such a tap is told alone"
-                    )
+                    ))
                 });
                 return Some((numbers, located.status));
             }
             let apart = told.as_ref().and_then(|told| object.apart(told.a));
-            (&mut known.lines, count, object.compared(), apart, self::limit)
+            (lines, count, object.compared(), apart)
         };
         lines.push(line);
         lines.drain(..lines.len().saturating_sub(compared));
         let apart = apart.map(|(ago, by)| (lines[lines.len() - 1 - ago], by));
-        if apart.is_some_and(|(_, by)| by.abs() > limit(lines.len())) {
+        let limit = if alone.parts.is_some() { limit_of_two(lines.len()) } else { limit(lines.len()) };
+        if apart.is_some_and(|(_, by)| by.abs() > limit) {
             located.status |= Status::INCONSISTENT;
         }
         Some((numbers(count, &located, tilt, apart), located.status))
     }
 
-    /// The object `name`, else one that `new` makes in place of the oldest of too many.
-    fn known(&mut self, name: &str, ask: &Ask<'_>, new: impl FnOnce() -> Taps<'a>) -> &mut Known<'a> {
+    /// The object `name`, else a new one in place of the oldest of too many.
+    fn known(&mut self, name: &str, ask: &Ask<'_>) -> &mut Known<'a> {
         let known = self.known.shift_remove(name);
         if known.is_none() && self.known.len() == MOST {
             self.known.shift_remove_index(0);
-            self.forgets.warn(ask, || {
-                format!(
+            self.forgets.get_or_init(|| {
+                (ask.warn)(&format!(
                     "more than {MOST} objects: of the one that was tapped longest ago, taps that come later are those of another one"
-                )
+                ))
             });
         }
-        let known = known.unwrap_or_else(|| Known { taps: new(), lines: Vec::new() });
+        let known = known.unwrap_or_else(|| Known { one: None, two: PairObject::new(), lines: Vec::new() });
         self.known.entry(name.to_owned()).or_insert(known)
     }
 }
@@ -230,7 +217,6 @@ pub(super) fn hundredths(by: f64) -> f64 {
     (100.0 * by).round() / 100.0 + 0.0
 }
 
-/// Words of warning of what the taps of an object tell.
 pub(super) fn doubts(side: &Opened, object: &Object<'_>, told: &Told) -> Status {
     object.seen(told.a).into_iter().fold(Status::OK, |all, a| {
         // The other distance is judged as seen from the same base.

@@ -3,21 +3,19 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::calibration::Second;
 use super::pairs::{Parts, covariance};
-use super::{Calibration, Located, Locator, Reading};
+use super::{Calibration, Located, Locator, Reading, calibration::Second};
 use crate::curve::both::{self, Inverted, Inverter, TwoReadings, inverse};
-use crate::design::Design;
 use crate::error::{Error, SolveError};
-use crate::estimator::parameter::scene_with;
-use crate::estimator::surface::continued;
-use crate::estimator::{Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values};
+use crate::estimator::{
+    Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values, parameter::scene_with,
+    surface::continued,
+};
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Skin};
 use crate::scene::{Direction, Setup};
-use crate::status::Status;
+use crate::{design::Design, status::Status};
 
-/// Model of a calibrated whisker with two gauges.
 #[derive(Debug, Clone)]
 pub struct Pair {
     pub setup: Setup,
@@ -100,8 +98,6 @@ pub(crate) struct Twofold {
     second: Second,
     /// s₁ and s₂, reading per strain.
     factors: [f64; 2],
-    /// δ, rad.
-    misalignment: f64,
     skin: Skin,
     /// Place of the side of the gauge among those that are answered.
     pub(super) side: usize,
@@ -129,9 +125,8 @@ impl Twofold {
             }
             None => None,
         };
-        let misalignment = second.misalignment_deg.to_radians();
         let factors = [factor, second.factor];
-        Ok(Some(Self { second, factors, misalignment, skin: Skin::new(rig, None), side, model }))
+        Ok(Some(Self { second, factors, skin: Skin::new(rig, None), side, model }))
     }
 
     /// The taps of the model that give the readings of `asked`, looked for first where these are; one thread after the other. Nothing without a model.
@@ -145,7 +140,12 @@ impl Twofold {
             readings: s.readings,
         };
         let asked: Vec<TwoReadings> = asked.iter().flatten().map(start).collect();
-        let reading: both::Reading<'_> = &|strains| self.readings(strains);
+        // Of the strains of the centreline, of the first gauge and 90° further.
+        let reading: both::Reading<'_> = &|[axial, first, second]| {
+            let (sin, cos) = self.second.misalignment_deg.to_radians().sin_cos();
+            let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
+            [self.factors[0] * first, self.factors[1] * strain_2]
+        };
         let (setup, designs) = (&pair.setup, &pair.designs);
         let mut inverter = Inverter { setup, evaluator: &mut evaluator, designs, reading, taps: 0 };
         let found = inverter.invert(&asked, &|_| pair.reach);
@@ -155,24 +155,12 @@ impl Twofold {
         Ok(found)
     }
 
-    /// r₁ and r₂ for [`Pair::strains`].
-    fn readings(&self, [axial, first, second]: [f64; 3]) -> [f64; 2] {
-        let (sin, cos) = self.misalignment.sin_cos();
-        let strain_2 = axial + (second - axial) * cos - (first - axial) * sin;
-        [self.factors[0] * first, self.factors[1] * strain_2]
-    }
-
-    /// ε₁ and ε₂ for r₁ and r₂, without the strain of the centreline.
-    fn strains(&self, readings: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.misalignment.sin_cos();
-        let first = readings[0] / self.factors[0];
-        [first, (readings[1] / self.factors[1] + first * sin) / cos]
-    }
-
     /// Linear theory: tilt tan β̂ = ε₂/ε₁ (rad), reading (ε₁² + ε₂²)/ε₁ of an upright pole at the same distance, and d(reading, β̂)/d(r₁, r₂).
     fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
-        let ([s1, s2], misalignment) = (self.factors, self.misalignment);
-        let [e1, e2] = self.strains(readings);
+        let ([s1, s2], misalignment) = (self.factors, self.second.misalignment_deg.to_radians());
+        // Without the strain of the centreline.
+        let (e1, (sin, cos)) = (readings[0] / s1, misalignment.sin_cos());
+        let e2 = (readings[1] / s2 + e1 * sin) / cos;
         let (t, square) = (e2 / e1, e1 * e1 + e2 * e2);
         // d e₂ = d r₂/(s₂ cos δ) + tan δ d r₁/s₁.
         let (by_1, by_2) = (misalignment.tan() / s1, 1.0 / (s2 * misalignment.cos()));
@@ -277,7 +265,7 @@ impl Locator {
             own: covariance(&[0, 1].map(|k| moved(k, noises[k]))),
             moved: [zero, model, factor, misalignment, bias, moved(0, zeros[0]), moved(1, zeros[1])],
         };
-        let [[aa, at], [_, tt]] = parts.covariance();
+        let [[aa, at], [_, tt]] = parts.with(&parts.moved);
         let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());
         if !(sigma.is_finite() && sigma_tilt.is_finite()) {
             return Err(solved.status | Status::NO_ROOT);

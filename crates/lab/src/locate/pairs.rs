@@ -27,12 +27,8 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The covariance with all that moves them.
-    pub fn covariance(&self) -> [[f64; 2]; 2] {
-        self.with(&self.moved)
-    }
-
-    fn with(&self, moved: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    /// The covariance with what these numbers move.
+    pub fn with(&self, moved: &[[f64; 2]]) -> [[f64; 2]; 2] {
         let more = covariance(moved);
         [0, 1].map(|i| [0, 1].map(|j| self.own[i][j] + more[i][j]))
     }
@@ -52,7 +48,6 @@ pub(super) struct PairObject {
     pub count: usize,
 }
 
-/// Normal matrix and vector.
 type Sums = (DMatrix<f64>, DVector<f64>);
 
 /// Of `n` numbers: nothing is known of the first two, of the others their prior.

@@ -4,17 +4,14 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use rayon::prelude::*;
 
-use super::several::Several;
-use super::{Locator, Spatial};
+use super::{Locator, Spatial, several::Several};
 use crate::error::{Error, InputError};
 use crate::fields::{self, Decimals, fields, separator};
 use crate::measure::columns::{Columns, may_drive};
-use crate::measure::header::{Comments, before, same};
-use crate::measure::time::Memory;
-use crate::measure::{Names, Unit};
+use crate::measure::header::{Comments, before};
+use crate::measure::{Names, Unit, time::Memory};
 use crate::scene::{Drive, Signal};
 use crate::sink::{LabCell, LabRow};
-use crate::status::Status;
 
 /// What answers readings: one whisker with one gauge or two, or a sensor with several channels.
 #[derive(Clone, Copy)]
@@ -98,8 +95,8 @@ impl<'a> Answerer<'a> {
         let alone = |t: &Reading| Spatial::of(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));
         match self.several {
             Some(several) => {
-                let one = |t: &Reading| Spatial::of(several.locate(t.drive, &t.signals, &t.shares));
-                Ok(taps.par_iter().map(one).collect())
+                let one = |t: &Reading| several.locate(t.drive, &t.signals, &t.shares);
+                Ok(taps.par_iter().map(|t| one(t).map_or_else(Spatial::nothing, Spatial::of)).collect())
             }
             None if locator.is_twofold() => locator.locate_pairs(taps),
             None => Ok(taps.iter().map(alone).collect()),
@@ -110,26 +107,11 @@ impl<'a> Answerer<'a> {
     fn said(self, said: &Names, k: usize) -> Names {
         self.several.map_or_else(|| said.clone(), |several| said.of_channel(several.columns[k].clone()))
     }
-
-    /// Why a row cannot be answered by what it holds; nothing where it can.
-    pub(super) fn lacks(self, drive: f64, signals: &[f64]) -> Option<Status> {
-        let known = match self.finds_drives() {
-            true => signals.iter().any(|x| x.is_finite()),
-            false => drive.is_finite() && signals[0].is_finite(),
-        };
-        (!known).then_some(Status::BAD_INPUT)
-    }
-
-    /// Whether a row is one of the zero, but for rounding.
-    pub(super) fn rests(self, drive: f64, signals: &[f64]) -> bool {
-        drive.is_finite() && signals[0].is_finite() && self.first().rests(drive)
-    }
 }
 
 pub(super) struct Header {
-    /// Whether a header says it.
-    read: bool,
     pub names: Vec<String>,
+    /// None where no header says it.
     separator: Option<char>,
     drive: Option<(Drive, usize)>,
     pub time: Option<usize>,
@@ -157,7 +139,6 @@ impl<'a> RowReader<'a> {
             None => [unit.column(), unit.second()][k].to_owned(),
         };
         let header = Header {
-            read: false,
             names: [kind.column().to_owned()].into_iter().chain((0..who.signals()).map(signal)).collect(),
             separator: None,
             drive: Some((kind, 0)),
@@ -203,14 +184,8 @@ impl<'a> RowReader<'a> {
         let second = all[0].second.filter(|_| self.who.is_twofold());
         let signals = all.iter().map(|columns| columns.signal).chain(second).collect();
         let Columns { drive, time, run, .. } = all[0];
-        self.header = Header { read: true, names, separator: Some(separator), drive, time, run, signals };
+        self.header = Header { names, separator: Some(separator), drive, time, run, signals };
         Ok(comment.is_none())
-    }
-
-    /// Refuses a `comment` that names other columns than those of the lines before it.
-    pub fn same(&self, line: usize, comment: &str, said: &Names) -> Result<(), InputError> {
-        let names = &self.header.names;
-        same(line, comment, &names.join("\t"), names, said)
     }
 
     pub fn drive(&self) -> Drive {
@@ -233,7 +208,7 @@ impl<'a> RowReader<'a> {
 
     /// The fields `cells` of a line by the names of the columns; where the drive may be left out, and is, an empty one stands for it.
     pub fn named<'b>(&self, mut cells: Vec<LabCell<'b>>) -> Vec<LabCell<'b>> {
-        if !self.header.read && cells.len() == self.who.signals() {
+        if self.header.separator.is_none() && cells.len() == self.who.signals() {
             cells.insert(0, LabCell::EMPTY);
         }
         cells
@@ -242,7 +217,7 @@ impl<'a> RowReader<'a> {
     /// Drive and signals of a `line`; NaN where one is missing, infinite where one of several channels is no number; `None` of another shape.
     pub fn parse(&mut self, line: LabRow<'_>, cells: &[LabCell<'_>]) -> Option<(f64, Vec<f64>)> {
         let (only, several) = (self.who.first().only_drive(), self.who.finds_drives());
-        let left_out = !self.header.read && cells.len() == self.who.signals();
+        let left_out = self.header.separator.is_none() && cells.len() == self.who.signals();
         let cells = self.named(cells.to_vec());
         let none = left_out && !several && (only.is_none() || line.is_blank());
         if none || cells.len() != self.header.names.len() {

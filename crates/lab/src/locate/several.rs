@@ -6,13 +6,9 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::{Calibration, Located, Locator};
-use crate::error::Error;
-use crate::estimator::Opener;
 use crate::estimator::least::{Minimum, by_values};
-use crate::measure::names::Channel;
-use crate::scene::Signal;
-use crate::scene::channels::numbered;
-use crate::status::Status;
+use crate::scene::{Signal, channels::numbered};
+use crate::{error::Error, estimator::Opener, measure::names::Channel, status::Status};
 
 /// Squared misfit of one degree of freedom, in units of noise, above which channels contradict each other.
 const CONTRADICTORY: f64 = 36.0;
@@ -64,13 +60,9 @@ impl Several {
         })
     }
 
-    /// Distance of a tap by `drive` (NaN: unknown) with these tared signals (NaN: missing); `shares`: variance of each zero over that of one reading.
-    pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Located {
-        self.found(drive, signals, shares).unwrap_or_else(Located::nothing)
-    }
-
-    /// The same; why there is no distance.
-    fn found(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Result<Located, Status> {
+    /// Distance of a tap by `drive` (NaN: unknown) with these tared signals (NaN: missing), or why there is none; `shares`: variance of each zero over
+    /// that of one reading.
+    pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Result<Located, Status> {
         let used: Vec<usize> =
             (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
         let unknowns = if drive.is_finite() { 1 } else { 2 };
@@ -217,7 +209,6 @@ impl<'a> ChannelTap<'a> {
             let [lo, hi] = self.bounds[i];
             (0..STARTS[i]).map(move |k| lo + (hi - lo) * (k as f64 + 0.5) / STARTS[i] as f64)
         };
-        // The best drive of each distance.
         let start = |a: f64| match self.unknowns() {
             1 => vec![a],
             _ => {

@@ -1,21 +1,18 @@
 //! Readings line by line: one answer for each, at once, in constant memory.
 
+use std::cell::OnceCell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::rows::RowReader;
 use super::strokes::{self, Group};
-use super::tared::{Once, TaredRows};
-use super::{Answerer, By, Locator, Objects, Reading, Spatial};
-use crate::combinations::Combinations;
+use super::{Answerer, By, Locator, Objects, Reading, Spatial, rows::RowReader, tared::TaredRows};
 use crate::error::{Error, InputError};
-use crate::fields::plain;
 use crate::measure::{Names, Zero};
 use crate::sink::heading::{Kind, Only, fact_in, kind};
 use crate::sink::{Field, Frame, Heading, LabCell, LabRow, LabStream, LabTable, Values, heading};
-use crate::status::Status;
+use crate::{combinations::Combinations, fields::plain, status::Status};
 
 pub use super::tared::zeros;
 
@@ -112,9 +109,7 @@ fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
 
 /// A line of a file as it is kept: its number, the user's columns, drive and signal unless the file names them so, zero, answer.
 pub(super) struct Kept {
-    /// The table without rows.
     pub empty: Frame,
-    /// Types of the user's columns.
     own: Vec<Kind>,
     /// Whether drive and signal are added.
     more: [bool; 2],
@@ -200,7 +195,7 @@ pub fn answer(
         Kept::new(&tared.rows, of_frame, heading("located"), &columns)
     });
     kept.iter().for_each(|kept| table = kept.empty.like());
-    let (mut one, mut untimed, mut stopped) = (None, Once::default(), None);
+    let (mut one, untimed, mut stopped) = (None, OnceCell::new(), None);
     let mut batch: Vec<PendingLine> = Vec::new();
     while let Some(mut row) = tared.next()? {
         let line = &row.line;
@@ -208,12 +203,12 @@ pub fn answer(
             break;
         }
         if row.untimed {
-            untimed.warn(ask, || {
-                format!(
+            untimed.get_or_init(|| {
+                (ask.warn)(&format!(
                     "line {}: this time is missing, or before that of a line above: such readings are taken as settled, and their σ does not know \
                      of the lag",
                     line.number
-                )
+                ))
             });
         }
         if row.tap.is_ok()

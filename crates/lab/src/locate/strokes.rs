@@ -1,12 +1,11 @@
 //! What readings tell together, taps of one object or the readings of a stroke: a tap that is recorded on its way, told as one curve of the drive.
 
-use super::free::Free;
+use std::cell::OnceCell;
+
 use super::object::{self, hundredths, limit, named};
-use super::tared::Once;
-use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial};
-use crate::error::Error;
+use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial, free::Free};
 use crate::sink::{Field, LabCell, heading};
-use crate::status::Status;
+use crate::{error::Error, status::Status};
 use vibrissa_learned::joint::{Course, Nuisance, Stroke, ToldCourse};
 
 pub struct Group<'a> {
@@ -96,7 +95,6 @@ const EARLY: f64 = 0.03;
 const ANYWHERE: f64 = 100.0;
 /// Signals of the other side beyond so many times the noise are of a contact.
 const BESIDE: f64 = 10.0;
-/// Drives before a stroke begins.
 const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 
 pub struct Strokes<'a> {
@@ -105,13 +103,12 @@ pub struct Strokes<'a> {
     place: Option<usize>,
     number: u64,
     now: Now,
-    falls: Once,
+    falls: OnceCell<()>,
     before: f64,
     /// What is free, and what that changes of the signals of each side.
     free: (Free, Vec<Vec<Nuisance>>),
 }
 
-/// The stroke that was begun last.
 #[derive(Default)]
 struct Now {
     name: String,
@@ -120,7 +117,6 @@ struct Now {
     falling: bool,
     /// Readings, taken with the sign of each side.
     sides: Vec<Option<Side>>,
-    /// Largest signals of either sign.
     signals: [f64; 2],
     /// The last answer, and the readings of which it is.
     far: Option<(usize, Vec<f64>, Status)>,
@@ -149,7 +145,7 @@ impl<'a> Strokes<'a> {
         let changes = locator.sides.iter().map(|side| free.nuisances(locator, side));
         let changes = changes.collect::<Result<_, _>>()?;
         let place = names.iter().position(|n| n == NAME);
-        let (now, falls, before) = (Now { drives: NONE, ..Now::default() }, Once::default(), f64::INFINITY);
+        let (now, falls, before) = (Now { drives: NONE, ..Now::default() }, OnceCell::new(), f64::INFINITY);
         Ok(Self { locator, place, number: 0, now, falls, before, free: (free, changes) })
     }
 
@@ -180,10 +176,10 @@ impl<'a> Strokes<'a> {
         self.now.falling = behind;
         if behind {
             self.now.drives[0] = least.min(drive);
-            self.falls.warn(ask, || {
-                format!(
+            self.falls.get_or_init(|| {
+                (ask.warn)(&format!(
                     "line {line}: the drive falls: readings of a stroke count while its drive grows, so that those of the way back tell nothing"
-                )
+                ))
             });
             return false;
         }

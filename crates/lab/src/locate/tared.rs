@@ -1,32 +1,18 @@
 //! Rows of readings above their zeros: one by one, or all of a file with their answers for contours, arrays and the next tap.
 
+use std::cell::OnceCell;
+
 use super::lines::{Line, Source};
-use super::rows::RowReader;
 use super::stream::{Kept, UNRECORDED};
 use super::tare::{Tare, doubt};
-use super::{Answerer, Ask, By, Locator, Reading, Spatial};
+use super::{Answerer, Ask, By, Locator, Reading, Spatial, rows::RowReader};
 use crate::error::{Error, InputError};
-use crate::fields::plain;
-use crate::measure::Zero;
-use crate::measure::header::Thousands;
-use crate::measure::missing::is_usual;
-use crate::reduce::median;
+use crate::measure::{Zero, header::Thousands, missing::is_usual};
 use crate::sink::{Field, Frame, Heading, LabCell, LabStream, LabTable};
-use crate::status::Status;
+use crate::{fields::plain, reduce::median, status::Status};
 
 /// A placeholder such as -1 is no zero reading if it differs from the others by this share of a usual tap.
 const NO_ZERO: f64 = 0.1;
-
-#[derive(Default)]
-pub(super) struct Once(bool);
-
-impl Once {
-    pub fn warn(&mut self, ask: &Ask<'_>, text: impl FnOnce() -> String) {
-        if !std::mem::replace(&mut self.0, true) {
-            (ask.warn)(&text());
-        }
-    }
-}
 
 /// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
 pub fn zeros(
@@ -90,7 +76,7 @@ pub(super) struct TaredRow<'b> {
 fn recorded<'s>(
     source: &'s mut Source<'_>,
     rows: &mut RowReader<'_>,
-    (thousands, unclear): (Option<&mut Thousands>, Option<&mut Once>),
+    (thousands, unclear): (Option<&mut Thousands>, Option<&OnceCell<()>>),
 ) -> Result<Option<TaredRow<'s>>, Error> {
     let (who, ask) = (rows.who, source.ask);
     let Some(line) = source.next(rows)? else { return Ok(None) };
@@ -104,27 +90,28 @@ fn recorded<'s>(
             && let Err(why) = seen.check(&rows.header.names, ask.columns)
         {
             read = None;
-            once.warn(ask, || format!("line {}: {why}: such lines are bad_input", line.number));
+            once.get_or_init(|| {
+                (ask.warn)(&format!("line {}: {why}: such lines are bad_input", line.number))
+            });
         }
     }
     let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
-    let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
+    let rests = drive.is_finite() && recorded[0].is_finite() && who.first().rests(drive);
+    let untimed = rows.untimed;
     let (zero, tap) = (f64::NAN, Err(Status::NO_STRAIN));
     Ok(Some(TaredRow { line, cells, drive, recorded, rests, untimed, zero, tap }))
 }
 
-/// Rows of readings, one by one, above their zeros.
 pub(super) struct TaredRows<'a> {
     source: Source<'a>,
     pub rows: RowReader<'a>,
     tares: Vec<Tare>,
     zeros: u64,
-    /// Whether the last row was one of the zero.
     follows: bool,
     asked: bool,
     /// Of input that was not looked through before.
     thousands: Option<Thousands>,
-    unclear: Once,
+    unclear: OnceCell<()>,
 }
 
 impl<'a> TaredRows<'a> {
@@ -139,7 +126,7 @@ impl<'a> TaredRows<'a> {
         source.first(&mut rows)?;
         let thousands = zero.is_none().then(Thousands::default);
         let tares = tares(who, &rows, ask, zero.unwrap_or_default())?;
-        let (zeros, unclear) = (0, Once::default());
+        let (zeros, unclear) = (0, OnceCell::new());
         Ok(Self { source, rows, tares, zeros, follows: false, asked: false, thousands, unclear })
     }
 
@@ -148,7 +135,7 @@ impl<'a> TaredRows<'a> {
         let (who, ask) = (rows.who, source.ask);
         // The search for zeros, if there was one, has judged these numbers.
         let seen = self.thousands.as_mut();
-        let unclear = Some(&mut self.unclear).filter(|_| seen.is_some());
+        let unclear = Some(&self.unclear).filter(|_| seen.is_some());
         let Some(mut row) = recorded(source, rows, (seen, unclear))? else { return Ok(None) };
         let follows = std::mem::replace(&mut self.follows, row.rests);
         let line = row.line.number;
@@ -168,8 +155,12 @@ impl<'a> TaredRows<'a> {
             }
             return Ok(Some(row));
         }
-        if let Some(why) = who.lacks(row.drive, &row.recorded) {
-            row.tap = Err(why);
+        let known = match who.finds_drives() {
+            true => row.recorded.iter().any(|x| x.is_finite()),
+            false => row.drive.is_finite() && row.recorded[0].is_finite(),
+        };
+        if !known {
+            row.tap = Err(Status::BAD_INPUT);
             return Ok(Some(row));
         }
         let zeros: Vec<Option<(f64, f64)>> = self.tares.iter().map(|tare| tare.at(row.line.place)).collect();

@@ -21,7 +21,7 @@ pub struct Arc {
     direction: f64,
     /// Offset to the left (mm), turn (rad) and, of a circle, curvature (1/mm), > 0 where the centre lies to the left.
     values: Vec<f64>,
-    pub(super) covariance: DMatrix<f64>,
+    pub covariance: DMatrix<f64>,
 }
 
 impl Arc {
@@ -100,7 +100,7 @@ impl Arc {
     }
 
     /// Standard deviations of numbers that follow from it.
-    fn deviations_of<const N: usize>(&self, of: impl Fn(&Self) -> Option<[f64; N]>) -> Option<[f64; N]> {
+    pub fn deviations_of<const N: usize>(&self, of: impl Fn(&Self) -> Option<[f64; N]>) -> Option<[f64; N]> {
         let moved = |v: &[f64]| Some(of(&Self { values: v.to_vec(), ..self.clone() })?.to_vec());
         let j = slopes(&moved, &self.values, &STEPS[..self.values.len()], &vec![FREE; self.values.len()])?;
         let covariance = &j * &self.covariance * j.transpose();
@@ -112,23 +112,11 @@ impl Arc {
         self.deviations_of(|arc| Some([arc.off(p)])).map_or(f64::NAN, |[off]| off)
     }
 
-    /// Standard deviations of offset (mm), turn (rad), curvature (1/mm).
-    pub fn deviations(&self) -> DVector<f64> {
-        self.covariance.diagonal().map(|v| v.max(0.0).sqrt())
-    }
-
     /// Centre and radius of a circle, mm.
-    pub fn circle(&self) -> Option<([f64; 2], f64)> {
+    pub fn circle(&self) -> Option<[f64; 3]> {
         let k = self.curvature();
         let (origin, _, n) = self.frame();
-        (k != 0.0).then(|| ([origin[0] + n[0] / k, origin[1] + n[1] / k], 1.0 / k.abs()))
-    }
-
-    /// Standard deviation of the centre's coordinates and of the radius, mm.
-    pub fn circle_deviations(&self) -> Option<([f64; 2], f64)> {
-        self.circle()?;
-        let [x, y, radius] = self.deviations_of(|arc| arc.circle().map(|([x, y], r)| [x, y, r]))?;
-        Some(([x, y], radius))
+        (k != 0.0).then(|| [origin[0] + n[0] / k, origin[1] + n[1] / k, 1.0 / k.abs()])
     }
 
     /// Least squares of the distances of the `samples` with `weights` > 0, each over its standard deviation across the arc.
@@ -159,64 +147,25 @@ const GAP: f64 = 0.25;
 /// Passes over the lean of the curve against its base, which enters the variance of a point across it.
 const PASSES: usize = 3;
 
+/// Cubic B-splines on even knots along a base.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smooth {
     pub(super) base: Arc,
-    pub(super) basis: Basis,
+    /// Ends along the base, mm.
+    pub(super) ends: [f64; 2],
+    intervals: usize,
+    closed: bool,
+    stiffness: f64,
     /// Of the offset to the left of the base, mm.
     values: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
-}
-
-/// Cubic B-splines on even knots.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Basis {
-    /// Ends along the base, mm.
-    pub ends: [f64; 2],
-    intervals: usize,
-    closed: bool,
-}
-
-impl Basis {
-    fn len(&self) -> usize {
-        if self.closed { self.intervals } else { self.intervals + 3 }
-    }
-
-    /// Place of the first of four splines at s, their values and slopes.
-    fn at(&self, s: f64) -> ([usize; 4], [f64; 4], [f64; 4]) {
-        let h = (self.ends[1] - self.ends[0]) / self.intervals as f64;
-        let x = (s - self.ends[0]) / h;
-        let x = if self.closed { x.rem_euclid(self.intervals as f64) } else { x };
-        let k = (x.floor().max(0.0) as usize).min(self.intervals - 1);
-        let (t, n) = (x - k as f64, self.len());
-        let u = 1.0 - t;
-        let (hump, fall) = (|t: f64| (3.0 * t - 6.0) * t * t + 4.0, |t: f64| (3.0 * t - 4.0) * t);
-        let values = [u * u * u, hump(t), hump(u), t * t * t].map(|x| x / 6.0);
-        let slopes = [-u * u, fall(t), -fall(u), t * t].map(|x| 0.5 * x);
-        (std::array::from_fn(|i| (k + i) % n), values, slopes.map(|d| d / h))
-    }
-
-    /// Squares of second differences of the coefficients.
-    fn roughness(&self) -> DMatrix<f64> {
-        let n = self.len();
-        let mut p = DMatrix::zeros(n, n);
-        let rows = if self.closed { n } else { n - 2 };
-        for k in 0..rows {
-            for (i, x) in [1.0, -2.0, 1.0].into_iter().enumerate() {
-                for (j, y) in [1.0, -2.0, 1.0].into_iter().enumerate() {
-                    p[((k + i) % n, (k + j) % n)] += x * y;
-                }
-            }
-        }
-        p
-    }
 }
 
 /// Ends of points along an arc, and whether they close it: the widest gap of a circle is left out, or narrow.
 pub fn ends(base: &Arc, points: impl Iterator<Item = [f64; 2]>) -> ([f64; 2], bool) {
     let all = sorted(points.map(|p| base.along(p)));
     let (Some(first), Some(last)) = (all.first(), all.last()) else { return ([0.0, 0.0], false) };
-    let Some((_, radius)) = base.circle() else { return ([*first, *last], false) };
+    let Some([.., radius]) = base.circle() else { return ([*first, *last], false) };
     let turn = std::f64::consts::TAU * radius;
     let across = [(first + turn - last, *first, *last)];
     let gaps = all.windows(2).map(|w| (w[1] - w[0], w[1], w[0] + turn)).chain(across);
@@ -229,13 +178,49 @@ type Sums = (DMatrix<f64>, DVector<f64>);
 
 impl Smooth {
     /// Beside `base`, as flat as it, on a basis for these samples; `None` where they cover nothing.
-    pub fn beside(base: &Arc, samples: &[Sample], groups: usize) -> Option<Self> {
+    pub fn beside(base: &Arc, samples: &[Sample], groups: usize, stiffness: f64) -> Option<Self> {
         let (ends, closed) = ends(base, samples.iter().map(|s| s.at));
         let intervals = groups.clamp(6, INTERVALS);
-        let basis = Basis { ends, intervals, closed };
-        let n = basis.len();
+        let n = if closed { intervals } else { intervals + 3 };
         let (values, covariance) = (DVector::zeros(n), DMatrix::zeros(n, n));
-        (ends[1] - ends[0] > 0.0).then(|| Self { base: base.clone(), basis, values, covariance })
+        (ends[1] - ends[0] > 0.0).then(|| Self {
+            base: base.clone(),
+            ends,
+            intervals,
+            closed,
+            stiffness,
+            values,
+            covariance,
+        })
+    }
+
+    /// Place of the first of four splines at s, their values and slopes.
+    fn splines(&self, s: f64) -> ([usize; 4], [f64; 4], [f64; 4]) {
+        let h = (self.ends[1] - self.ends[0]) / self.intervals as f64;
+        let x = (s - self.ends[0]) / h;
+        let x = if self.closed { x.rem_euclid(self.intervals as f64) } else { x };
+        let k = (x.floor().max(0.0) as usize).min(self.intervals - 1);
+        let (t, n) = (x - k as f64, self.values.len());
+        let u = 1.0 - t;
+        let (hump, fall) = (|t: f64| (3.0 * t - 6.0) * t * t + 4.0, |t: f64| (3.0 * t - 4.0) * t);
+        let values = [u * u * u, hump(t), hump(u), t * t * t].map(|x| x / 6.0);
+        let slopes = [-u * u, fall(t), -fall(u), t * t].map(|x| 0.5 * x);
+        (std::array::from_fn(|i| (k + i) % n), values, slopes.map(|d| d / h))
+    }
+
+    /// Squares of second differences of the coefficients.
+    fn roughness(&self) -> DMatrix<f64> {
+        let n = self.values.len();
+        let mut p = DMatrix::zeros(n, n);
+        let rows = if self.closed { n } else { n - 2 };
+        for k in 0..rows {
+            for (i, x) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+                for (j, y) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+                    p[((k + i) % n, (k + j) % n)] += x * y;
+                }
+            }
+        }
+        p
     }
 
     /// Along the base, into the range of the curve.
@@ -243,9 +228,9 @@ impl Smooth {
         let s = self.base.along(p);
         match self.base.circle() {
             // Moved by whole turns into the range.
-            Some((_, radius)) => {
+            Some([.., radius]) => {
                 let turn = std::f64::consts::TAU * radius;
-                let middle = 0.5 * (self.basis.ends[0] + self.basis.ends[1]);
+                let middle = 0.5 * (self.ends[0] + self.ends[1]);
                 s + turn * ((middle - s) / turn).round()
             }
             None => s,
@@ -254,7 +239,7 @@ impl Smooth {
 
     /// Offset to the left of the base (mm), slope and standard deviation of the offset, at s along it.
     fn offset(&self, s: f64) -> (f64, f64, f64) {
-        let (places, values, slopes) = self.basis.at(s);
+        let (places, values, slopes) = self.splines(s);
         let of = |x: &[f64; 4]| places.iter().zip(x).map(|(k, x)| self.values[*k] * x).sum::<f64>();
         let mut variance = 0.0;
         for (i, x) in places.iter().zip(&values) {
@@ -294,11 +279,11 @@ impl Smooth {
 
     /// Weighted sums of some samples; weights as they lie across the curve so far.
     fn sums<'a>(&self, samples: impl Iterator<Item = (&'a Sample, f64)>) -> Sums {
-        let n = self.basis.len();
+        let n = self.values.len();
         let (mut matrix, mut vector): Sums = (DMatrix::zeros(n, n), DVector::zeros(n));
         for (s, weight) in samples.filter(|(_, w)| *w > 0.0) {
             let along = self.along(s.at);
-            let (places, values, _) = self.basis.at(along);
+            let (places, values, _) = self.splines(along);
             let (_, slope, _) = self.offset(along);
             let (_, across) = self.off(s.at);
             let w = weight / (s.covariance.of(across) * (1.0 + slope * slope));
@@ -313,40 +298,27 @@ impl Smooth {
         (matrix, vector)
     }
 
-    fn solve(&self, (matrix, vector): &Sums, stiffness: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn solved(&self, (matrix, vector): &Sums) -> Option<Self> {
         // A trace of stiffness against the base keeps the matrix regular where there are no points.
-        let n = self.basis.len();
+        let n = self.values.len();
         let scale = (0..n).map(|i| matrix[(i, i)]).sum::<f64>() / n as f64;
-        let m =
-            matrix + self.basis.roughness() * (stiffness * scale) + DMatrix::identity(n, n) * (1e-9 * scale);
-        least::solve(&m, vector)
+        let stiff = self.roughness() * (self.stiffness * scale);
+        let m = matrix + stiff + DMatrix::identity(n, n) * (1e-9 * scale);
+        let (values, covariance) = least::solve(&m, vector)?;
+        Some(Self { values, covariance, ..self.clone() })
     }
 
-    /// This one, drawn to the samples with this stiffness.
-    pub fn fit(&self, samples: &[Sample], weights: &[f64], stiffness: f64) -> Option<Self> {
-        let mut curve = self.clone();
-        for _ in 0..PASSES {
-            let sums = curve.sums(samples.iter().zip(weights.iter().copied()));
-            let (values, covariance) = curve.solve(&sums, stiffness)?;
-            curve = Self { values, covariance, ..curve };
-        }
-        Some(curve)
+    pub fn fit(&self, samples: &[Sample], weights: &[f64]) -> Option<Self> {
+        let drawn = |curve: Self, _| curve.solved(&curve.sums(samples.iter().zip(weights.iter().copied())));
+        (0..PASSES).try_fold(self.clone(), drawn)
     }
 
     /// The curve without each of `groups`, in their order; weights lean as this curve does, which saw all of them.
-    pub fn without(
-        &self,
-        samples: &[Sample],
-        weights: &[f64],
-        stiffness: f64,
-        groups: &[Vec<usize>],
-    ) -> Option<Vec<Self>> {
+    pub fn without(&self, samples: &[Sample], weights: &[f64], groups: &[Vec<usize>]) -> Option<Vec<Self>> {
         let all = self.sums(samples.iter().zip(weights.iter().copied()));
         let one = |group: &Vec<usize>| {
             let out = self.sums(group.iter().map(|&i| (&samples[i], weights[i])));
-            let left = (&all.0 - out.0, &all.1 - out.1);
-            let (values, covariance) = self.solve(&left, stiffness)?;
-            Some(Self { values, covariance, ..self.clone() })
+            self.solved(&(&all.0 - out.0, &all.1 - out.1))
         };
         groups.iter().map(one).collect()
     }

@@ -163,7 +163,7 @@ impl Judge<'_> {
     }
 
     /// The curve of a kind that is drawn from `first` on, until its outliers settle; judged by the curves without each of the groups. `free`: its parameters.
-    fn drawn(&self, (kind, first, free): (Kind, Curve, f64), stiffness: f64) -> Option<Chosen> {
+    fn drawn(&self, kind: Kind, first: Curve, free: f64) -> Option<Chosen> {
         let samples = self.samples;
         let judge = |curve: &Curve| -> (f64, Vec<(f64, f64, bool)>) {
             let scale = spread(curve, samples, free).max(1.0);
@@ -181,12 +181,12 @@ impl Judge<'_> {
                 break;
             }
             outliers = next;
-            curve = curve.fit(samples, &self.weights(&off), stiffness)?;
+            curve = curve.fit(samples, &self.weights(&off))?;
         }
         let (scale, off) = judge(&curve);
         let size = (self.extent, length(&curve, samples, &off));
         let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
-        let all = curve.without(samples, &self.weights(&off), stiffness, self.groups)?;
+        let all = curve.without(samples, &self.weights(&off), self.groups)?;
         for (group, unseen) in self.groups.iter().zip(all) {
             let mut sum = 0.0;
             for &i in group {
@@ -205,11 +205,10 @@ impl Judge<'_> {
 
     /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
     fn smooth(&self, base: &Arc) -> Option<Chosen> {
-        let flat = Curve::Smooth(Smooth::beside(base, self.samples, self.groups.len())?);
         let all: Vec<f64> = self.samples.iter().map(|s| s.share).collect();
         let of = |power: &f64| {
-            let stiffness = 10f64.powf(*power);
-            self.drawn((Kind::Smooth, flat.fit(self.samples, &all, stiffness)?, 0.0), stiffness)
+            let flat = Smooth::beside(base, self.samples, self.groups.len(), 10f64.powf(*power))?;
+            self.drawn(Kind::Smooth, Curve::Smooth(flat.fit(self.samples, &all)?), 0.0)
         };
         // Of equals the least stiff.
         let all = STIFFNESS.iter().filter_map(of);
@@ -243,7 +242,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
             _ if one_place => None,
             _ => start(samples, free).map(Curve::Arc),
         };
-        all.extend(first.and_then(|first| judge.drawn((kind, first, free as f64), 0.0)));
+        all.extend(first.and_then(|first| judge.drawn(kind, first, free as f64)));
     }
     let arcs = all.iter().filter(|d| matches!(d.curve, Curve::Arc(_)));
     let base = arcs.min_by(|a, b| a.loss().total_cmp(&b.loss()));

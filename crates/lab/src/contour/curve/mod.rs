@@ -12,14 +12,12 @@ pub use arc::{Arc, Smooth, ends};
 pub use choice::{Chosen, Judged, Nothing, choose};
 use vibrissa_core::reduce::median;
 
-/// A point that takes part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// mm.
     pub at: [f64; 2],
     /// mm².
     pub covariance: Covariance,
-    /// Weight.
     pub share: f64,
     /// Left out together: number of its stroke, or of itself.
     pub group: usize,
@@ -62,36 +60,29 @@ impl Curve {
         }
     }
 
-    /// The same kind through weighted samples; a smooth curve of this stiffness.
-    fn fit(&self, samples: &[Sample], weights: &[f64], stiffness: f64) -> Option<Self> {
+    /// The same kind through weighted samples.
+    fn fit(&self, samples: &[Sample], weights: &[f64]) -> Option<Self> {
         Some(match self {
             Self::Point(_) => Self::Point(Spot::fit(samples, weights)?),
             Self::Arc(arc) => Self::Arc(arc.fit(samples, weights)?),
-            Self::Smooth(smooth) => Self::Smooth(smooth.fit(samples, weights, stiffness)?),
+            Self::Smooth(smooth) => Self::Smooth(smooth.fit(samples, weights)?),
         })
     }
 
     /// The curves without each of `groups`.
-    fn without(
-        &self,
-        samples: &[Sample],
-        weights: &[f64],
-        stiffness: f64,
-        groups: &[Vec<usize>],
-    ) -> Option<Vec<Self>> {
+    fn without(&self, samples: &[Sample], weights: &[f64], groups: &[Vec<usize>]) -> Option<Vec<Self>> {
         if let Self::Smooth(smooth) = self {
-            let all = smooth.without(samples, weights, stiffness, groups)?;
+            let all = smooth.without(samples, weights, groups)?;
             return Some(all.into_iter().map(Self::Smooth).collect());
         }
         let one = |group: &Vec<usize>| {
             let mut left = weights.to_vec();
             group.iter().for_each(|&i| left[i] = 0.0);
-            self.fit(samples, &left, stiffness)
+            self.fit(samples, &left)
         };
         groups.iter().map(one).collect()
     }
 
-    /// Scales its covariance.
     fn scale(&mut self, factor: f64) {
         match self {
             Self::Point(spot) => spot.covariance = Covariance(spot.covariance.0.map(|x| x * factor)),
@@ -111,7 +102,7 @@ impl Curve {
                 return vec![(spot.at, axis.to_radians(), major)];
             }
             Self::Arc(arc) => (ends(arc, samples.iter().map(|s| s.at)).0, &|s| arc.at(s)),
-            Self::Smooth(smooth) => (smooth.basis.ends, &|s| smooth.at(s)),
+            Self::Smooth(smooth) => (smooth.ends, &|s| smooth.at(s)),
         };
         let place = |k: usize| {
             let (p, direction) = at(from + (to - from) * k as f64 / (n - 1) as f64);
