@@ -9,8 +9,7 @@ use vibrissa::command;
 use vibrissa::error::{Error, InputError};
 use vibrissa::export::Export;
 use vibrissa::locate::{
-    Located, SaidZero, Sensor, Sequence, answers::Answers, locator::opener, object::By, stream::Ask,
-    tare,
+    Located, SaidZero, Sensor, Sequence, answers::Answers, locator::opener, object::By, stream::Ask, tare,
 };
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
