@@ -1,5 +1,7 @@
 //! Least squares of Yeoh's law, s(e) = 2 (λ − λ⁻²)(C10 + 2 C20 (I₁ − 3) + 3 C30 (I₁ − 3)²), which is linear in its coefficients.
-//! Orthogonalised columns (modified Gram–Schmidt) do not square the condition number.
+//! Orthogonalised columns (QR) do not square the condition number.
+
+use nalgebra::{DMatrix, DVector};
 
 use super::section::SectionLaw;
 use crate::error::InputError;
@@ -61,34 +63,17 @@ fn basis(e: f64) -> [f64; 3] {
 }
 
 fn least_squares(points: &[[f64; 2]]) -> Option<[f64; 3]> {
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let dot = |v: &[f64], w: &[f64]| v.iter().zip(w).map(|(x, y)| x * y).sum::<f64>();
-    // The last column is the data.
-    let column = |k: usize| points.iter().map(|[e, s]| if k < 3 { basis(*e)[k] } else { *s }).collect();
-    let mut columns: [Vec<f64>; 4] = std::array::from_fn(column);
-    let scale: [f64; 3] = std::array::from_fn(|k| length(&columns[k]));
-    for (scale, column) in scale.iter().zip(&mut columns) {
-        column.iter_mut().for_each(|x| *x /= scale);
+    if points.len() < 3 {
+        return None;
     }
-    let mut r = [[0.0; 4]; 3];
-    for (k, r) in r.iter_mut().enumerate() {
-        let (done, later) = columns.split_at_mut(k + 1);
-        let q = &mut done[k];
-        r[k] = length(q);
-        if r[k].is_nan() || r[k] < DEPENDENT {
-            return None;
-        }
-        q.iter_mut().for_each(|x| *x /= r[k]);
-        for (column, slot) in later.iter_mut().zip(&mut r[k + 1..]) {
-            *slot = dot(q, column);
-            column.iter_mut().zip(&*q).for_each(|(x, q)| *x -= *slot * q);
-        }
-    }
-    let mut c = [0.0; 3];
-    for k in (0..3).rev() {
-        let known: f64 = (k + 1..3).map(|j| r[k][j] * c[j]).sum();
-        c[k] = (r[k][3] - known) / r[k][k];
-    }
+    let columns = DMatrix::from_fn(points.len(), 3, |i, k| basis(points[i][0])[k]);
+    let scale: [f64; 3] = std::array::from_fn(|k| columns.column(k).norm());
+    let qr = DMatrix::from_fn(points.len(), 3, |i, k| columns[(i, k)] / scale[k]).qr();
+    let mut stress = DVector::from_iterator(points.len(), points.iter().map(|[_, s]| *s));
+    qr.q_tr_mul(&mut stress);
+    let r = qr.r();
+    let independent = r.diagonal().iter().all(|x| x.abs() >= DEPENDENT);
+    let c = r.solve_upper_triangular(&stress.rows(0, 3)).filter(|_| independent)?;
     let c: [f64; 3] = std::array::from_fn(|k| c[k] / scale[k]);
     c.iter().all(|x| x.is_finite()).then_some(c)
 }

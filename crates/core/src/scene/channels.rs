@@ -1,5 +1,7 @@
 //! Several channels of a sensor at the root: linear combinations of the wrench on the base and of the strain, each with its noise (model §7).
 
+use nalgebra::DMatrix;
+
 /// Largest number of channels.
 pub const MOST_CHANNELS: usize = 6;
 
@@ -127,20 +129,10 @@ impl Channels {
 
 /// The lower factor of a positive definite matrix, row by row.
 fn cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
-    let mut factor = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let known: f64 = (0..j).map(|k| factor[i * n + k] * factor[j * n + k]).sum();
-            let rest = matrix[i * n + j] - known;
-            factor[i * n + j] = match i == j {
-                // Rounding of a singular matrix stays below this.
-                true if rest > 1e-12 * matrix[i * n + i] => rest.sqrt(),
-                true => return None,
-                false => rest / factor[j * n + j],
-            };
-        }
-    }
-    Some(factor)
+    let factor = DMatrix::from_row_slice(n, n, matrix).cholesky()?.unpack();
+    // Rounding of a singular matrix stays below this.
+    let sound = (0..n).all(|i| factor[(i, i)].powi(2) > 1e-12 * matrix[i * n + i]);
+    sound.then(|| factor.transpose().as_slice().to_vec())
 }
 
 words! {
