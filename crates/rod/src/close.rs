@@ -47,18 +47,17 @@ impl<P: Lane> Closed<P> {
     /// Numbers of the answer: those `before` in lanes that were done.
     #[inline(always)]
     pub fn kept(&self, before: &Self, done: P) -> Self {
+        let pick = |old: P, new: P| P::of(0.0).if_less(done, old, new);
         let mut kept = *self;
-        let zero = P::of(0.0);
-        for k in 0..2 {
-            for m in 0..2 {
-                kept.columns[k][m] = zero.if_less(done, before.columns[k][m], self.columns[k][m]);
-            }
+        for k in 0..4 {
+            let (k, m) = (k / 2, k % 2);
+            kept.columns[k][m] = pick(before.columns[k][m], self.columns[k][m]);
         }
         let (now, old) = (&self.carried, &before.carried);
-        kept.carried.lag = zero.if_less(done, old.lag, now.lag);
-        kept.carried.load = zero.if_less(done, old.load, now.load);
-        kept.carried.beyond = zero.if_less(done, old.beyond, now.beyond);
-        kept.x = zero.if_less(done, before.x, self.x);
+        kept.carried.lag = pick(old.lag, now.lag);
+        kept.carried.load = pick(old.load, now.load);
+        kept.carried.beyond = pick(old.beyond, now.beyond);
+        kept.x = pick(before.x, self.x);
         kept
     }
 }

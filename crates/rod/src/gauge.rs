@@ -6,7 +6,7 @@ use vibrissa_kernel::cpu::pack::Packed;
 
 use super::ground::{Fixed, Ground};
 use super::lane::Lane;
-use super::panel::Panel;
+use super::panel::{Panel, local};
 use super::rule::{Rule, at, dot};
 use super::vector::{Two, add, dot2, times};
 use super::{Effects, Tap};
@@ -26,7 +26,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 let place = self.place(fixed, panel, &span, gauss);
                 let section = panel.part.section(&self.effects, &self.whisker, place.s);
                 let bending = section.radius * section.bare;
-                let axial = section.stretch * self.local(place.along, force)[0];
+                let axial = section.stretch * local(&self.effects, place.along, force)[0];
                 strain = add(strain, times(place.weight, [axial, side * bending * place.moment(force)]));
                 mean = mean + place.weight * bending;
             }
@@ -42,10 +42,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         fixed: &Fixed<P::Scalar, N, S>,
         force: Two<P>,
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> Two<P>
-    where
-        P::One: 'a,
-    {
+    ) -> Two<P> {
         let mut sum = [P::of(0.0); 2];
         for panel in &self.panels {
             sum = add(sum, self.under(fixed, &fixed.rule, panel, force, false, lane));
@@ -65,10 +62,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         force: Two<P>,
         whole: bool,
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> Two<P>
-    where
-        P::One: 'a,
-    {
+    ) -> Two<P> {
         let Some(span) = self.span(panel, whole) else { return [P::of(0.0); 2] };
         let (zero, n) = (P::of(0.0), rule.nodes());
         let Effects { extension, law, far, distorting, .. } = self.effects;
@@ -87,7 +81,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         for &gauss in &fixed.gauge {
             let place = self.place(fixed, panel, &span, gauss);
             let section = panel.part.section(&self.effects, &self.whisker, place.s);
-            let local = self.local(place.along, force);
+            let local = local(&self.effects, place.along, force);
             let bending = section.radius * section.bare;
             let lever = if whole { zero } else { place.moment(force) };
             let mut moment = panel.entry[0] + at(n, &pulls, place.w)[1];
@@ -123,15 +117,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         sum
     }
 
-    #[inline(always)]
-    fn local(&self, [c, s]: Two<P>, [x, y]: Two<P>) -> Two<P> {
-        if self.effects.curved { [x * c + y * s, y * c - x * s] } else { [x, y] }
-    }
-
-    fn distorted<'a>(&self, s: P, lane: &impl Fn(usize) -> &'a Tap<'a, P::One>) -> Distorted<P>
-    where
-        P::One: 'a,
-    {
+    fn distorted<'a>(&self, s: P, lane: &impl Fn(usize) -> &'a Tap<'a, P::One>) -> Distorted<P> {
         let each = |i: usize| {
             let tap = lane(i);
             let Some(skin) = &tap.skin else { return [P::One::of(1.0), P::One::of(0.0)] };

@@ -5,8 +5,9 @@ use vibrissa_core::physics::real::Real;
 
 use super::lane::Lane;
 use super::panel::Panel;
-use super::rule::{Rule, Turns, dot};
-use super::section::{Charted, Part, Whisker};
+use super::rod::Piece;
+use super::rule::{Rule, Turns, dot, dots};
+use super::section::{Charted, Whisker};
 use super::tilt::Axis;
 use super::vector::{Two, add, columns, cross, dot2, square, times};
 use super::{Effects, Tap};
@@ -31,7 +32,7 @@ pub struct Fixed<T, const N: usize, const S: usize> {
 pub struct Ground<P, const N: usize, const S: usize> {
     pub effects: Effects,
     pub whisker: Whisker<P>,
-    pub parts: Vec<Part<P>>,
+    pub parts: Vec<Piece<P>>,
     /// From the contact at rest to the base.
     pub panels: Vec<Panel<P, N>>,
     /// From the contact to where it was at rest: towards the base, then towards the tip.
@@ -91,18 +92,15 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         fixed: &Fixed<P::Scalar, N, S>,
         effects: Effects,
         lane: impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> Self
-    where
-        P::One: 'a,
-    {
+    ) -> Self {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let pack = |f: &dyn Fn(&Tap<'a, P::One>) -> P::One| P::collect(|i| f(lane(i)));
         let count = lane(0).rod.pieces.len();
         let infinite = |x: P::One, a: P::One| if x.value() > 1e30 { P::One::of(1e30) } else { x / a };
-        let mut parts: Vec<Part<P>> = Vec::with_capacity(count);
+        let mut parts: Vec<Piece<P>> = Vec::with_capacity(count);
         for k in 0..count {
-            parts.push(Part {
+            parts.push(Piece {
                 near: pack(&|t| t.rod.pieces[k].near / t.a),
                 far: pack(&|t| infinite(t.rod.pieces[k].far, t.a)),
                 radius: [pack(&|t| t.rod.pieces[k].radius[0] / t.a), pack(&|t| t.rod.pieces[k].radius[1])],
@@ -133,7 +131,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         for (k, part) in parts.iter().enumerate().skip(1) {
             let here = of(k as f64 - 0.5);
             let pick = |now: P, then: P| here.if_less(holder, now, then);
-            contact = Part {
+            contact = Piece {
                 near: pick(part.near, contact.near),
                 far: pick(part.far, contact.far),
                 radius: [pick(part.radius[0], contact.radius[0]), pick(part.radius[1], contact.radius[1])],
@@ -258,16 +256,9 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             }
             let (mut flex, mut bends) = ([zero; N], [[zero; N]; 2]);
             for i in 0..n {
-                panel.lever[i] = if curved {
-                    add(
-                        reach,
-                        [
-                            dot(n, &fixed.rule.integral[i], &path[0]),
-                            dot(n, &fixed.rule.integral[i], &path[1]),
-                        ],
-                    )
-                } else {
-                    [one - panel.arc[i], self.radius]
+                panel.lever[i] = match curved {
+                    true => add(reach, dots(n, &fixed.rule.integral[i], &path)),
+                    false => [one - panel.arc[i], self.radius],
                 };
                 flex[i] = panel.section[i].flex * panel.weight[i];
                 bends[0][i] = flex[i] * panel.lever[i][1];
@@ -280,14 +271,13 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                     if curved { turn[0] + dot(n, row, &bends[0]) } else { self.radius * panel.give[i] };
                 panel.turn[i] = [along, turn[1] + dot(n, row, &bends[1])];
             }
-            reach = if curved {
-                add(reach, [dot(n, &fixed.rule.weights, &path[0]), dot(n, &fixed.rule.weights, &path[1])])
-            } else {
-                [reach[0] + panel.place[1], reach[1]]
+            let weights = &fixed.rule.weights;
+            reach = match curved {
+                true => add(reach, dots(n, weights, &path)),
+                false => [reach[0] + panel.place[1], reach[1]],
             };
-            give = give + dot(n, &fixed.rule.weights, &flex);
-            turn =
-                add(turn, [dot(n, &fixed.rule.weights, &bends[0]), dot(n, &fixed.rule.weights, &bends[1])]);
+            give = give + dot(n, weights, &flex);
+            turn = add(turn, dots(n, weights, &bends));
         }
         let offset = times(self.pole, self.normal);
         self.centre = add(reach, offset);

@@ -41,7 +41,7 @@ use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::real::{Dual as One, Real};
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::cpu::law::Law;
-use vibrissa_kernel::cpu::{Instructions, Pack, Plain, Set, Vectors};
+use vibrissa_kernel::cpu::{Instructions, Pack, Set, Vectors};
 
 /// Nodes of a panel and of the stretch between a and c.
 type Rung = [usize; 2];
@@ -207,7 +207,7 @@ unsafe fn dual_wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<
     #[cfg(target_arch = "x86_64")]
     return packs::<sloped::Sloped, { sloped::NUMBERS }>(job, taps);
     #[cfg(not(target_arch = "x86_64"))]
-    packs::<lane::Dual<Pack<f64, 1, Wide>, 1>, 1>(job, taps)
+    packs::<One<1>, 1>(job, taps)
 }
 
 /// # Safety
@@ -238,8 +238,7 @@ fn exactly(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
         let rod = tap.rod.map(One::<2>::of);
         let tap = tap.map(&rod, One::<2>::of);
         let lane = |_: usize| &tap;
-        let mut ground =
-            Ground::<lane::Dual<Pack<f64, 1, Plain>, 2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
+        let mut ground = Ground::<One<2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
         solution(&ground.solve_exactly(&fixed, (job.tolerance, PASSES), &lane), 0).map(|x| x.value)
     };
     taps.iter().map(solve).collect()

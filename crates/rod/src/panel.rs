@@ -4,14 +4,15 @@ use vibrissa_kernel::cpu::Packed;
 
 use super::Effects;
 use super::lane::Lane;
+use super::rod::Piece;
 use super::rule::{Rule, Turns, dot};
-use super::section::{Charted, Part, Section, Whisker};
+use super::section::{Charted, Section, Whisker};
 use super::vector::{Two, dot2};
 
 /// Sections at the nodes of a panel and its state; lengths in contact distances, forces in E a².
 #[derive(Debug, Clone)]
 pub struct Panel<P, const N: usize> {
-    pub part: Part<P>,
+    pub part: Piece<P>,
     /// s at its end at the contact, its length, √(R there/R at its other end).
     pub place: [P; 3],
     /// −ds at the nodes.
@@ -65,7 +66,7 @@ impl<P: Lane, const N: usize> Panel<P, N> {
         rule: &Rule<P::Scalar, N>,
         effects: &Effects,
         whisker: &Whisker<P>,
-        part: &Part<P>,
+        part: &Piece<P>,
         [near, far]: [P; 2],
         even: bool,
     ) -> Self {
@@ -309,7 +310,7 @@ impl<P: Lane, const N: usize> Panel<P, N> {
 
 /// Components of a force along and across the resting section.
 #[inline(always)]
-fn local<P: Packed>(effects: &Effects, [c, s]: [P; 2], [x, y]: [P; 2]) -> [P; 2] {
+pub fn local<P: Packed>(effects: &Effects, [c, s]: [P; 2], [x, y]: [P; 2]) -> [P; 2] {
     if effects.curved { [x * c + y * s, y * c - x * s] } else { [x, y] }
 }
 

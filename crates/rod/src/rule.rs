@@ -55,6 +55,12 @@ pub fn dot<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[P; N]
     sum
 }
 
+/// [`dot`] of both components of vectors.
+#[inline(always)]
+pub fn dots<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[[P; N]; 2]) -> [P; 2] {
+    [dot(n, row, &y[0]), dot(n, row, &y[1])]
+}
+
 /// Σ c_k P_k(2w − 1) of `n` coefficients, and its integral from 0 to w.
 #[inline(always)]
 pub fn at<P: Packed, const N: usize>(n: usize, c: &[P; N], w: P) -> [P; 2] {

@@ -7,16 +7,7 @@ use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 
 use super::Effects;
 use super::lane::Lane;
-
-/// A part of a whisker from `near` to `far` in its pack's unit of length: R, the inner radius, and the factor of the curvature.
-#[derive(Debug, Clone, Copy)]
-pub struct Part<P> {
-    pub near: P,
-    pub far: P,
-    pub radius: [P; 2],
-    pub inner: [P; 2],
-    pub bends: P,
-}
+use super::rod::Piece;
 
 /// Numbers that all sections of a whisker share.
 #[derive(Debug, Clone, Copy)]
@@ -74,7 +65,7 @@ impl<P: Packed> Whisker<P> {
     }
 }
 
-impl<P: Lane> Part<P> {
+impl<P: Lane> Piece<P> {
     /// R at `s`.
     #[inline(always)]
     pub fn radius(&self, effects: &Effects, whisker: &Whisker<P>, s: P) -> P {

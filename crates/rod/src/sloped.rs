@@ -3,7 +3,6 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::real::Dual as One;
 use vibrissa_kernel::cpu::pack::Packed;
 
@@ -143,7 +142,7 @@ impl Lane for Sloped {
     #[inline(always)]
     fn one(&self, i: usize) -> One<1> {
         let [values, slopes] = self.numbers();
-        One { slope: [slopes[i]], ..One::of(values[i]) }
+        One { value: values[i], slope: [slopes[i]] }
     }
 
     #[inline(always)]

@@ -1,11 +1,12 @@
 //! Newton's method for the two unknowns of a tap: a pass and a step in turn, or with the derivatives of the passes themselves.
 
+use vibrissa_core::physics::real::Dual;
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 use vibrissa_kernel::rule::limits::{ASTRAY, HOPELESS, LOST, ROUNDINGS, TINY};
 
 use super::close::{Closed, Contact, State};
 use super::ground::{Fixed, Ground};
-use super::lane::{Dual, Lane};
+use super::lane::Lane;
 use super::vector::{add, columns, cross, dot2, times, turned};
 use super::{Solution, Tap};
 
@@ -99,10 +100,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         fixed: &Fixed<P::Scalar, N, S>,
         (tolerance, most): (f64, usize),
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> Solution<P>
-    where
-        P::One: 'a,
-    {
+    ) -> Solution<P> {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let mut state = State { force: zero, other: zero };
@@ -143,10 +141,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         (state, closed): (&State<P>, &Closed<P>),
         [left, sweeps]: [P; 2],
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
-    ) -> Solution<P>
-    where
-        P::One: 'a,
-    {
+    ) -> Solution<P> {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
         let Contact { push, drag, x } = self.contact(state);
@@ -207,33 +202,31 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     }
 }
 
-impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<Dual<Q, K>, N, S> {
+impl<const N: usize, const S: usize> Ground<Dual<2>, N, S> {
     /// Newton's method with the derivatives of the passes by the two unknowns: the shape follows each step. For taps on which it follows slowly.
     #[inline(always)]
     pub fn solve_exactly<'a>(
         &mut self,
-        fixed: &Fixed<Q::Scalar, N, S>,
+        fixed: &Fixed<f64, N, S>,
         (tolerance, most): (f64, usize),
-        lane: &impl Fn(usize) -> &'a Tap<'a, <Dual<Q, K> as Lane>::One>,
-    ) -> Solution<Dual<Q, K>> {
-        let of = Q::of;
-        let (zero, one) = (of(0.0), of(1.0));
-        let plain = |value: Q| Dual { value, ..Dual::default() };
-        let seeds = |z: &State<Dual<Q, K>>| State {
-            force: Dual::seed(z.force.value, 0),
-            other: Dual::seed(z.other.value, 1),
+        lane: &impl Fn(usize) -> &'a Tap<'a, Dual<2>>,
+    ) -> Solution<Dual<2>> {
+        let plain = <Dual<2> as Packed>::of;
+        let seeds = |[force, other]: [f64; 2]| State {
+            force: Dual { value: force, slope: [1.0, 0.0] },
+            other: Dual { value: other, slope: [0.0, 1.0] },
         };
-        let mut state = seeds(&State { force: plain(zero), other: plain(zero) });
-        let (mut done, mut pace, by_other) = (zero, Pace::new(), self.effect()[0].value);
-        let stop = of((STOP * tolerance).max(4.0 * Q::Scalar::ROUNDING));
-        let mut closed = self.pass(fixed, &state, plain(done));
+        let mut state = seeds([0.0; 2]);
+        let (open, mut pace, by_other) = (plain(0.0), Pace::new(), plain(self.effect()[0].value));
+        let stop = (STOP * tolerance).max(4.0 * f64::ROUNDING);
+        let mut closed = self.pass(fixed, &state, open);
         for count in 1..=most {
-            let column = |k: usize| [closed.miss[0].slope[k], closed.miss[1].slope[k]];
-            let (first, second) = (column(0), column(1));
-            let miss = [closed.miss[0].value, closed.miss[1].value];
-            let det = one / cross(first, second);
+            let [first, second] = [0, 1].map(|k| closed.miss.map(|x| plain(x.slope[k])));
+            let miss = closed.miss.map(|x| plain(x.value));
+            let det = plain(1.0) / cross(first, second);
             let step = [cross(miss, second) * det, cross(first, miss) * det];
-            let next = seeds(&self.step(&state, step.map(plain), plain(done)));
+            let State { force, other } = self.step(&state, step, open);
+            let next = seeds([force.value, other.value]);
             let taken = [next.force.value - state.force.value, next.other.value - state.other.value];
             follow(std::slice::from_mut(&mut self.later), taken);
             for panel in &mut self.panels {
@@ -243,24 +236,22 @@ impl<Q: Lane<One = f64>, const K: usize, const N: usize, const S: usize> Ground<
                 follow(&mut panel.lag, taken);
             }
             state = next;
-            pace.after(step[0].abs().max(by_other * step[1].abs()), done);
-            done = stop.if_less(pace.left, done, one);
-            if one.all_at_most(done) || count == most {
+            pace.after(step[0].abs().max(by_other * step[1].abs()), open);
+            if count == most || pace.left.value.is_nan() || pace.left.value <= stop {
                 break;
             }
-            closed = self.pass(fixed, &state, plain(done));
+            closed = self.pass(fixed, &state, open);
         }
         for k in 0..2 {
-            closed.columns[k] = [plain(closed.miss[0].slope[k]), plain(closed.miss[1].slope[k])];
+            closed.columns[k] = closed.miss.map(|x| plain(x.slope[k]));
         }
-        self.answer(fixed, (&state, &closed), [plain(pace.left), plain(pace.sweeps)], lane)
+        self.answer(fixed, (&state, &closed), [pace.left, pace.sweeps], lane)
     }
 }
 
 /// The shape follows a step of the unknowns.
-#[inline(always)]
-fn follow<Q: Packed, const K: usize>(lag: &mut [Dual<Q, K>], step: [Q; 2]) {
+fn follow(lag: &mut [Dual<2>], step: [f64; 2]) {
     for lag in lag {
-        lag.value = lag.value + step[0] * lag.slope[0] + step[1] * lag.slope[1];
+        lag.value += step[0] * lag.slope[0] + step[1] * lag.slope[1];
     }
 }

@@ -30,10 +30,7 @@ pub struct Seen<P> {
 impl<P: Lane> Axis<P> {
     /// The poles of a pack; every tap has one.
     #[inline(always)]
-    pub fn new<'a>(lane: &impl Fn(usize) -> &'a Tap<'a, P::One>) -> Self
-    where
-        P::One: 'a,
-    {
+    pub fn new<'a>(lane: &impl Fn(usize) -> &'a Tap<'a, P::One>) -> Self {
         let of = |f: &dyn Fn(&super::Tilt<P::One>) -> P::One| {
             P::collect(|i| lane(i).tilt.as_ref().map_or(P::One::of(0.0), f))
         };

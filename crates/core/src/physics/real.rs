@@ -1,7 +1,7 @@
 //! Real numbers of the exact physics: f64, or f64 with derivatives (forward mode).
 
 use std::fmt::Debug;
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::number::Number;
 
@@ -58,6 +58,20 @@ impl<const N: usize> Dual<N> {
             *s = p * *s + q * o;
         }
         Self { value, slope }
+    }
+}
+
+impl<const N: usize> Default for Dual<N> {
+    fn default() -> Self {
+        Self::of(0.0)
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.chain(-self.value, -1.0)
     }
 }
 
