@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 
 use super::body::{Body, Place};
 use crate::scene::channels::Signal;
@@ -23,13 +23,50 @@ pub struct Flexure {
     parts: Arc<[Vec<Part>; 2]>,
 }
 
+/// The end of a panel, and sums over all nodes before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Part {
     end: f64,
     place: DVec2,
-    square: DVec2,
-    /// w/EI, w R/EI and w/kGA, w the weight of the place.
-    shares: [f64; 3],
+    sums: Sums,
+}
+
+/// Sums over nodes of weight w about a place: Σ w/EI, Σ q w/EI and Σ q qᵀ w/EI with q from the node to that place, for the strain of a gauge times R;
+/// and Σ d dᵀ w/kGA with d across the section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sums {
+    whole: f64,
+    first: DVec2,
+    second: DMat2,
+    shear: DMat2,
+}
+
+fn outer(p: DVec2, q: DVec2) -> DMat2 {
+    DMat2::from_cols(p * q.x, p * q.y)
+}
+
+impl Sums {
+    const ZERO: Self = Self { whole: 0.0, first: DVec2::ZERO, second: DMat2::ZERO, shear: DMat2::ZERO };
+
+    /// The sums about a place further on; straight whiskers have no terms of different signs.
+    fn moved(self, by: DVec2) -> Self {
+        let Self { whole, first, second, shear } = self;
+        let second = second + outer(by, first) + outer(first, by) + outer(by, by) * whole;
+        Self { whole, first: first + by * whole, second, shear }
+    }
+
+    fn take(&mut self, body: &Body, place: Place, weight: f64, about: DVec2, (strain, shear): (bool, bool)) {
+        let (section, arm) = (body.section(place.s, place.within), about - body.rest(place.s));
+        let share = weight / section.bending * if strain { section.radius } else { 1.0 };
+        self.whole += share;
+        self.first += arm * share;
+        self.second += outer(arm, arm) * share;
+        if shear {
+            let straight = body.built.is_straight();
+            let across = if straight { DVec2::Y } else { DVec2::from_angle(body.rest_angle(place.s)).perp() };
+            self.shear += outer(across, across) * (weight / section.shear);
+        }
+    }
 }
 
 /// A value and its derivative by a.
@@ -53,21 +90,9 @@ struct Contact {
 }
 
 impl Contact {
-    fn moment(&self, place: DVec2) -> Sloped {
-        let arm = self.h - place;
-        [arm.perp_dot(self.n), self.bend * arm.perp_dot(self.along) + 1.0]
-    }
-}
-
-impl Part {
-    fn new(body: &Body, Place { s, within, end }: Place, weight: f64) -> Self {
-        let section = body.section(s, within);
-        let shares = [1.0 / section.bending, section.radius / section.bending, 1.0 / section.shear];
-        let square = match body.built.is_straight() {
-            true => DVec2::new(0.0, 1.0),
-            false => DVec2::from_angle(body.rest_angle(s)).perp(),
-        };
-        Self { end, place: body.rest(s), square, shares: shares.map(|share| weight * share) }
+    /// Moment of a unit force, at a place this far from the contact.
+    fn moment(&self, arm: DVec2) -> Sloped {
+        [arm.dot(self.along), 1.0 - self.bend * arm.dot(self.n)]
     }
 }
 
@@ -87,13 +112,22 @@ impl Flexure {
         (hub, drive): (f64, Drive),
         shear: bool,
     ) -> Self {
-        let over = |from: f64, to: f64| {
-            let mut parts = Vec::new();
-            body.quadrature(from, to, |place, weight| parts.push(Part::new(&body, place, weight)));
+        let over = |strain: bool, from: f64, to: f64| {
+            let mut parts: Vec<Part> = Vec::new();
+            body.quadrature(from, to, |node, weight| {
+                let before = parts.last().copied();
+                if before.is_none_or(|part| part.end < node.end) {
+                    let place = body.rest(node.end);
+                    let sums = before.map_or(Sums::ZERO, |part| part.sums.moved(place - part.place));
+                    parts.push(Part { end: node.end, place, sums });
+                }
+                let Some(Part { place, sums, .. }) = parts.last_mut() else { return };
+                sums.take(&body, node, weight, *place, (strain, shear));
+            });
             parts
         };
-        let strained = if signal == Signal::Strain { over(gauge[0], gauge[1]) } else { Vec::new() };
-        let parts = Arc::new([over(0.0, body.reach()), strained]);
+        let strained = if signal == Signal::Strain { over(true, gauge[0], gauge[1]) } else { Vec::new() };
+        let parts = Arc::new([over(false, 0.0, body.reach()), strained]);
         Self { body, signal, gauge, hub, drive, shear, parts }
     }
 
@@ -102,26 +136,31 @@ impl Flexure {
         Contact { h: self.body.rest(a), n: along.perp(), along, bend: self.body.curvature(a) }
     }
 
-    fn each(&self, parts: &[Part], from: f64, a: f64, mut add: impl FnMut(&Part)) {
-        let whole = parts.partition_point(|part| part.end <= a);
-        parts[..whole].iter().for_each(&mut add);
-        let near = whole.checked_sub(1).map_or(from, |last| parts[last].end);
-        if near < a && whole < parts.len() {
-            self.body.panel(near, a, |place, weight| add(&Part::new(&self.body, place, weight)));
+    /// Sums between two arcs about a place, of the work or, where `strain`, of the gauge.
+    fn sums(&self, strain: bool, [from, to]: [f64; 2], about: DVec2) -> Sums {
+        let parts = &self.parts[usize::from(strain)];
+        let whole = parts.partition_point(|part| part.end <= to);
+        let (near, mut sums) = match whole.checked_sub(1).map(|last| parts[last]) {
+            Some(Part { end, place, sums }) => (end, sums.moved(about - place)),
+            None => (from, Sums::ZERO),
+        };
+        if near < to && whole < parts.len() {
+            let shear = self.shear && !strain;
+            self.body.panel(near, to, |place, weight| {
+                sums.take(&self.body, place, weight, about, (strain, shear));
+            });
         }
+        sums
     }
 
     fn unit(&self, a: f64) -> Unit {
         let contact = self.contact(a);
         let Contact { h, n, along, bend } = contact;
         let lever = match self.drive {
-            Drive::Angle => {
-                let arm = h + DVec2::new(self.hub, 0.0);
-                [arm.perp_dot(n), bend * arm.perp_dot(along) + 1.0]
-            }
+            Drive::Angle => contact.moment(h + DVec2::new(self.hub, 0.0)),
             Drive::Displacement => [n.y, bend * along.y],
         };
-        let moment = contact.moment(DVec2::ZERO);
+        let moment = contact.moment(h);
         let (across, length) = ([n.y, bend * along.y], [n.x, bend * along.x]);
         let mut work = [0.0; 2];
         let mut add = |share: f64, of: Sloped| {
@@ -132,14 +171,13 @@ impl Flexure {
         add(1.0 / root.k_theta, moment);
         add(1.0 / root.k_y, across);
         add(1.0 / root.k_x, length);
-        self.each(&self.parts[0], 0.0, a, |part| {
-            add(part.shares[0], contact.moment(part.place));
-            if self.shear {
-                add(part.shares[2], [n.dot(part.square), bend * along.dot(part.square)]);
-            }
-        });
+        let Sums { first, second, shear, .. } = self.sums(false, [0.0, a], h);
+        work[0] += along.dot(second * along);
+        work[1] += 2.0 * (along.dot(first) - bend * along.dot(second * n));
         if self.shear {
-            work[1] += 1.0 / self.body.section(a, a * (1.0 - 1e-12)).shear;
+            work[0] += n.dot(shear * n);
+            work[1] +=
+                2.0 * bend * along.dot(shear * n) + 1.0 / self.body.section(a, a * (1.0 - 1e-12)).shear;
         }
         Unit { lever, work, moment, across }
     }
@@ -149,15 +187,12 @@ impl Flexure {
         let reads = match self.signal {
             Signal::Strain => {
                 let [x1, x2] = self.gauge;
-                let mut mean = [0.0; 2];
                 if a <= x1 {
-                    return mean;
+                    return [0.0; 2];
                 }
-                let contact = self.contact(a);
-                self.each(&self.parts[1], x1, a.min(x2), |part| {
-                    let (share, moment) = (part.shares[1] / (x2 - x1), contact.moment(part.place));
-                    mean = [mean[0] + share * moment[0], mean[1] + share * moment[1]];
-                });
+                let Contact { h, n, along, bend } = self.contact(a);
+                let Sums { whole, first, .. } = self.sums(true, [x1, a.min(x2)], h);
+                let mean = [along.dot(first), whole - bend * first.dot(n)].map(|x| x / (x2 - x1));
                 let unit = self.unit(a);
                 return over(times(unit.lever, mean), unit.work);
             }

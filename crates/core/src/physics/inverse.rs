@@ -15,8 +15,8 @@ pub struct Inverse {
 
 #[derive(Debug, Clone)]
 struct Cut {
-    /// Ends of the monotone pieces in u, ascending; empty where the roots have a closed form.
-    pieces: Vec<f64>,
+    /// Ends of monotone pieces, ascending: u, f and df/du there; empty where the roots have a closed form.
+    ends: Vec<[f64; 3]>,
     peak: (f64, f64),
     /// f for a → ∞; 0 if it has no limit.
     farthest: f64,
@@ -35,8 +35,8 @@ pub struct Roots {
     pub levels_off: bool,
 }
 
-/// Points at which the sign of the slope is checked; f has a few extrema, far apart on this scale.
-const SAMPLES: usize = 48;
+/// Places at which the sign of the slope is checked, beyond the gauge and on it; f has a few extrema, far apart on this scale.
+const SAMPLES: [usize; 2] = [32, 16];
 
 impl Cut {
     fn new(curve: &StrainCurve) -> Self {
@@ -53,25 +53,31 @@ impl Cut {
             let [b1, b2] = curve.b;
             let (s, t) = (b1 + b2, x1 * b1 + x2 * b2);
             let peak = Some(0.5 * (s / t + curve.taper.tau)).filter(|peak| *peak > lo && *peak < hi);
-            let peak = highest(curve, lo, [Some(lo), peak, Some(hi)].into_iter().flatten());
-            return Self { pieces: Vec::new(), peak, farthest };
+            let places = [Some(lo), peak, Some(hi)].into_iter().flatten();
+            let peak = highest(lo, places.map(|u| (u, curve.at_inverse(u).0)));
+            return Self { ends: Vec::new(), peak, farthest };
         }
-        let mut pieces = vec![lo];
         let slope = |u: f64| curve.at_inverse(u).1;
+        let end = |u: f64| {
+            let (f, slope) = curve.at_inverse(u);
+            [u, f, slope]
+        };
         // Quadratic spacing resolves the steep rise next to the apex.
         let mid = 1.0 / x2;
-        let first = (0..SAMPLES).map(|i| lo + (mid - lo) * (i as f64 / SAMPLES as f64).powi(2));
-        let second = (0..=SAMPLES).map(|i| mid + (hi - mid) * (i as f64 / SAMPLES as f64).powi(3));
-        let grid: Vec<f64> = first.chain(second).collect();
-        let slopes: Vec<f64> = grid.iter().map(|u| slope(*u)).collect();
-        for (u, slopes) in grid.windows(2).zip(slopes.windows(2)) {
-            if slopes[0] > 0.0 && slopes[1] < 0.0 || slopes[0] < 0.0 && slopes[1] > 0.0 {
-                pieces.push(bracketed(slope, u[0], u[1]));
+        let [beyond, on] = SAMPLES;
+        let first = (0..beyond).map(|i| lo + (mid - lo) * (i as f64 / beyond as f64).powi(2));
+        let second = (0..=on).map(|i| mid + (hi - mid) * (i as f64 / on as f64).powi(3));
+        let mut ends: Vec<[f64; 3]> = Vec::with_capacity(beyond + on + 4);
+        for next in first.chain(second).map(end) {
+            if let Some(&[u, _, before]) = ends.last()
+                && (before > 0.0 && next[2] < 0.0 || before < 0.0 && next[2] > 0.0)
+            {
+                ends.push(end(bracketed(slope, u, next[0])));
             }
+            ends.push(next);
         }
-        pieces.push(hi);
-        let peak = highest(curve, lo, pieces.iter().copied());
-        Self { pieces, peak, farthest }
+        let peak = highest(lo, ends.iter().map(|&[u, f, _]| (u, f)));
+        Self { ends, peak, farthest }
     }
 }
 
@@ -104,15 +110,15 @@ impl Inverse {
 
     /// Roots of f(a) = `reading` > 0 (strain per rad or mm); `None` above the peak. Below f(∞) a widening whisker has its near root only.
     pub fn roots(&self, reading: f64) -> Option<Roots> {
-        let root = |u: &[f64]| {
-            let [lo, hi] = [u[0], u[1]].map(|u| self.curve.at_inverse(u).0 - reading);
-            let crosses = (lo == 0.0 || lo * hi < 0.0) && u[0].max(u[1]) > 0.0;
-            crosses.then(|| self.newton(reading, [u[0], u[1]], [lo, hi])).filter(|u| *u > 0.0)
+        let root = |ends: &[[f64; 3]]| {
+            let [[from, lo, _], [to, hi, _]] = [ends[0], ends[1]];
+            let crosses = lo == reading || (lo - reading) * (hi - reading) < 0.0;
+            (crosses && from.max(to) > 0.0).then(|| self.newton(reading, [ends[0], ends[1]]))
         };
         let [far, near] = match plain(&self.curve) {
             true => self.plain_roots(reading),
             false => {
-                let mut found = self.cut().pieces.windows(2).filter_map(root);
+                let mut found = self.cut().ends.windows(2).filter_map(root).filter(|u| *u > 0.0);
                 [found.next(), found.next()]
             }
         };
@@ -123,14 +129,20 @@ impl Inverse {
         })
     }
 
-    /// Root between two u where f − `reading` is `lo` and `hi`: Newton, or a halving outside the bracket. Of a built whisker f is a quadrature, which a
-    /// search without its slope takes twice as often.
-    fn newton(&self, reading: f64, [mut from, mut to]: [f64; 2], [lo, hi]: [f64; 2]) -> f64 {
-        let mut u = from - lo * (to - from) / (hi - lo);
+    /// Root of f = `reading` between the ends of a monotone piece: Newton from the inverse cubic through both, or a halving outside the bracket.
+    fn newton(&self, reading: f64, [[mut from, lo, by_lo], [mut to, hi, by_hi]]: [[f64; 3]; 2]) -> f64 {
+        let (t, width) = ((reading - lo) / (hi - lo), to - from);
+        let [p, q] = [by_lo, by_hi].map(|by| (hi - lo) / (width * by));
+        // Next to an extremum the cubic would leave the piece.
+        let share = match p.max(q) <= 3.0 && p.min(q) >= 0.0 {
+            true => t * (t * (3.0 - 2.0 * t) + (1.0 - t) * (p * (1.0 - t) - q * t)),
+            false => t,
+        };
+        let (mut u, mut before) = (from + width * share, width);
         for _ in 0..100 {
             let (f, slope) = self.curve.at_inverse(u);
             let miss = f - reading;
-            if (miss > 0.0) == (lo > 0.0) {
+            if (f > reading) == (lo > reading) {
                 from = u;
             } else {
                 to = u;
@@ -141,7 +153,11 @@ impl Inverse {
             }
             let next = u - step;
             let inside = next > from.min(to) && next < from.max(to);
-            u = if inside { next } else { 0.5 * (from + to) };
+            // The next step would be about this small: convergence is quadratic.
+            if inside && step * step <= f64::EPSILON * u.abs() * before {
+                return next;
+            }
+            (before, u) = (step.abs(), if inside { next } else { 0.5 * (from + to) });
         }
         u
     }
@@ -175,10 +191,8 @@ impl Inverse {
     }
 }
 
-fn highest(curve: &StrainCurve, lo: f64, places: impl Iterator<Item = f64>) -> (f64, f64) {
-    places
-        .map(|u| (u, curve.at_inverse(u).0))
-        .fold((lo, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best })
+fn highest(lo: f64, places: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    places.fold((lo, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best })
 }
 
 fn plain(curve: &StrainCurve) -> bool {
