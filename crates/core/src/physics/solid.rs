@@ -155,8 +155,10 @@ fn crossed(r: f64, q: f64) -> f64 {
     if ratio < 1.0 + 1e-6 {
         return unit;
     }
-    let lowest = ratio.powf(-0.75).min(0.999) * 0.5;
-    let s = bracketed(|s| (ellipse(s).0 / ratio).ln(), lowest, 1.0 - 1e-8);
+    // ratio^(-2/3) ≤ s ≤ ratio^(-0.55) up to ratios of 10⁷.
+    let [least, most] = [-2.0 / 3.0, -0.55].map(|power| ratio.powf(power));
+    let most = if ratio < 1e7 { most } else { 1.0 };
+    let s = bracketed(|s| (ellipse(s).0 / ratio).ln(), least * (1.0 - 1e-9), most.min(1.0 - 1e-8));
     let (_, k, e, e2) = ellipse(s);
     let f1 = (4.0 / (e2 * PI) * s * s.sqrt() * ((e / (s * s) - k) * (k - e)).sqrt()).cbrt();
     unit * 2.0 / PI * s.sqrt() / f1 * k
@@ -177,6 +179,9 @@ fn elliptic(m: f64) -> (f64, f64) {
         (a, b) = ((a + b) * 0.5, (a * b).sqrt());
         power *= 2.0;
         sum += c * power * c;
+        if c < 1e-17 {
+            break;
+        }
     }
     let k = 0.5 * PI / a;
     (k, k * (1.0 - sum))
