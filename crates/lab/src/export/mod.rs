@@ -158,7 +158,7 @@ impl Export<'_> {
         // Rounded far below the error of the table.
         let value = |[a, sigma]: &[f64; 2]| [format!("{:.6}", a), format!("{:.5e}", sigma)];
         let values = wrapped(values.flatten().flat_map(value));
-        let tared = &self.locator.tared;
+        let tared = &self.locator.zero;
         let zero = if tared.from == TaredBy::Fitted { tared.value } else { 0.0 };
         let zero = self.locator.unit.value(zero, self.locator.rig.setup.gauge.factor);
         let (l, c, t) = (self.locator, self.calibration, &self.locator.rig.design.tuple);
@@ -256,32 +256,20 @@ impl Export<'_> {
         let lean = if let [one] = &l.sides[..] { one.sign } else { 0.0 };
         let [below, turn] = [crate::measure::counts::below(lean), 65536.0].map(n);
         let mirrored = l.drive_recorded && l.drive_origin == 0.0 && self.sides.len() > 1;
+        let (unknown, moved, bridge) = (!l.drive_recorded, l.drive_origin != 0.0, l.unit == Unit::Bridge);
         let lines = [
+            (unknown, "drive = 1; /* it was not recorded when the whisker was calibrated */"),
+            (mirrored, "drive = fabs_F(drive); /* below 0: to the other side */"),
+            (moved, "drive -= @ORIGIN; /* the drive that counts as 0 */"),
+            (true, "signal -= zero;"),
+            (bridge, "signal = (signal < @MOST) ? signal : NAN; /* no quarter bridge gives more */"),
             (
-                !l.drive_recorded,
-                "drive = 1; /* it was not recorded when the whisker was calibrated */".to_owned(),
-            ),
-            (mirrored, "drive = fabs_F(drive); /* below 0: to the other side */".to_owned()),
-            (
-                l.drive_origin != 0.0,
-                format!("drive -= {}; /* the drive that counts as 0 */", n(l.drive_origin)),
-            ),
-            (true, "signal -= zero;".to_owned()),
-            (
-                l.unit == Unit::Bridge,
-                format!(
-                    "signal = (signal < {}) ? signal : NAN; /* no quarter bridge gives more */",
-                    n(500.0)
-                ),
-            ),
-            (
-                l.tared.wraps,
-                format!(
-                    "signal -= {turn} * floor_F((signal + {below}) / {turn}); /* counts of 16 bits begin anew */"
-                ),
+                l.zero.wraps,
+                "signal -= @TURN * floor_F((signal + @BELOW) / @TURN); /* counts of 16 bits begin anew */",
             ),
         ];
-        let held = lines.into_iter().filter(|(holds, _)| *holds);
-        held.map(|(_, line)| format!("    {line}")).collect::<Vec<_>>().join("\n")
+        let held = lines.into_iter().filter(|(holds, _)| *holds).map(|(_, line)| format!("    {line}"));
+        let code = held.collect::<Vec<_>>().join("\n").replace("@ORIGIN", &n(l.drive_origin));
+        code.replace("@MOST", &n(500.0)).replace("@TURN", &turn).replace("@BELOW", &below)
     }
 }

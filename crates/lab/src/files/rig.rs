@@ -7,7 +7,7 @@ use toml::{Table, Value, de::DeTable};
 use super::Mount;
 use crate::contour::array::Mounted;
 use crate::design::MOST;
-use crate::error::{Error, InputError};
+use crate::error::{Checked, InputError, Result};
 use crate::estimator::Estimator;
 use crate::locate::{Calibration, Locator, opener};
 use crate::measure::Rig;
@@ -23,12 +23,7 @@ impl Rig {
     }
 
     /// Rig and spec from `text` of the file `label`; relative paths start at `base`.
-    pub fn parse_with(
-        label: &str,
-        text: &str,
-        base: &Path,
-        drive: Option<Drive>,
-    ) -> Result<(Self, Spec), InputError> {
+    pub fn parse_with(label: &str, text: &str, base: &Path, drive: Option<Drive>) -> Checked<(Self, Spec)> {
         let spec = spec::parse_with(label, text, base, beside(text, drive))?;
         labelled(&spec, label)?;
         Ok((Self::of_spec(&spec, label)?, spec))
@@ -187,16 +182,11 @@ fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
 }
 
 impl Mount {
-    /// Opens the whisker by its `calibration`, with the chosen estimator unless `estimator` is given.
+    /// Opens the whisker by its `calibration`, with the chosen estimator unless one is `asked` for.
     /// Errors: an estimator that is not in the calibration; a backend that fails.
-    pub fn open(
-        &self,
-        calibration: &Calibration,
-        estimator: Option<Estimator>,
-        options: &RunOptions,
-    ) -> Result<Mounted, Error> {
+    pub fn open(&self, c: &Calibration, asked: Option<Estimator>, options: &RunOptions) -> Result<Mounted> {
         let label = self.calibration.display().to_string();
-        let locator = Locator::new(calibration, &label, estimator, &opener(options))?;
+        let locator = Locator::new(c, &label, asked, &opener(options))?;
         Ok(Mounted { name: self.name.clone(), locator, pose: self.pose })
     }
 }

@@ -74,11 +74,10 @@ pub struct May {
     pub same_run: bool,
 }
 
-pub fn next(
-    locator: &Locator,
-    taps: &[Reading],
-    May { within, shifts, same_run }: May,
-) -> Result<Next, &'static str> {
+/// What is said where there is none.
+type Said<T> = Result<T, &'static str>;
+
+pub fn next(locator: &Locator, taps: &[Reading], May { within, shifts, same_run }: May) -> Said<Next> {
     let learned = |k: usize| locator.sides[k].learned();
     let first = (0..locator.sides.len()).find(|k| learned(*k).is_some());
     let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
@@ -147,12 +146,7 @@ struct Known<'a> {
 
 impl Known<'_> {
     /// Tries drives `within` these ends, with the base where it `stands`, or between `shifts`, if any, from where the object is reached.
-    fn tried(
-        &self,
-        within: [f64; 2],
-        shifts: Option<[f64; 2]>,
-        stands: f64,
-    ) -> Result<Vec<Tried>, &'static str> {
+    fn tried(&self, within: [f64; 2], shifts: Option<[f64; 2]>, stands: f64) -> Said<Vec<Tried>> {
         let origin = self.locator.drive_origin;
         let [first, last] = self.side.ends();
         let ends = [first.max(within[0] - origin), last.min(within[1] - origin)];

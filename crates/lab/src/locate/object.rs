@@ -31,6 +31,9 @@ pub enum By<'a> {
     Strokes(Free),
 }
 
+/// The numbers and the status that readings tell together.
+pub type Shared = Option<(Vec<f64>, Status)>;
+
 /// An object, and the lines of the taps of it that are compared, the last at the end.
 struct Known<'a> {
     /// By one gauge, with the side and taring of its first tap, which others have too.
@@ -104,13 +107,7 @@ impl<'a> Objects<'a> {
     }
 
     /// Adds a `tap`, whose own answer is `alone`; the numbers and the status that all taps of its object tell. `None` of a tap without object, shift or distance.
-    pub fn tell(
-        &mut self,
-        cells: &[LabCell<'_>],
-        tap: &Reading,
-        alone: &Spatial,
-        ask: &Ask<'_>,
-    ) -> Option<(Vec<f64>, Status)> {
+    pub fn tell(&mut self, cells: &[LabCell<'_>], tap: &Reading, alone: &Spatial, ask: &Ask<'_>) -> Shared {
         let (name, line) = (named(self.place, cells), tap.line);
         if self.place.is_some() && name.is_empty() || alone.located.distance.is_nan() {
             return None;

@@ -5,10 +5,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use rayon::prelude::*;
 
 use super::{Locator, Spatial, several::Several};
-use crate::error::{Error, InputError};
-use crate::fields::{self, Decimals, fields, separator};
+use crate::error::{Checked, Error, InputError};
+use crate::fields::{Decimals, number};
 use crate::measure::columns::{Columns, may_drive};
-use crate::measure::header::{Comments, before};
+use crate::measure::header::{Comments, before, words};
 use crate::measure::{Names, Unit, time::Memory};
 use crate::scene::{Drive, Signal};
 use crate::sink::{LabCell, LabRow};
@@ -151,26 +151,18 @@ impl<'a> RowReader<'a> {
     }
 
     /// Reads the first row. True if it is a header: it names a known column or, in a `file`, anything that is no number.
-    pub fn first(
-        &mut self,
-        row: LabRow<'_>,
-        comments: &Comments,
-        said: &Names,
-        file: bool,
-    ) -> Result<bool, InputError> {
-        let (separator, mut names): (_, Vec<String>) = match row {
-            LabRow::Line(line) => {
-                let mark = separator(line);
-                (mark, fields(line, mark).iter().map(|f| f.to_string()).collect())
-            }
-            LabRow::Of(frame, _) => (',', frame.names.iter().map(|name| name.to_string()).collect()),
+    pub fn first(&mut self, row: LabRow<'_>, comments: &Comments, said: &Names, file: bool) -> Checked<bool> {
+        let separator = row.separator();
+        let mut names = match row {
+            LabRow::Line(line) => words(line, separator),
+            LabRow::Of(frame, _) => frame.names.iter().map(|name| name.to_string()).collect(),
         };
         let mut comment = None;
         if let LabRow::Line(line) = row {
             let own = self.who.said(said, 0);
             if let Some((at, others)) = before(comments, line, &names, &own)? {
                 (comment, names) = (Some(at), others);
-            } else if !names.iter().any(|f| own.known(f) || (file && fields::number(f).is_none())) {
+            } else if !names.iter().any(|f| own.known(f) || (file && number(f).is_none())) {
                 if said.is_empty() {
                     return Ok(false);
                 }

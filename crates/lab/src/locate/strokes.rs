@@ -2,7 +2,7 @@
 
 use std::cell::OnceCell;
 
-use super::object::{self, hundredths, limit, named};
+use super::object::{self, Shared, hundredths, limit, named};
 use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial, free::Free};
 use crate::sink::{Field, LabCell, heading};
 use crate::{error::Error, status::Status};
@@ -188,12 +188,7 @@ impl<'a> Strokes<'a> {
     }
 
     /// Adds a reading of a line with these fields: the numbers of the columns of what its stroke tells, and the status; `None` where it is of no stroke.
-    pub fn tell(
-        &mut self,
-        cells: &[LabCell<'_>],
-        tap: &Reading,
-        ask: &Ask<'_>,
-    ) -> Option<(Vec<f64>, Status)> {
+    pub fn tell(&mut self, cells: &[LabCell<'_>], tap: &Reading, ask: &Ask<'_>) -> Shared {
         let (name, signal, share) = (named(self.place, cells), tap.signals[0], tap.shares[0]);
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !signal.is_finite() {
             return None;

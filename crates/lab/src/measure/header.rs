@@ -3,7 +3,7 @@
 
 use super::columns::drive_like;
 use super::names::{Names, Role};
-use crate::error::InputError;
+use crate::error::{Checked, InputError};
 use crate::fields::{fields, lines, number, separator};
 use crate::sink::{LabCell, LabRow, LabTable};
 
@@ -13,15 +13,12 @@ const WORDS: &str = "reading signal strain microstrain ustrain voltage volt volt
 
 /// Comments of a file before its rows, with their lines.
 pub type Comments = Vec<(usize, String)>;
+/// Column names, with their line.
+type Header = (usize, Vec<String>);
 
 /// The column names in the last of the `comments` before the `first` line, which has the fields `names`, and its line; `None` if that line is the header.
 /// Errors: a comment that names columns, in another number than there are fields.
-pub fn before(
-    comments: &Comments,
-    first: &str,
-    names: &[String],
-    said: &Names,
-) -> Result<Option<(usize, Vec<String>)>, InputError> {
+pub fn before(comments: &Comments, first: &str, names: &[String], said: &Names) -> Checked<Option<Header>> {
     if names.iter().any(|name| said.known(name)) {
         return Ok(None);
     }
@@ -76,7 +73,7 @@ impl<'a> Sheet<'a> {
             return Err(InputError::new(message).allowed(allowed));
         };
         let mark = separator(first);
-        let names: Vec<String> = fields(first, mark).iter().map(|f| f.to_string()).collect();
+        let names = words(first, mark);
         let commented = before(&comments, first, &names, said)?;
         if commented.is_none() {
             lines.next();
@@ -144,20 +141,23 @@ fn begins(text: &str) -> Option<usize> {
     all.windows(4).position(|w| is_header(&w)).map(|place| place + 1)
 }
 
+/// The fields of a line.
+pub fn words(line: &str, mark: char) -> Vec<String> {
+    fields(line, mark).iter().map(|f| f.to_string()).collect()
+}
+
 /// The column names in a `comment`, if there is one for each field of `row`.
 fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
     let text = comment.trim_start_matches(['#', ' ']);
     let mark = separator(row);
     let count = fields(row, mark).len();
     let after = text.split_once(':').map_or("", |(_, after)| after);
-    let by = |text: &str, mark: char| fields(text, mark).iter().map(|f| f.to_string()).collect::<Vec<_>>();
-    let ways = [text, after].into_iter().flat_map(|text| [by(text, mark), by(text, separator(text))]);
+    let ways = [text, after].into_iter().flat_map(|text| [words(text, mark), words(text, separator(text))]);
     // Words separated by blanks are a remark, unless each is a column name.
-    let words = text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let apart = text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let only_names =
-        words.iter().all(|word| said.means(word)) && words.iter().any(|word| said.is_drive(word));
-    let words = only_names.then_some(words);
-    let fit = ways.filter(|names| are_names(names, said)).chain(words);
+        apart.iter().all(|word| said.means(word)) && apart.iter().any(|word| said.is_drive(word));
+    let fit = ways.filter(|names| are_names(names, said)).chain(only_names.then_some(apart));
     let fit: Vec<_> = fit.filter(|names| names.len() == count).collect();
     // Prefer the split with the most known names; `max_by_key` returns the last of equals, hence `rev`.
     fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
