@@ -5,14 +5,12 @@
 //! In a part s = √(ln(first/reading)/ln(first/last)) grows from 0 to 1. The table holds the distance and s σ at even s: both are smooth, also at a
 //! peak, where σ is infinite. Rows are Chebyshev-Lobatto points of ln drive in strips between calibrated drives, interpolated by polynomials.
 
-use std::f64::consts::PI;
-use std::fmt;
+use std::{f64::consts::PI, fmt};
 
 use super::size;
-use crate::error::InputError;
 use crate::estimator::{Found, Known};
 use crate::locate::{Locator, Opened};
-use crate::status::Status;
+use crate::{error::InputError, status::Status};
 
 /// Range of known distances beyond the calibration, in shares of its range. More than half of it beyond counts as outside.
 const BEYOND: f64 = 0.55;

@@ -5,13 +5,10 @@
 use grid::{FIRST, POINTS, Side, Strip};
 
 use crate::error::{Error, InputError};
-use crate::estimate::WIDENING;
-use crate::estimator::SAME;
-use crate::locate::calibration::BEYOND;
 use crate::locate::{Calibration, Locator};
 use crate::measure::{TaredBy, Unit};
 use crate::scene::{Drive, Signal};
-use crate::status::Status;
+use crate::{estimate::WIDENING, estimator::SAME, locate::calibration::BEYOND, status::Status};
 pub use grid::Off;
 
 mod grid;

@@ -1,7 +1,6 @@
 //! `calibration.toml`: the result of `calibrate`, readable, for `locate`.
 
-use std::ops::Range;
-use std::path::Path;
+use std::{ops::Range, path::Path};
 
 use toml::{Table, de::DeTable};
 
@@ -10,9 +9,8 @@ use crate::estimator::{Estimator, Opener};
 use crate::locate::calibration::{Calibration, FORMAT, Second};
 use crate::locate::{Locator, opener};
 use crate::measure::{Lag, Rig, Unit};
-use crate::scene::RunOptions;
-use crate::sink::folder::hash;
 use crate::text_file::{Limit, TextFile};
+use crate::{scene::RunOptions, sink::folder::hash};
 
 impl Calibration {
     fn check(&self, label: &str) -> Result<(), InputError> {

@@ -5,15 +5,11 @@ use std::path::Path;
 use toml::{Table, Value, de::DeTable};
 
 use super::Mount;
-use crate::contour::array::Mounted;
-use crate::design::MOST;
 use crate::error::{Checked, InputError, Result};
-use crate::estimator::Estimator;
 use crate::locate::{Calibration, Locator, opener};
-use crate::measure::Rig;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Amount, Contact, Drive, Material, RunOptions, Setup, Signal, Spec, TERMS};
-use crate::spec;
+use crate::{contour::array::Mounted, design::MOST, estimator::Estimator, measure::Rig, spec};
 
 impl Rig {
     /// Reads the whisker of the spec at `path`; `drive` serves a spec without a drive. `[tap]` is optional.

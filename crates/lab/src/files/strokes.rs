@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::contour::point::{ANGLE, Noise, Pose};
-use crate::error::InputError;
 use crate::simulate::object::{Curve, Object};
-use crate::simulate::strokes::Strokes;
 use crate::spec::{self, Item};
+use crate::{error::InputError, simulate::strokes::Strokes};
 
 impl Strokes {
     /// Parses `text` of the file `label`; its files are relative to `folder`.

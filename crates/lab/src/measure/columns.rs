@@ -2,10 +2,7 @@
 
 use super::names::{DISTANCE, Names, Role, meant};
 use super::{Groups, Row, Unit};
-use crate::error::InputError;
-use crate::reduce::distinct;
-use crate::scene::Drive;
-use crate::sink::lab::LabCell;
+use crate::{error::InputError, reduce::distinct, scene::Drive, sink::lab::LabCell};
 
 /// Names of run columns; the first one present counts.
 const RUNS: [&str; 4] = ["run", "session", "date", "pass"];

@@ -7,11 +7,8 @@ use super::missing::{self, Missing};
 pub use super::names::{DISTANCE, Names};
 use super::time::{Runs, forward, seconds};
 use super::{Unit, group::rounded, header::Sheet};
-use crate::error::InputError;
-use crate::fields::Decimals;
-use crate::scene::Drive;
-use crate::sink::LabTable;
 use crate::text_file::{Limit, TextFile};
+use crate::{error::InputError, fields::Decimals, scene::Drive, sink::LabTable};
 
 /// One line of a data file; NaN for a missing value.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,9 @@
 //! The whisker on its rig, for calibrate, locate and simulate, and its contact point: on its surface or, if the model says so, on its centreline.
 
-use crate::design::Design;
-use crate::error::InputError;
 use crate::measure::{Data, names::Channel};
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::taper::Taper;
 use crate::scene::{Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple};
+use crate::{design::Design, error::InputError, physics::taper::Taper};
 
 /// A whisker with its gauge and model.
 #[derive(Debug, Clone)]

@@ -3,8 +3,7 @@
 use super::Record;
 use super::contact::{mean, of_contact};
 use super::rest::{Rest, rest};
-use crate::error::InputError;
-use crate::reduce::median;
+use crate::{error::InputError, reduce::median};
 
 /// Contacts that are nearer to each other, in samples, are one.
 const APART: usize = 3;

@@ -9,13 +9,10 @@ pub mod rest;
 
 pub use find::{Kind, Reading, Take, find};
 
-use crate::error::InputError;
-use crate::fields::Decimals;
 use crate::locate::object::NAME as OBJECT;
 use crate::measure::names::{DISTANCE, Names, TILT};
 use crate::measure::{Unit, columns::Columns, header::Sheet, time::seconds};
-use crate::scene::Drive;
-use crate::sink::lab::LabTable;
+use crate::{error::InputError, fields::Decimals, scene::Drive, sink::lab::LabTable};
 
 const LEAST: usize = 20;
 
