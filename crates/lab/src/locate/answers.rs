@@ -34,7 +34,7 @@ impl Answers {
     pub fn who(&self) -> Answerer<'_> {
         match self {
             Self::One(locator) => (&**locator).into(),
-            Self::Several(several) => several.into(),
+            Self::Several(all) => Answerer { locators: &all.locators, several: Some(all) },
         }
     }
 

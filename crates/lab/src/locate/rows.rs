@@ -18,18 +18,12 @@ use crate::sink::{LabCell, LabRow};
 pub struct Answerer<'a> {
     /// What knows each signal; one of two gauges.
     pub locators: &'a [Locator],
-    several: Option<&'a Several>,
+    pub(super) several: Option<&'a Several>,
 }
 
 impl<'a> From<&'a Locator> for Answerer<'a> {
     fn from(locator: &'a Locator) -> Self {
         Self { locators: std::slice::from_ref(locator), several: None }
-    }
-}
-
-impl<'a> From<&'a Several> for Answerer<'a> {
-    fn from(several: &'a Several) -> Self {
-        Self { locators: &several.locators, several: Some(several) }
     }
 }
 

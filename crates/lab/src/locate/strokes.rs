@@ -238,13 +238,10 @@ impl<'a> Strokes<'a> {
         let learned = side.learned()?;
         let joint = learned.joint(own.tared, true);
         let largest = side.ends()[1];
+        let known = learned.read(1.0, share).2;
         let course = Course {
             same_run: locator.same_run,
-            of_zero: if self.free.0.zero {
-                ANYWHERE * own.largest.powi(2)
-            } else {
-                learned.read(1.0, share).2
-            },
+            of_zero: if self.free.0.zero { ANYWHERE * own.largest.powi(2) } else { known },
             least: (-EARLY * largest).min(self.now.drives[1] - locator.drive_origin),
             nuisances: &self.free.1[k],
         };

@@ -61,17 +61,16 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
         Err(error.value(format!("noise {:.3e}", rest.noise)).allowed(allowed))
     };
     if rest.blocks.is_empty() {
-        let (what, allowed) = match &record.drive {
-            Some((kind, _)) => (
-                format!("nowhere does this signal rest while {} is near 0", kind.column()),
-                "a record that also shows the sensor without contact; --columns ignore=NAME leaves a drive out",
-            ),
-            None => (
-                "nowhere does this signal rest".to_owned(),
-                "a record that also shows the sensor without contact, for five samples or more",
-            ),
+        let (what, shows) =
+            ("nowhere does this signal rest", "a record that also shows the sensor without contact");
+        return match record
+            .drive
+            .as_ref()
+            .map(|(kind, _)| format!("{what} while {} is near 0", kind.column()))
+        {
+            Some(what) => fault(&what, &format!("{shows}; --columns ignore=NAME leaves a drive out")),
+            None => fault(what, &format!("{shows}, for five samples or more")),
         };
-        return fault(&what, allowed);
     }
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
     let mut readings: Vec<Reading> =
