@@ -289,7 +289,8 @@ impl<'a> Side<'a> {
         let [from, to] = strip.drives;
         let x = if from < to { 2.0 * (drive / from).ln() / (to / from).ln() - 1.0 } else { 0.0 };
         let (weights, cells) = (weights(&nodes(strip.heads.len()), x), strip.values[0][0].len() - 1);
-        let head = strip.head(&weights);
+        let sum = |i: usize| strip.heads.iter().zip(&weights).map(|(row, w)| w * row[i]).sum();
+        let head: Vec<f64> = (0..strip.heads[0].len()).map(sum).collect();
         let mut off = Off::default();
         for part in 0..strip.values[0].len() {
             for k in 0..TRIED {
@@ -329,11 +330,6 @@ impl Strip {
 
     pub(super) fn scale(&self) -> f64 {
         (0.5 * (self.heads[0][0] + self.heads[0][self.heads[0].len() - 1])).exp()
-    }
-
-    fn head(&self, weights: &[f64]) -> Vec<f64> {
-        let sum = |i: usize| self.heads.iter().zip(weights).map(|(row, w)| w * row[i]).sum();
-        (0..self.heads[0].len()).map(sum).collect()
     }
 
     fn at(&self, rows: &[f64], part: usize, s: f64) -> [f64; 2] {

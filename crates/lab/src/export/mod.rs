@@ -107,15 +107,9 @@ fn harmless(name: &str) -> String {
 }
 
 fn code(status: Status) -> u8 {
-    let bits = [
-        (Status::NO_STRAIN, 1),
-        (Status::STRAIN_LIMIT, 2),
-        (Status::NO_ROOT, 4),
-        (Status::AMBIGUOUS, 8),
-        (Status::OUTSIDE_CALIBRATION, 16),
-        (Status::BAD_INPUT, 32),
-    ];
-    bits.iter().filter(|(s, _)| status.has(*s)).map(|(_, bit)| bit).sum()
+    let [limit, outside] = [Status::STRAIN_LIMIT, Status::OUTSIDE_CALIBRATION];
+    let bits = [Status::NO_STRAIN, limit, Status::NO_ROOT, Status::AMBIGUOUS, outside, Status::BAD_INPUT];
+    (0..).zip(bits).filter(|(_, s)| status.has(*s)).map(|(bit, _)| 1 << bit).sum()
 }
 
 fn unit(locator: &Locator) -> &'static str {

@@ -21,7 +21,14 @@ impl Rig {
     /// Rig and spec from `text` of the file `label`; relative paths start at `base`.
     pub fn parse_with(label: &str, text: &str, base: &Path, drive: Option<Drive>) -> Checked<(Self, Spec)> {
         let spec = spec::parse_with(label, text, base, beside(text, drive))?;
-        labelled(&spec, label)?;
+        let asked = spec.in_force.iter().any(|(key, value, _)| key == "tap.abscissa" && value == "true");
+        if asked && spec.study.setup.is_curved() {
+            let message = "a_mm of measurements is the arc of the contact, also of a curved whisker";
+            let error = InputError::new(message).key("tap.abscissa").value(true).allowed(
+                "abscissa = false, with arcs in the data (a sweep with abscissa = true writes both: a_mm and x_a_mm)",
+            );
+            return Err(spec::placed(label, &spec.text, error));
+        }
         Ok((Self::of_spec(&spec, label)?, spec))
     }
 
@@ -162,19 +169,6 @@ fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
         all.push(("root", Value::Table(springs)));
     }
     all
-}
-
-/// Refuses a curved whisker labelled by abscissae: calibrations use arc lengths.
-fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
-    let asked = spec.in_force.iter().any(|(key, value, _)| key == "tap.abscissa" && value == "true");
-    if !asked || !spec.study.setup.is_curved() {
-        return Ok(());
-    }
-    let error = InputError::new("a_mm of measurements is the arc of the contact, also of a curved whisker");
-    let error = error.key("tap.abscissa").value(true).allowed(
-        "abscissa = false, with arcs in the data (a sweep with abscissa = true writes both: a_mm and x_a_mm)",
-    );
-    Err(spec::placed(label, &spec.text, error))
 }
 
 impl Mount {

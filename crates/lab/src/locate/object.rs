@@ -174,7 +174,9 @@ impl<'a> Objects<'a> {
         lines.push(line);
         lines.drain(..lines.len().saturating_sub(compared));
         let apart = apart.map(|(ago, by)| (lines[lines.len() - 1 - ago], by));
-        let limit = if alone.parts.is_some() { limit_of_two(lines.len()) } else { limit(lines.len()) };
+        // Distance and tilt together are never negative.
+        let of_two = (2.0 * (lines.len() as f64 / CHANCE).ln()).sqrt();
+        let limit = if alone.parts.is_some() { of_two } else { limit(lines.len()) };
         if apart.is_some_and(|(_, by)| by.abs() > limit) {
             located.status |= Status::INCONSISTENT;
         }
@@ -224,11 +226,6 @@ pub(super) fn doubts(side: &Opened, object: &Object<'_>, told: &Told) -> Status 
 /// Standard deviations beyond which the farthest of `n` sound taps is but by [`CHANCE`] (Bonferroni).
 pub(crate) fn limit(n: usize) -> f64 {
     quantile(1.0 - 0.5 * CHANCE / n as f64)
-}
-
-/// The same of distance and tilt together, which are never negative.
-fn limit_of_two(n: usize) -> f64 {
-    (2.0 * (n as f64 / CHANCE).ln()).sqrt()
 }
 
 pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {

@@ -209,7 +209,14 @@ impl<'a> RowReader<'a> {
         if none || cells.len() != self.header.names.len() {
             return None;
         }
-        let when = self.when(&cells);
+        let Header { time, run, .. } = self.header;
+        // Time and run of the row; nothing where no column says the time.
+        let when = time.and_then(|place| cells.get(place)).map(|cell| self.optional_number(cell));
+        let when = when.map(|t| {
+            let mut hasher = DefaultHasher::new();
+            run.and_then(|place| cells.get(place)).map(LabCell::text).hash(&mut hasher);
+            (t, hasher.finish())
+        });
         let drive = self.header.drive.map_or(&LabCell::EMPTY, |(_, place)| &cells[place]);
         let drive = match only.filter(|_| drive.is_empty()) {
             Some(only) => only,
@@ -245,15 +252,6 @@ impl<'a> RowReader<'a> {
             return f64::NAN;
         }
         self.decimals.number(field).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
-    }
-
-    /// Time and run of a row; `None` where no column says the time.
-    fn when(&mut self, cells: &[LabCell<'_>]) -> Option<(f64, u64)> {
-        let Header { time, run: named, .. } = self.header;
-        let t = self.optional_number(cells.get(time?)?);
-        let mut run = DefaultHasher::new();
-        named.and_then(|place| cells.get(place)).map(LabCell::text).hash(&mut run);
-        Some((t, run.finish()))
     }
 }
 

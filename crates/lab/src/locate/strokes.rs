@@ -51,7 +51,7 @@ impl<'a> Group<'a> {
 
     pub fn rest(&mut self) {
         if let Kind::Strokes(strokes) = &mut self.kind {
-            strokes.rest();
+            (strokes.now.drives, strokes.now.falling) = (NONE, false);
         }
     }
 
@@ -69,7 +69,9 @@ impl<'a> Group<'a> {
             ),
             Kind::Strokes(strokes) => {
                 let told = tap.and_then(|(tap, _)| strokes.tell(cells, tap, ask));
-                let name = if told.is_some() { strokes.shown(cells) } else { String::new() };
+                let number = strokes.number.to_string();
+                let name = if strokes.place.is_some() { named(strokes.place, cells) } else { number };
+                let name = if told.is_some() { name } else { String::new() };
                 (told, name)
             }
         };
@@ -147,15 +149,6 @@ impl<'a> Strokes<'a> {
         let place = names.iter().position(|n| n == NAME);
         let (now, falls, before) = (Now { drives: NONE, ..Now::default() }, OnceCell::new(), f64::INFINITY);
         Ok(Self { locator, place, number: 0, now, falls, before, free: (free, changes) })
-    }
-
-    /// The name of the stroke of these fields, or the number of the last one.
-    pub fn shown(&self, cells: &[LabCell<'_>]) -> String {
-        if self.place.is_some() { named(self.place, cells) } else { self.number.to_string() }
-    }
-
-    pub fn rest(&mut self) {
-        (self.now.drives, self.now.falling) = (NONE, false);
     }
 
     /// Begins another stroke where the tap of this line and drive is the first of one; whether it is of one at all.

@@ -23,6 +23,13 @@ pub fn before(comments: &Comments, first: &str, names: &[String], said: &Names) 
         return Ok(None);
     }
     let found = comments.iter().rev().find_map(|(line, text)| Some((*line, named(text, first, said)?)));
+    // Such a one has the names of a drive and of a signal.
+    let names_columns = |text: &str| {
+        let known = Names::default();
+        let words = || text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+        let is_signal = |word: &str| matches!(known.role(word), Some(Role::Signal(_)));
+        words().any(|word| known.is_drive(word)) && words().any(is_signal)
+    };
     let other = comments.iter().find(|(_, text)| found.is_none() && names_columns(text));
     let Some((line, text)) = other else { return Ok(found) };
     let count = names.len();
@@ -173,14 +180,6 @@ fn are_names(names: &[String], said: &Names) -> bool {
     };
     let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
     names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)
-}
-
-/// True if a comment contains the names of a drive and of a signal.
-fn names_columns(comment: &str) -> bool {
-    let known = Names::default();
-    let words = || comment.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-    let is_signal = |word: &str| matches!(known.role(word), Some(Role::Signal(_)));
-    words().any(|word| known.is_drive(word)) && words().any(is_signal)
 }
 
 /// Marks of decimals or thousands.

@@ -27,12 +27,11 @@ impl Rig {
     pub fn new(mut setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
         setup.directions = [false; 2];
         let design = Design::new(&setup, tuple);
-        match design.shared {
-            Some(_) => Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() }),
-            None => Err(InputError::new("these numbers are no whisker with a gauge on it")
-                .key("whisker")
-                .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),
+        if design.shared.is_none() {
+            let error = InputError::new("these numbers are no whisker with a gauge on it").key("whisker");
+            return Err(error.allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a"));
         }
+        Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() })
     }
 
     /// A rig with an unknown whisker, tapped up to `furthest` mm: a uniform rod with the gauge at its base, of which only ε ∝ 1/a is used.

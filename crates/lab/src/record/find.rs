@@ -181,7 +181,11 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
         let beside = [k.checked_sub(1).and_then(|i| all.get(i)), all.get(k)];
         beside.into_iter().flatten().map(|b| b.height).filter(|h| *h > rest.away).reduce(f64::min)
     };
-    let inner: Vec<usize> = (0..blocks.len()).filter(|k| !at_end(rest, blocks[*k])).collect();
+    // Rests that are not at the begin or at the end of the record.
+    let near = |k: usize| (rest.signal[k] - rest.level[k]).abs() <= rest.away;
+    let within =
+        |[first, last]: [usize; 2]| !(0..first).all(near) && !(last + 1..rest.signal.len()).all(near);
+    let inner: Vec<usize> = (0..blocks.len()).filter(|k| within(blocks[*k])).collect();
     let often = |so: &[usize], of: usize| so.first().copied().filter(|_| so.len() as f64 > SHORT * of as f64);
     let turns = |k: &usize| heights(*k).is_some_and(|height| !stays(rest, blocks[*k], height));
     let turns: Vec<usize> = inner.iter().copied().filter(turns).collect();
@@ -235,12 +239,6 @@ fn humps(off: &[f64]) -> usize {
     let all: Vec<usize> = ups.chunk_by(|p, q| p == q).filter(|c| c[0]).map(<[bool]>::len).collect();
     let longest = all.iter().copied().max().unwrap_or_default();
     all.iter().filter(|n| **n as f64 > lasts * longest as f64).count()
-}
-
-/// Whether a rest is at the begin or at the end of the record.
-fn at_end(rest: &Rest, [first, last]: [usize; 2]) -> bool {
-    let near = |k: usize| (rest.signal[k] - rest.level[k]).abs() <= rest.away;
-    (0..first).all(near) || (last + 1..rest.signal.len()).all(near)
 }
 
 /// Whether the signal stays at a rest, which may drift, beside contacts of this `height`, rather than turns there.
