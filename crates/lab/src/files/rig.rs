@@ -20,7 +20,12 @@ impl Rig {
 
     /// Rig and spec from `text` of the file `label`; relative paths start at `base`.
     pub fn parse_with(label: &str, text: &str, base: &Path, drive: Option<Drive>) -> Checked<(Self, Spec)> {
-        let spec = spec::parse_with(label, text, base, beside(text, drive))?;
+        // Its own drive takes precedence over that of the data.
+        let table: Table = text.parse().unwrap_or_default();
+        let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
+        let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
+        let drive = if displaced { Drive::Displacement } else { Drive::Angle };
+        let spec = spec::parse_with(label, text, base, fallback(drive))?;
         let asked = spec.in_force.iter().any(|(key, value, _)| key == "tap.abscissa" && value == "true");
         if asked && spec.study.setup.is_curved() {
             let message = "a_mm of measurements is the arc of the contact, also of a curved whisker";
@@ -113,14 +118,6 @@ impl Rig {
         let spec = spec::of_table(label, text, table, Path::new(""), fallback(drive))?;
         Self::of_spec(&spec, label)
     }
-}
-
-/// Fallback for a spec with this `text`: its own drive takes precedence over that of the data.
-fn beside(text: &str, drive: Option<Drive>) -> &'static str {
-    let table: Table = text.parse().unwrap_or_default();
-    let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
-    let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
-    fallback(if displaced { Drive::Displacement } else { Drive::Angle })
 }
 
 /// Values for the keys of `[tap]` that a rig does not need, valid for every whisker.

@@ -132,14 +132,10 @@ impl<'a> RowReader<'a> {
             Some(several) => several.names[k].clone(),
             None => [unit.column(), unit.second()][k].to_owned(),
         };
-        let header = Header {
-            names: [kind.column().to_owned()].into_iter().chain((0..who.signals()).map(signal)).collect(),
-            separator: None,
-            drive: Some((kind, 0)),
-            time: None,
-            run: None,
-            signals: (0..who.signals()).map(|k| (who.locator(k).unit, k + 1)).collect(),
-        };
+        let names = [kind.column().to_owned()].into_iter().chain((0..who.signals()).map(signal)).collect();
+        let signals = (0..who.signals()).map(|k| (who.locator(k).unit, k + 1)).collect();
+        let header =
+            Header { names, separator: None, drive: Some((kind, 0)), time: None, run: None, signals };
         let (decimals, memory) = Default::default();
         Self { who, header, decimals, memory, untimed: false }
     }

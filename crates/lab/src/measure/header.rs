@@ -216,7 +216,13 @@ impl Thousands {
                     digits.bytes().all(|c| c.is_ascii_digit()) && digits.bytes().any(|c| c != b'0');
                 continue;
             };
-            let three = is_grouped(field, MARKS[k]);
+            // Three digits follow the mark, and one to three precede it.
+            let parts = field.trim_start_matches(['+', '-']).split_once(MARKS[k]);
+            let three = parts.is_some_and(|(before, after)| {
+                let digits = [before, after].iter().all(|part| part.bytes().all(|c| c.is_ascii_digit()));
+                let sized = (1..=3).contains(&before.len()) && after.len() == 3;
+                digits && sized && !before.starts_with('0')
+            });
             let new = three || !self.decimal[k] || MARKS[k] == separator;
             if !new || !number(field).is_some_and(f64::is_finite) {
                 continue;
@@ -256,16 +262,4 @@ impl Thousands {
         ));
         Err(InputError { line: Some(line), ..error })
     }
-}
-
-/// True if three digits follow the mark and one to three precede it.
-fn is_grouped(field: &str, mark: char) -> bool {
-    let digits = |part: &str| part.bytes().all(|c| c.is_ascii_digit());
-    field.trim_start_matches(['+', '-']).split_once(mark).is_some_and(|(before, after)| {
-        (1..=3).contains(&before.len())
-            && !before.starts_with('0')
-            && after.len() == 3
-            && digits(before)
-            && digits(after)
-    })
 }

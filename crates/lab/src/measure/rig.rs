@@ -48,11 +48,8 @@ impl Rig {
     pub fn of_data(data: &Data, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
         let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
         let rig = Self::unknown(setup.clone(), data.furthest()?)?;
-        let study = Study {
-            setup,
-            space: Space::List([rig.design.tuple].into_iter().collect()),
-            output: Output::default(),
-        };
+        let space = Space::List([rig.design.tuple].into_iter().collect());
+        let study = Study { setup, space, output: Output::default() };
         Ok((rig, Spec::of("no whisker", study)))
     }
 
