@@ -82,12 +82,6 @@ impl Real {
             suffix => format!("{:e}{suffix}", x as f32),
         }
     }
-
-    fn own_names(self, code: &str) -> String {
-        let shared =
-            |text: String, f: &&str| text.replace(&format!("{f}_F("), &format!("{f}{}(", self.suffix));
-        SHARED.iter().fold(code.replace("REAL", self.name), shared).replace("_F", self.own)
-    }
 }
 
 fn wrapped(parts: impl IntoIterator<Item = String>) -> String {
@@ -223,7 +217,9 @@ impl Export<'_> {
             .replace("@FIRST", &n(FIRST))
             .replace("@SAME", &n(real.same))
             .replace("@BEYOND", &n(BEYOND));
-        real.own_names(&code)
+        let shared =
+            |text: String, f: &&str| text.replace(&format!("{f}_F("), &format!("{f}{}(", real.suffix));
+        SHARED.iter().fold(code.replace("REAL", real.name), shared).replace("_F", real.own)
     }
 
     /// Row of `sides` for this sign; without strips if the side has no answer.

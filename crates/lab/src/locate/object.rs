@@ -230,17 +230,12 @@ pub(crate) fn limit(n: usize) -> f64 {
 
 pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
     let found = names.iter().position(|n| n == SHIFT);
-    let parts = |n: &str| n.to_lowercase().split('_').map(str::to_owned).collect::<Vec<_>>();
-    let known = |part: &String| ["base", "shift", "mm", "cm", "m"].contains(&part.as_str());
+    let known = |part: &str| ["base", "shift", "mm", "cm", "m"].contains(&part);
     let like = |n: &&String| {
-        let parts = parts(n);
-        nearest(n, &[SHIFT]).is_some() || parts.iter().all(known) && parts.iter().any(|part| part == "shift")
+        let (near, lower) = (nearest(n, &[SHIFT]).is_some(), n.to_lowercase());
+        near || lower.split('_').all(known) && lower.split('_').any(|part| part == "shift")
     };
-    match names.iter().find(like).filter(|_| found.is_none()) {
-        Some(name) => {
-            let message = "this is nearly the column of the shift of the base, and would not be looked at";
-            Err(InputError::new(message).key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
-        }
-        None => Ok(found),
-    }
+    let Some(name) = names.iter().find(like).filter(|_| found.is_none()) else { return Ok(found) };
+    let message = "this is nearly the column of the shift of the base, and would not be looked at";
+    Err(InputError::new(message).key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
 }

@@ -69,8 +69,7 @@ pub struct Ask<'a> {
 impl<'a> Ask<'a> {
     /// All lines of a file `label`, which are kept, each reading alone.
     pub fn of_file(label: &'a str, columns: &'a Names, warn: &'a dyn Fn(&str)) -> Self {
-        let label = Some(label);
-        let by = By::Unsaid;
+        let (label, by) = (Some(label), By::Unsaid);
         Self { columns, zero: [None; 2], label, keep: true, by, interval: false, only: None, warn }
     }
 

@@ -154,7 +154,16 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
     };
     let time = |k: usize| record.time[k];
     let blocks = &rest.blocks;
-    let all: Vec<Between> = blocks.windows(2).map(|w| between(rest, w[0], w[1])).collect();
+    let levels: Vec<f64> = blocks.iter().map(|block| level(rest, *block)).collect();
+    let between = |k: usize| {
+        let off = (blocks[k][1]..=blocks[k + 1][0]).map(|k| rest.signal[k] - rest.level[k]);
+        let off: Vec<f64> = off.collect();
+        let [up, down] = [1.0, -1.0].map(|sign| off.iter().map(|x| sign * x).fold(0.0, f64::max));
+        let height = up.max(down);
+        let times = [1.0, -1.0].map(|sign| off.iter().filter(|x| sign * **x > OTHER * height).count());
+        Between { height, moved: (levels[k + 1] - levels[k]).abs(), least: up.min(down), times }
+    };
+    let all: Vec<Between> = (1..blocks.len()).map(|k| between(k - 1)).collect();
     for (w, b) in blocks.windows(2).zip(&all).filter(|(_, b)| b.height > rest.away) {
         let [from, to] = [time(w[0][1]), time(w[1][0])];
         if b.moved > MOVED * b.height {
@@ -193,7 +202,6 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
         let what = format!("at {} s, and elsewhere, it turns rather than rests", time(blocks[first][0]));
         return fault(what, rest.level[blocks[first][0]]);
     }
-    let levels: Vec<f64> = blocks.iter().map(|block| level(rest, *block)).collect();
     let jagged = |k: &usize| {
         let beside = all[k - 1].height.max(all[*k].height);
         (levels[*k] - 0.5 * (levels[k - 1] + levels[k + 1])).abs() > JAGGED * beside && beside > rest.away
@@ -216,15 +224,6 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
 
 fn level(rest: &Rest, [first, last]: [usize; 2]) -> f64 {
     median(&mut rest.signal[first..=last].to_vec())
-}
-
-fn between(rest: &Rest, before: [usize; 2], after: [usize; 2]) -> Between {
-    let off: Vec<f64> = (before[1]..=after[0]).map(|k| rest.signal[k] - rest.level[k]).collect();
-    let [up, down] = [1.0, -1.0].map(|sign| off.iter().map(|x| sign * x).fold(0.0, f64::max));
-    let height = up.max(down);
-    let times = [1.0, -1.0].map(|sign| off.iter().filter(|x| sign * **x > OTHER * height).count());
-    let moved = (level(rest, after) - level(rest, before)).abs();
-    Between { height, moved, least: up.min(down), times }
 }
 
 /// How often a contact, which is so far `off` its rest, goes up and down.

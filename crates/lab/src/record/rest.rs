@@ -76,18 +76,19 @@ fn smoothed(y: &[f64]) -> Vec<f64> {
 
 /// For each sample the largest less the smallest of the `window` samples around it, between two `ends`.
 pub fn spreads(values: &[f64], window: usize, [first, last]: [usize; 2]) -> Vec<f64> {
-    // The extreme of a window is that of two shorter ones that cover it; beyond the ends there is nothing.
-    let (half, none) = (window / 2, vec![f64::NAN; window / 2]);
-    let extreme = |of: fn(f64, f64) -> f64| {
-        let (mut all, mut length) = ([&none, &values[first..=last], &none].concat(), 1);
-        while length < 2 * half + 1 {
-            let step = length.min(2 * half + 1 - length);
-            all = all.iter().zip(&all[step..]).map(|(x, y)| of(*x, *y)).collect();
-            length += step;
+    // The extremes of a window are those of two shorter ones that cover it; beyond the ends there is nothing.
+    let (half, none) = (window / 2, vec![[f64::NAN; 2]; window / 2]);
+    let here: Vec<[f64; 2]> = values[first..=last].iter().map(|x| [*x; 2]).collect();
+    let (mut all, mut length) = ([&*none, &here, &none].concat(), 1);
+    while length < 2 * half + 1 {
+        let step = length.min(2 * half + 1 - length);
+        for k in 0..all.len() - step {
+            all[k] = [all[k][0].max(all[k + step][0]), all[k][1].min(all[k + step][1])];
         }
-        all
-    };
-    extreme(f64::max).iter().zip(extreme(f64::min)).map(|(most, least)| most - least).collect()
+        all.truncate(all.len() - step);
+        length += step;
+    }
+    all.iter().map(|[most, least]| most - least).collect()
 }
 
 /// Whether the motor pushes at each sample; none where no drive is recorded.
