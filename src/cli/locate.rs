@@ -44,7 +44,7 @@ pub fn run(args: &Request, context: &Context<'_>) -> Result<Reply, Error> {
     context.warn_all(&opened.warnings);
     if options.plan == Some(true) {
         let data = match &opened.answers {
-            Answers::One(_, calibration) => calibration.data.file.clone(),
+            Answers::One(locator) => locator.data.file.clone(),
             Answers::Several(_) => Sensor::parse("", &text, true)?.channels[0].1.data.file.clone(),
         };
         let from = readings.map_or("stdin".to_owned(), |p| p.display().to_string());
@@ -100,11 +100,11 @@ impl Opened {
                 let by = format!("the channels {} together", several.names.join(", "));
                 (json!({ "file": label, "channels": &several.names }), hash(text), by, Vec::new())
             }
-            Answers::One(locator, calibration) => {
-                let (version, checksum) = (&calibration.version, calibration.checksum.clone());
+            Answers::One(locator) => {
+                let (version, checksum) = (&locator.version, locator.checksum.clone());
                 let other = (version != env!("CARGO_PKG_VERSION"))
                     .then(|| format!("{label} was written by version {version} of this program"));
-                let warnings = other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect();
+                let warnings = other.into_iter().chain(locator.rig.warnings.iter().cloned()).collect();
                 let known = json!({ "file": label, "checksum": checksum });
                 (known, checksum, locator.estimator.word().to_owned(), warnings)
             }
@@ -213,7 +213,7 @@ fn filed(
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // Data from stdin have no identity.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes, "interval": args.interval, "free": args.free.map(|free| format!("{free:?}")) });
+    let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": args.zero, "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes, "interval": args.interval, "free": args.free.map(|free| format!("{free:?}")) });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

@@ -149,7 +149,7 @@ pub fn run(asked: &Asked<LocateRequest>, context: &Context<'_>) -> Result<Reply,
     let (table, counted) = answer(&whiskers, measured.rows(), &ask, &noise)?;
     let digest = measured.rows().hash()?;
     let of = json!({
-        "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": asked.columns, "zero": SaidZero::json(asked.zero.as_ref()),
+        "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": asked.columns, "zero": asked.zero,
         "estimator": asked.estimator, "same": asked.same, "object": asked.object, "same_run": asked.same_run,
     });
     let identity = hash(&of.to_string());

@@ -106,7 +106,7 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
     }
     let (digest, checksum, by) = (measured.rows().hash()?, &calibration.checksum, locator.estimator.word());
     let settings = json!({
-        "data": digest, "calibration": checksum, "estimator": by, "columns": asked.columns, "zero": SaidZero::json(asked.zero.as_ref()),
+        "data": digest, "calibration": checksum, "estimator": by, "columns": asked.columns, "zero": asked.zero,
         "angle_noise_deg": noise.angle, "base_noise_mm": noise.base, "touch_noise_deg": noise.touch,
         "contact": asked.contact, "taps": asked.taps, "curve": asked.curve, "truth": asked.truth.as_deref().map(label),
     });

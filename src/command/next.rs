@@ -95,7 +95,7 @@ pub fn run(asked: &Asked<NextRequest>, context: &Context<'_>) -> Result<Reply, E
         warn("--shift is not looked at before the first tap, which tells where the object is");
     }
     let data = rows.map(LabTable::hash).transpose()?;
-    let of = json!({ "calibration": calibration.checksum, "readings": data, "estimator": asked.estimator, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": SaidZero::json(asked.zero.as_ref()), "columns": asked.columns });
+    let of = json!({ "calibration": calibration.checksum, "readings": data, "estimator": asked.estimator, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": asked.zero, "columns": asked.columns });
     let question = Question::new("next", &stem, of);
     let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
     let row = |t: &Tried| {

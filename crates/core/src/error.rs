@@ -136,6 +136,12 @@ impl Error {
     }
 }
 
+/// Of what fails for any reason, unless another one is said.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Of what fails only by its input.
+pub type Checked<T> = Result<T, InputError>;
+
 /// The word of `known` that is closest to `word`, if any is close; case, `_`, `-` and spaces hardly count.
 pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let plain = |s: &str| s.to_lowercase().replace(['_', '-', ' '], "");

@@ -73,10 +73,10 @@ impl Locator {
         let (first, noise) = (&locators[0], locators.iter().map(|locator| locator.noise).collect());
         let (drive, told) = (first.rig.setup.drive.column(), |text: &String| keywords(text));
         match &*self.answers {
-            Answers::One(one, calibration) => {
+            Answers::One(one) => {
                 let zero = self.zero.map(|z| one.unit.strain(z, one.rig.setup.gauge.factor));
                 let doubt = tare::doubt(one, tare::Tare::new(one, zero).at(0).map(|z| z.0));
-                let warnings = calibration.rig.warnings.iter().map(told).collect();
+                let warnings = one.rig.warnings.iter().map(told).collect();
                 let doubts = doubt.iter().map(told).collect();
                 let (name, signal) = (one.estimator.word(), one.unit.column().to_owned());
                 (Some(name), drive, vec![signal], one.only_drive(), noise, warnings, doubts)
@@ -99,7 +99,7 @@ impl Locator {
     /// One reading of one signal: distance, sigma, status bits. With `follow` zero readings before it count.
     #[pyo3(signature = (drive, value, follow, /))]
     fn one(&self, py: Python<'_>, drive: f64, value: f64, follow: bool) -> PyResult<(f64, f64, u16)> {
-        let (locator, _) = self.answers.single().map_err(|e| raise(py, e.into()))?;
+        let locator = self.answers.single().map_err(|e| raise(py, e.into()))?;
         let answer = || match follow {
             true => {
                 let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
@@ -161,8 +161,8 @@ impl Locator {
     /// What answers readings of one signal as one file of C.
     fn export(&self, py: Python<'_>) -> PyResult<String> {
         let made = || -> Result<String, Error> {
-            let (locator, calibration) = self.answers.single()?;
-            Ok(Export::new(locator, calibration)?.text())
+            let locator = self.answers.single()?;
+            Ok(Export::new(locator, locator)?.text())
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }

@@ -5,14 +5,12 @@
 //! In a part s = √(ln(first/reading)/ln(first/last)) grows from 0 to 1. The table holds the distance and s σ at even s: both are smooth, also at a
 //! peak, where σ is infinite. Rows are Chebyshev-Lobatto points of ln drive in strips between calibrated drives, interpolated by polynomials.
 
-use std::f64::consts::PI;
-use std::fmt;
+use std::{f64::consts::PI, fmt};
 
 use super::size;
-use crate::error::InputError;
 use crate::estimator::{Found, Known};
 use crate::locate::{Locator, Opened};
-use crate::status::Status;
+use crate::{error::InputError, status::Status};
 
 /// Range of known distances beyond the calibration, in shares of its range. More than half of it beyond counts as outside.
 const BEYOND: f64 = 0.55;
@@ -291,7 +289,8 @@ impl<'a> Side<'a> {
         let [from, to] = strip.drives;
         let x = if from < to { 2.0 * (drive / from).ln() / (to / from).ln() - 1.0 } else { 0.0 };
         let (weights, cells) = (weights(&nodes(strip.heads.len()), x), strip.values[0][0].len() - 1);
-        let head = strip.head(&weights);
+        let sum = |i: usize| strip.heads.iter().zip(&weights).map(|(row, w)| w * row[i]).sum();
+        let head: Vec<f64> = (0..strip.heads[0].len()).map(sum).collect();
         let mut off = Off::default();
         for part in 0..strip.values[0].len() {
             for k in 0..TRIED {
@@ -331,11 +330,6 @@ impl Strip {
 
     pub(super) fn scale(&self) -> f64 {
         (0.5 * (self.heads[0][0] + self.heads[0][self.heads[0].len() - 1])).exp()
-    }
-
-    fn head(&self, weights: &[f64]) -> Vec<f64> {
-        let sum = |i: usize| self.heads.iter().zip(weights).map(|(row, w)| w * row[i]).sum();
-        (0..self.heads[0].len()).map(sum).collect()
     }
 
     fn at(&self, rows: &[f64], part: usize, s: f64) -> [f64; 2] {

@@ -5,13 +5,10 @@
 use grid::{FIRST, POINTS, Side, Strip};
 
 use crate::error::{Error, InputError};
-use crate::estimate::WIDENING;
-use crate::estimator::SAME;
-use crate::locate::calibration::BEYOND;
 use crate::locate::{Calibration, Locator};
 use crate::measure::{TaredBy, Unit};
 use crate::scene::{Drive, Signal};
-use crate::status::Status;
+use crate::{estimate::WIDENING, estimator::SAME, locate::calibration::BEYOND, status::Status};
 pub use grid::Off;
 
 mod grid;
@@ -85,12 +82,6 @@ impl Real {
             suffix => format!("{:e}{suffix}", x as f32),
         }
     }
-
-    fn own_names(self, code: &str) -> String {
-        let shared =
-            |text: String, f: &&str| text.replace(&format!("{f}_F("), &format!("{f}{}(", self.suffix));
-        SHARED.iter().fold(code.replace("REAL", self.name), shared).replace("_F", self.own)
-    }
 }
 
 fn wrapped(parts: impl IntoIterator<Item = String>) -> String {
@@ -110,15 +101,9 @@ fn harmless(name: &str) -> String {
 }
 
 fn code(status: Status) -> u8 {
-    let bits = [
-        (Status::NO_STRAIN, 1),
-        (Status::STRAIN_LIMIT, 2),
-        (Status::NO_ROOT, 4),
-        (Status::AMBIGUOUS, 8),
-        (Status::OUTSIDE_CALIBRATION, 16),
-        (Status::BAD_INPUT, 32),
-    ];
-    bits.iter().filter(|(s, _)| status.has(*s)).map(|(_, bit)| bit).sum()
+    let [limit, outside] = [Status::STRAIN_LIMIT, Status::OUTSIDE_CALIBRATION];
+    let bits = [Status::NO_STRAIN, limit, Status::NO_ROOT, Status::AMBIGUOUS, outside, Status::BAD_INPUT];
+    (0..).zip(bits).filter(|(_, s)| status.has(*s)).map(|(bit, _)| 1 << bit).sum()
 }
 
 fn unit(locator: &Locator) -> &'static str {
@@ -158,7 +143,7 @@ impl Export<'_> {
         // Rounded far below the error of the table.
         let value = |[a, sigma]: &[f64; 2]| [format!("{:.6}", a), format!("{:.5e}", sigma)];
         let values = wrapped(values.flatten().flat_map(value));
-        let tared = &self.locator.tared;
+        let tared = &self.locator.zero;
         let zero = if tared.from == TaredBy::Fitted { tared.value } else { 0.0 };
         let zero = self.locator.unit.value(zero, self.locator.rig.setup.gauge.factor);
         let (l, c, t) = (self.locator, self.calibration, &self.locator.rig.design.tuple);
@@ -232,7 +217,9 @@ impl Export<'_> {
             .replace("@FIRST", &n(FIRST))
             .replace("@SAME", &n(real.same))
             .replace("@BEYOND", &n(BEYOND));
-        real.own_names(&code)
+        let shared =
+            |text: String, f: &&str| text.replace(&format!("{f}_F("), &format!("{f}{}(", real.suffix));
+        SHARED.iter().fold(code.replace("REAL", real.name), shared).replace("_F", real.own)
     }
 
     /// Row of `sides` for this sign; without strips if the side has no answer.
@@ -256,32 +243,20 @@ impl Export<'_> {
         let lean = if let [one] = &l.sides[..] { one.sign } else { 0.0 };
         let [below, turn] = [crate::measure::counts::below(lean), 65536.0].map(n);
         let mirrored = l.drive_recorded && l.drive_origin == 0.0 && self.sides.len() > 1;
+        let (unknown, moved, bridge) = (!l.drive_recorded, l.drive_origin != 0.0, l.unit == Unit::Bridge);
         let lines = [
+            (unknown, "drive = 1; /* it was not recorded when the whisker was calibrated */"),
+            (mirrored, "drive = fabs_F(drive); /* below 0: to the other side */"),
+            (moved, "drive -= @ORIGIN; /* the drive that counts as 0 */"),
+            (true, "signal -= zero;"),
+            (bridge, "signal = (signal < @MOST) ? signal : NAN; /* no quarter bridge gives more */"),
             (
-                !l.drive_recorded,
-                "drive = 1; /* it was not recorded when the whisker was calibrated */".to_owned(),
-            ),
-            (mirrored, "drive = fabs_F(drive); /* below 0: to the other side */".to_owned()),
-            (
-                l.drive_origin != 0.0,
-                format!("drive -= {}; /* the drive that counts as 0 */", n(l.drive_origin)),
-            ),
-            (true, "signal -= zero;".to_owned()),
-            (
-                l.unit == Unit::Bridge,
-                format!(
-                    "signal = (signal < {}) ? signal : NAN; /* no quarter bridge gives more */",
-                    n(500.0)
-                ),
-            ),
-            (
-                l.tared.wraps,
-                format!(
-                    "signal -= {turn} * floor_F((signal + {below}) / {turn}); /* counts of 16 bits begin anew */"
-                ),
+                l.zero.wraps,
+                "signal -= @TURN * floor_F((signal + @BELOW) / @TURN); /* counts of 16 bits begin anew */",
             ),
         ];
-        let held = lines.into_iter().filter(|(holds, _)| *holds);
-        held.map(|(_, line)| format!("    {line}")).collect::<Vec<_>>().join("\n")
+        let held = lines.into_iter().filter(|(holds, _)| *holds).map(|(_, line)| format!("    {line}"));
+        let code = held.collect::<Vec<_>>().join("\n").replace("@ORIGIN", &n(l.drive_origin));
+        code.replace("@MOST", &n(500.0)).replace("@TURN", &turn).replace("@BELOW", &below)
     }
 }

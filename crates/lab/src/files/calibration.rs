@@ -1,7 +1,6 @@
 //! `calibration.toml`: the result of `calibrate`, readable, for `locate`.
 
-use std::ops::Range;
-use std::path::Path;
+use std::{ops::Range, path::Path};
 
 use toml::{Table, de::DeTable};
 
@@ -10,9 +9,8 @@ use crate::estimator::{Estimator, Opener};
 use crate::locate::calibration::{Calibration, FORMAT, Second};
 use crate::locate::{Locator, opener};
 use crate::measure::{Lag, Rig, Unit};
-use crate::scene::RunOptions;
-use crate::sink::folder::hash;
 use crate::text_file::{Limit, TextFile};
+use crate::{scene::RunOptions, sink::folder::hash};
 
 impl Calibration {
     fn check(&self, label: &str) -> Result<(), InputError> {
@@ -105,19 +103,13 @@ impl Calibration {
             error.at(label, e.span().map(|s| line(s.start)))
         };
         let mut table: Table = toml::from_str(text).map_err(|e| broken(&e))?;
-        match table.get("format").map(|f| f.as_integer()) {
-            None => {
-                let error = refused(label, "format", "this is no calibration: it has no format");
-                return Err(error.allowed(again));
-            }
-            Some(Some(f)) if f == i64::from(FORMAT) => {}
-            Some(other) => {
-                let value = other.map_or_else(|| table["format"].to_string(), |f| f.to_string());
-                let message = "this calibration was written by another version of the program, in a format it does not know; \
-                               run `vibrissa calibrate` again";
-                let error = refused(label, "format", message).value(value);
-                return Err(error.allowed(format!("format = {FORMAT}")));
-            }
+        let none = || refused(label, "format", "this is no calibration: it has no format").allowed(again);
+        let format = table.get("format").ok_or_else(none)?;
+        if format.as_integer() != Some(i64::from(FORMAT)) {
+            let message = "this calibration was written by another version of the program, in a format it does not know; \
+                           run `vibrissa calibrate` again";
+            let error = refused(label, "format", message).value(format);
+            return Err(error.allowed(format!("format = {FORMAT}")));
         }
         if table.contains_key("channels") {
             let message =

@@ -11,12 +11,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::backend::Backend;
 use crate::error::{Error, InputError};
-use crate::estimator::Opener;
 use crate::locate::{Calibration, Sensor, calibration::FORMAT};
 use crate::scene::{BackendChoice, Precision, RunOptions, Spec};
-use crate::sink::folder::hash;
+use crate::{backend::Backend, estimator::Opener, sink::folder::hash};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

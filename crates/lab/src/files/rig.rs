@@ -5,15 +5,11 @@ use std::path::Path;
 use toml::{Table, Value, de::DeTable};
 
 use super::Mount;
-use crate::contour::array::Mounted;
-use crate::design::MOST;
-use crate::error::{Error, InputError};
-use crate::estimator::Estimator;
+use crate::error::{Checked, InputError, Result};
 use crate::locate::{Calibration, Locator, opener};
-use crate::measure::Rig;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Amount, Contact, Drive, Material, RunOptions, Setup, Signal, Spec, TERMS};
-use crate::spec;
+use crate::{contour::array::Mounted, design::MOST, estimator::Estimator, measure::Rig, spec};
 
 impl Rig {
     /// Reads the whisker of the spec at `path`; `drive` serves a spec without a drive. `[tap]` is optional.
@@ -23,14 +19,21 @@ impl Rig {
     }
 
     /// Rig and spec from `text` of the file `label`; relative paths start at `base`.
-    pub fn parse_with(
-        label: &str,
-        text: &str,
-        base: &Path,
-        drive: Option<Drive>,
-    ) -> Result<(Self, Spec), InputError> {
-        let spec = spec::parse_with(label, text, base, beside(text, drive))?;
-        labelled(&spec, label)?;
+    pub fn parse_with(label: &str, text: &str, base: &Path, drive: Option<Drive>) -> Checked<(Self, Spec)> {
+        // Its own drive takes precedence over that of the data.
+        let table: Table = text.parse().unwrap_or_default();
+        let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
+        let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
+        let drive = if displaced { Drive::Displacement } else { Drive::Angle };
+        let spec = spec::parse_with(label, text, base, fallback(drive))?;
+        let asked = spec.in_force.iter().any(|(key, value, _)| key == "tap.abscissa" && value == "true");
+        if asked && spec.study.setup.is_curved() {
+            let message = "a_mm of measurements is the arc of the contact, also of a curved whisker";
+            let error = InputError::new(message).key("tap.abscissa").value(true).allowed(
+                "abscissa = false, with arcs in the data (a sweep with abscissa = true writes both: a_mm and x_a_mm)",
+            );
+            return Err(spec::placed(label, &spec.text, error));
+        }
         Ok((Self::of_spec(&spec, label)?, spec))
     }
 
@@ -117,14 +120,6 @@ impl Rig {
     }
 }
 
-/// Fallback for a spec with this `text`: its own drive takes precedence over that of the data.
-fn beside(text: &str, drive: Option<Drive>) -> &'static str {
-    let table: Table = text.parse().unwrap_or_default();
-    let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
-    let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
-    fallback(if displaced { Drive::Displacement } else { Drive::Angle })
-}
-
 /// Values for the keys of `[tap]` that a rig does not need, valid for every whisker.
 fn fallback(drive: Drive) -> &'static str {
     match drive {
@@ -173,30 +168,12 @@ fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
     all
 }
 
-/// Refuses a curved whisker labelled by abscissae: calibrations use arc lengths.
-fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
-    let asked = spec.in_force.iter().any(|(key, value, _)| key == "tap.abscissa" && value == "true");
-    if !asked || !spec.study.setup.is_curved() {
-        return Ok(());
-    }
-    let error = InputError::new("a_mm of measurements is the arc of the contact, also of a curved whisker");
-    let error = error.key("tap.abscissa").value(true).allowed(
-        "abscissa = false, with arcs in the data (a sweep with abscissa = true writes both: a_mm and x_a_mm)",
-    );
-    Err(spec::placed(label, &spec.text, error))
-}
-
 impl Mount {
-    /// Opens the whisker by its `calibration`, with the chosen estimator unless `estimator` is given.
+    /// Opens the whisker by its `calibration`, with the chosen estimator unless one is `asked` for.
     /// Errors: an estimator that is not in the calibration; a backend that fails.
-    pub fn open(
-        &self,
-        calibration: &Calibration,
-        estimator: Option<Estimator>,
-        options: &RunOptions,
-    ) -> Result<Mounted, Error> {
+    pub fn open(&self, c: &Calibration, asked: Option<Estimator>, options: &RunOptions) -> Result<Mounted> {
         let label = self.calibration.display().to_string();
-        let locator = Locator::new(calibration, &label, estimator, &opener(options))?;
+        let locator = Locator::new(c, &label, asked, &opener(options))?;
         Ok(Mounted { name: self.name.clone(), locator, pose: self.pose })
     }
 }

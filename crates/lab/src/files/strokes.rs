@@ -3,35 +3,34 @@
 use std::path::{Path, PathBuf};
 
 use crate::contour::point::{ANGLE, Noise, Pose};
-use crate::error::InputError;
 use crate::simulate::object::{Curve, Object};
-use crate::simulate::strokes::Strokes;
 use crate::spec::{self, Item};
+use crate::{error::InputError, simulate::strokes::Strokes};
 
 impl Strokes {
     /// Parses `text` of the file `label`; its files are relative to `folder`.
     /// Errors: a text that is not such a file; an invalid object.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
-        spec::described(label, text, "object", |file| Self::of(file, folder))
-    }
-
-    fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
-        let touch_noise = file.or("touch_noise", 0.0, Item::ranged)?;
-        let described = file.needs("object")?;
-        let object = object(&described, folder)?;
-        let curve = described.child("file").and_then(|file| Some(folder.join(file.value.as_str()?)));
-        let mut starts = Vec::new();
-        if let Some(list) = file.child("start") {
-            starts = list.tables()?.iter().map(pose).collect::<Result<_, _>>()?;
-        }
-        if let Some(table) = file.child("around") {
-            starts.extend(around(&table, object.centre())?);
-        }
-        if starts.is_empty() {
-            let error = file.needs("start").map_or_else(|e| e, |list| list.error("there is no start"));
-            return Err(error.key("start").allowed("[[start]] x, y, heading, or [around] starts, distance"));
-        }
-        Ok(Self { object, starts, touch_noise, files: curve.into_iter().collect() })
+        spec::described(label, text, "object", |file| {
+            let touch_noise = file.or("touch_noise", 0.0, Item::ranged)?;
+            let described = file.needs("object")?;
+            let object = object(&described, folder)?;
+            let curve = described.child("file").and_then(|file| Some(folder.join(file.value.as_str()?)));
+            let mut starts = Vec::new();
+            if let Some(list) = file.child("start") {
+                starts = list.tables()?.iter().map(pose).collect::<Result<_, _>>()?;
+            }
+            if let Some(table) = file.child("around") {
+                starts.extend(around(&table, object.centre())?);
+            }
+            if starts.is_empty() {
+                let error = file.needs("start").map_or_else(|e| e, |list| list.error("there is no start"));
+                return Err(error
+                    .key("start")
+                    .allowed("[[start]] x, y, heading, or [around] starts, distance"));
+            }
+            Ok(Self { object, starts, touch_noise, files: curve.into_iter().collect() })
+        })
     }
 }
 
@@ -108,26 +107,24 @@ impl Array {
     /// Parses `text` of the file `label`; calibrations are relative to `folder`.
     /// Errors: a text that is not an array; two whiskers with one name.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
-        spec::described(label, text, "array", |file| Self::of(file, folder))
-    }
-
-    fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
-        let angle = file.or("angle_noise", ANGLE, Item::ranged)?;
-        let base = file.or("base_noise", 0.0, Item::ranged)?;
-        let whiskers = file.needs("whisker")?;
-        let mut mounts: Vec<Mount> = Vec::new();
-        for whisker in whiskers.tables()? {
-            let (pose, name) = (pose(&whisker)?, whisker.needs("name")?.text()?.to_owned());
-            let calibration = folder.join(whisker.needs("calibration")?.text()?);
-            if mounts.iter().any(|m| m.name == name) {
-                return whisker.needs("name")?.refuse("two whiskers have this name", "different names");
+        spec::described(label, text, "array", |file| {
+            let angle = file.or("angle_noise", ANGLE, Item::ranged)?;
+            let base = file.or("base_noise", 0.0, Item::ranged)?;
+            let whiskers = file.needs("whisker")?;
+            let mut mounts: Vec<Mount> = Vec::new();
+            for whisker in whiskers.tables()? {
+                let (pose, name) = (pose(&whisker)?, whisker.needs("name")?.text()?.to_owned());
+                let calibration = folder.join(whisker.needs("calibration")?.text()?);
+                if mounts.iter().any(|m| m.name == name) {
+                    return whisker.needs("name")?.refuse("two whiskers have this name", "different names");
+                }
+                mounts.push(Mount { name, calibration, pose });
             }
-            mounts.push(Mount { name, calibration, pose });
-        }
-        if mounts.is_empty() {
-            return whiskers.wrong("there is no whisker");
-        }
-        Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
+            if mounts.is_empty() {
+                return whiskers.wrong("there is no whisker");
+            }
+            Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
+        })
     }
 }
 

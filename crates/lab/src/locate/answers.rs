@@ -11,7 +11,7 @@ use crate::sink::{Frame, LabTable};
 use crate::status::Status;
 
 pub enum Answers {
-    One(Box<Locator>, Box<Calibration>),
+    One(Box<Locator>),
     Several(Several),
 }
 
@@ -26,26 +26,25 @@ impl Answers {
         if Sensor::is_text(text) {
             return Ok(Self::Several(Several::new(&Sensor::parse(label, text, trust)?, label, open)?));
         }
-        let calibration = Calibration::parse(label, text, trust)?;
-        let mut locator = Locator::new(&calibration, label, estimator, open)?;
+        let mut locator = Locator::new(&Calibration::parse(label, text, trust)?, label, estimator, open)?;
         locator.same_run = same_run;
-        Ok(Self::One(Box::new(locator), Box::new(calibration)))
+        Ok(Self::One(Box::new(locator)))
     }
 
     pub fn who(&self) -> Answerer<'_> {
         match self {
-            Self::One(locator, _) => (&**locator).into(),
-            Self::Several(several) => several.into(),
+            Self::One(locator) => (&**locator).into(),
+            Self::Several(all) => Answerer { locators: &all.locators, several: Some(all) },
         }
     }
 
-    pub fn single(&self) -> Result<(&Locator, &Calibration), InputError> {
+    pub fn single(&self) -> Result<&Locator, InputError> {
         match self {
-            Self::One(locator, _) if locator.is_twofold() => {
+            Self::One(locator) if locator.is_twofold() => {
                 let error = InputError::new("the calibration is of two signals, and a reading of one");
                 Err(error.key("value").allowed("a table with both signals: locate(table, calibration)"))
             }
-            Self::One(locator, calibration) => Ok((locator, calibration)),
+            Self::One(locator) => Ok(locator),
             Self::Several(several) => {
                 let error = InputError::new("the calibration is of several channels").key("calibration");
                 let error = error.value(several.names.join(", "));
@@ -77,7 +76,7 @@ impl Answers {
             };
             return Ok((rows.map(one).collect(), None));
         }
-        let (locator, _) = self.single()?;
+        let locator = self.single()?;
         let mut sequence = Sequence::new(locator, zero);
         let all = rows.map(|(drive, values)| sequence.answer(locator, *drive, values[0])).collect();
         Ok((all, sequence.told().flatten()))

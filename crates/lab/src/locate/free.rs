@@ -65,15 +65,14 @@ impl Free {
         }
         if self.friction > 0.0 {
             let mut on = TERMS.iter().filter(|term| (term.get)(&setup.model).is_on());
-            let why = on.find_map(|term| term.frictionless);
-            let mu = match (why, setup.model.contact) {
-                (Some(why), _) => return refused("friction", why, "zero, tilt=SD"),
-                (_, Contact::Stick) => {
-                    return refused("friction", "the contact of the whisker's spec sticks", "zero, tilt=SD");
-                }
-                (_, Contact::Coulomb(mu)) => mu,
-                (_, Contact::Frictionless) => 0.0,
+            let (mu, sticks) = match setup.model.contact {
+                Contact::Coulomb(mu) => (mu, None),
+                Contact::Frictionless => (0.0, None),
+                Contact::Stick => (0.0, Some("the contact of the whisker's spec sticks")),
             };
+            if let Some(why) = on.find_map(|term| term.frictionless).or(sticks) {
+                return refused("friction", why, "zero, tilt=SD");
+            }
             let by = |mu: f64| {
                 let mut setup = setup.clone();
                 (setup.model.contact, setup.model.extension) = (Contact::Coulomb(mu), true);

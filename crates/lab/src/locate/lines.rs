@@ -72,16 +72,10 @@ impl<'a> Source<'a> {
             let error = InputError::new("these lines end with CR alone");
             return Err(at(error.allowed("lines that end with LF or CR LF")).into());
         }
-        let header = match text(&self.line).filter(|_| self.held) {
-            Some(text) => {
-                let file = self.ask.label.is_some();
-                rows.first(LabRow::Line(text), &self.comments, self.ask.columns, file).map_err(at)?
-            }
-            None => false,
-        };
-        if header || !self.is_read() {
-            self.held = false;
-        }
+        let (line, file) =
+            (text(&self.line).filter(|_| self.held).map(LabRow::Line), self.ask.label.is_some());
+        let header = line.map(|line| rows.first(line, &self.comments, self.ask.columns, file));
+        self.held &= header.transpose().map_err(at)? != Some(true) && self.is_read();
         Ok(())
     }
 

@@ -1,9 +1,9 @@
 //! What answers readings.
 
 use super::{Calibration, Opened, pair::Twofold};
-use crate::error::{Error, InputError};
+use crate::error::{Error, InputError, Result};
 use crate::estimator::{Estimator, Found, Known, Opener, SAME};
-use crate::measure::{Lag, Rig, Tared, TaredBy, Unit, counts::wrapped, group::rounding};
+use crate::measure::{TaredBy, Unit, counts::wrapped, group::rounding};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
 use crate::{backend::Choice, evaluate::Method, status::Status};
 use vibrissa_learned::curve::OF_95;
@@ -37,7 +37,7 @@ impl Located {
 }
 
 /// Solves models at full precision unless `options` say otherwise: a calibration needs few taps, but good ones.
-pub fn opener(options: &RunOptions) -> impl Fn(&Model) -> Result<Method, Error> + use<> {
+pub fn opener(options: &RunOptions) -> impl Fn(&Model) -> Result<Method> + use<> {
     let mut options = options.clone();
     if options.backend.is_none() && options.precision.is_none() && options.adapter.is_none() {
         options.backend = Some(BackendChoice::Cpu);
@@ -59,36 +59,31 @@ pub(crate) struct SideTap {
 
 /// Answers readings of one calibrated whisker.
 pub struct Locator {
-    pub rig: Rig,
+    /// What it was opened from; its own estimator and sides stand in place of those.
+    calibration: Calibration,
     pub unit: Unit,
-    /// Whether drives mean something.
-    pub drive_recorded: bool,
-    /// The drive, as it is recorded, that counts as 0.
-    pub drive_origin: f64,
     pub estimator: Estimator,
-    /// How the signal of the calibration was tared.
-    pub tared: Tared,
-    pub lag: Option<Lag>,
     /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
     pub same_run: bool,
-    /// Standard deviation of one reading, strain or the unit of the reading.
-    pub noise: f64,
     /// Variance of the zero of the calibration: it moves all of it.
     pub(crate) of_zero: f64,
     pub(crate) sides: Vec<Opened>,
     pub(crate) twofold: Option<Twofold>,
 }
 
+impl std::ops::Deref for Locator {
+    type Target = Calibration;
+
+    fn deref(&self) -> &Calibration {
+        &self.calibration
+    }
+}
+
 impl Locator {
     /// From a calibration; `label` names its file, `asked` overrules the winner, `open` solves models.
     /// Errors: an estimator that the calibration does not hold; a backend that fails.
-    pub fn new(
-        c: &Calibration,
-        label: &str,
-        asked: Option<Estimator>,
-        open: Opener<'_>,
-    ) -> Result<Self, Error> {
-        let rig = c.rig.clone();
+    pub fn new(c: &Calibration, label: &str, asked: Option<Estimator>, open: Opener<'_>) -> Result<Self> {
+        let rig = &c.rig;
         let unit =
             Unit::of_column(&c.signal).ok_or_else(|| InputError::new("unknown signal").key("signal"))?;
         let estimator = asked.or(Estimator::named(&c.estimator)).unwrap_or(Estimator::Paper);
@@ -98,7 +93,7 @@ impl Locator {
         };
         let mut sides = Vec::new();
         for record in &c.sides {
-            let side = Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)?;
+            let side = Opened::new(estimator, rig, (record, record.gauge()), open).map_err(at)?;
             sides.push(side.ok_or_else(|| {
                 let held =
                     Estimator::ALL.into_iter().filter(|e| e.bias_mm(record).is_some()).map(|e| e.word());
@@ -112,28 +107,15 @@ impl Locator {
             && asked.is_none_or(|asked| asked == Estimator::Exact)
         {
             let other = if record.gauge() == Side::Far { Side::Contact } else { Side::Far };
-            sides.extend(Opened::new(Estimator::Exact, &rig, (record, other), open).map_err(at)?);
+            sides.extend(Opened::new(Estimator::Exact, rig, (record, other), open).map_err(at)?);
         }
-        let twofold = Twofold::new(c, &rig, estimator, open).map_err(at)?;
+        let twofold = Twofold::new(c, estimator, open).map_err(at)?;
         let of_zero = match c.zero.from {
             TaredBy::Fitted => c.zero.error * c.zero.error,
             TaredBy::Rows | TaredBy::Plateau if c.data.zeros > 0 => c.noise * c.noise / c.data.zeros as f64,
             _ => 0.0,
         };
-        Ok(Self {
-            rig,
-            unit,
-            drive_recorded: c.drive_recorded,
-            drive_origin: c.drive_origin,
-            estimator,
-            tared: c.zero.clone(),
-            lag: c.lag,
-            same_run: false,
-            noise: c.noise,
-            of_zero,
-            sides,
-            twofold,
-        })
+        Ok(Self { calibration: c.clone(), unit, estimator, same_run: false, of_zero, sides, twofold })
     }
 
     /// The only calibrated drive, if there is one: it need not be said with a reading.
@@ -154,16 +136,16 @@ impl Locator {
     /// Whether a reading of this drive is one of the zero, but for rounding.
     pub fn rests(&self, drive: f64) -> bool {
         let largest = self.drive_origin.abs().max(self.largest_drive());
-        let known = [Some(0.0), self.tared.until];
+        let known = [Some(0.0), self.zero.until];
         let same = |x: &f64| (drive - x).abs() <= rounding(largest);
         let drive = known.into_iter().flatten().find(same).unwrap_or(drive);
         let contact = self.drive_origin != 0.0 && drive > self.drive_origin;
-        !contact && self.tared.rests(drive)
+        !contact && self.zero.rests(drive)
     }
 
     /// A zero reading where `zero` is another one: counts that begin anew are joined.
     pub(crate) fn beside(&self, zero: f64, value: f64) -> f64 {
-        if self.tared.wraps { zero + wrapped(value - zero, 0.0) } else { value }
+        if self.zero.wraps { zero + wrapped(value - zero, 0.0) } else { value }
     }
 
     /// What a tap in the middle of the calibration gives.
@@ -243,7 +225,7 @@ impl Locator {
     /// A drive from its origin, and a tared signal of a counter that did not begin anew.
     pub(crate) fn as_calibrated(&self, drive: f64, signal: f64) -> (f64, f64) {
         let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
-        (drive - self.drive_origin, if self.tared.wraps { wrapped(signal, lean) } else { signal })
+        (drive - self.drive_origin, if self.zero.wraps { wrapped(signal, lean) } else { signal })
     }
 
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.

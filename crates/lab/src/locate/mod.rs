@@ -26,15 +26,11 @@ pub mod strokes;
 pub mod tare;
 pub mod tared;
 
+pub use self::{answers::Sequence, calibration::Calibration, pair::Spatial, stream::Ask, tare::SaidZero};
 pub use crate::estimator::{self, Estimator, Found, Parameter};
-pub use answers::Sequence;
-pub use calibration::Calibration;
 pub(crate) use calibration::Opened;
 pub use locator::{Located, Locator, opener};
 pub use object::{By, Objects};
-pub use pair::Spatial;
 pub use rows::{Answerer, Reading};
 pub use several::{Sensor, Several};
-pub use stream::Ask;
-pub use tare::SaidZero;
 pub use tared::{AnsweredRow, Readings};

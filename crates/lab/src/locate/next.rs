@@ -74,11 +74,10 @@ pub struct May {
     pub same_run: bool,
 }
 
-pub fn next(
-    locator: &Locator,
-    taps: &[Reading],
-    May { within, shifts, same_run }: May,
-) -> Result<Next, &'static str> {
+/// What is said where there is none.
+type Said<T> = Result<T, &'static str>;
+
+pub fn next(locator: &Locator, taps: &[Reading], May { within, shifts, same_run }: May) -> Said<Next> {
     let learned = |k: usize| locator.sides[k].learned();
     let first = (0..locator.sides.len()).find(|k| learned(*k).is_some());
     let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
@@ -147,19 +146,32 @@ struct Known<'a> {
 
 impl Known<'_> {
     /// Tries drives `within` these ends, with the base where it `stands`, or between `shifts`, if any, from where the object is reached.
-    fn tried(
-        &self,
-        within: [f64; 2],
-        shifts: Option<[f64; 2]>,
-        stands: f64,
-    ) -> Result<Vec<Tried>, &'static str> {
+    fn tried(&self, within: [f64; 2], shifts: Option<[f64; 2]>, stands: f64) -> Said<Vec<Tried>> {
         let origin = self.locator.drive_origin;
         let [first, last] = self.side.ends();
         let ends = [first.max(within[0] - origin), last.min(within[1] - origin)];
         if ends[0] > ends[1] {
             return Err("no calibrated drive lies within these limits");
         }
-        let tried = |shift: f64, count: usize| self.tried_at(shift, (ends, count));
+        // By so many drives, with the base at one place.
+        let tried = |shift: f64, count: usize| -> Vec<Tried> {
+            let near = shift - self.frame;
+            let seen: Vec<f64> = self.outlook.likely.iter().map(|(x, _)| x.exp() - near).collect();
+            let one = |u: f64| {
+                let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
+                let largest = signals.fold(f64::NEG_INFINITY, f64::max);
+                let stops = largest >= self.side.end_stop;
+                let strained = self.locator.limit_of(self.side.sign * largest);
+                Tried {
+                    drive: u + origin,
+                    shift,
+                    signal: self.side.sign * self.joint.signal(u, (self.a - shift).ln()),
+                    sigma: self.outlook.after(u, near, 1.0),
+                    status: if stops { Status::STRAIN_LIMIT } else { strained },
+                }
+            };
+            between(ends, count).collect::<Vec<f64>>().into_par_iter().map(one).collect()
+        };
         let [lo, hi] = match shifts.map(|shifts| (shifts, self.reachable(shifts))) {
             Some((_, Some(reachable))) => reachable,
             // The present place is always allowed.
@@ -200,26 +212,6 @@ impl Known<'_> {
         let farthest = likely().fold(f64::NEG_INFINITY, f64::max) - last;
         let ends = [lo.max(farthest), hi.min(nearest)];
         (ends[0] <= ends[1]).then_some(ends)
-    }
-
-    /// By so many drives between these ends, with the base at one place.
-    fn tried_at(&self, shift: f64, (ends, count): ([f64; 2], usize)) -> Vec<Tried> {
-        let near = shift - self.frame;
-        let seen: Vec<f64> = self.outlook.likely.iter().map(|(x, _)| x.exp() - near).collect();
-        let one = |u: f64| {
-            let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
-            let largest = signals.fold(f64::NEG_INFINITY, f64::max);
-            let stops = largest >= self.side.end_stop;
-            let strained = self.locator.limit_of(self.side.sign * largest);
-            Tried {
-                drive: u + self.locator.drive_origin,
-                shift,
-                signal: self.side.sign * self.joint.signal(u, (self.a - shift).ln()),
-                sigma: self.outlook.after(u, near, 1.0),
-                status: if stops { Status::STRAIN_LIMIT } else { strained },
-            }
-        };
-        between(ends, count).collect::<Vec<f64>>().into_par_iter().map(one).collect()
     }
 }
 

@@ -31,6 +31,9 @@ pub enum By<'a> {
     Strokes(Free),
 }
 
+/// The numbers and the status that readings tell together.
+pub type Shared = Option<(Vec<f64>, Status)>;
+
 /// An object, and the lines of the taps of it that are compared, the last at the end.
 struct Known<'a> {
     /// By one gauge, with the side and taring of its first tap, which others have too.
@@ -104,13 +107,7 @@ impl<'a> Objects<'a> {
     }
 
     /// Adds a `tap`, whose own answer is `alone`; the numbers and the status that all taps of its object tell. `None` of a tap without object, shift or distance.
-    pub fn tell(
-        &mut self,
-        cells: &[LabCell<'_>],
-        tap: &Reading,
-        alone: &Spatial,
-        ask: &Ask<'_>,
-    ) -> Option<(Vec<f64>, Status)> {
+    pub fn tell(&mut self, cells: &[LabCell<'_>], tap: &Reading, alone: &Spatial, ask: &Ask<'_>) -> Shared {
         let (name, line) = (named(self.place, cells), tap.line);
         if self.place.is_some() && name.is_empty() || alone.located.distance.is_nan() {
             return None;
@@ -177,7 +174,9 @@ impl<'a> Objects<'a> {
         lines.push(line);
         lines.drain(..lines.len().saturating_sub(compared));
         let apart = apart.map(|(ago, by)| (lines[lines.len() - 1 - ago], by));
-        let limit = if alone.parts.is_some() { limit_of_two(lines.len()) } else { limit(lines.len()) };
+        // Distance and tilt together are never negative.
+        let of_two = (2.0 * (lines.len() as f64 / CHANCE).ln()).sqrt();
+        let limit = if alone.parts.is_some() { of_two } else { limit(lines.len()) };
         if apart.is_some_and(|(_, by)| by.abs() > limit) {
             located.status |= Status::INCONSISTENT;
         }
@@ -229,24 +228,14 @@ pub(crate) fn limit(n: usize) -> f64 {
     quantile(1.0 - 0.5 * CHANCE / n as f64)
 }
 
-/// The same of distance and tilt together, which are never negative.
-fn limit_of_two(n: usize) -> f64 {
-    (2.0 * (n as f64 / CHANCE).ln()).sqrt()
-}
-
 pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
     let found = names.iter().position(|n| n == SHIFT);
-    let parts = |n: &str| n.to_lowercase().split('_').map(str::to_owned).collect::<Vec<_>>();
-    let known = |part: &String| ["base", "shift", "mm", "cm", "m"].contains(&part.as_str());
+    let known = |part: &str| ["base", "shift", "mm", "cm", "m"].contains(&part);
     let like = |n: &&String| {
-        let parts = parts(n);
-        nearest(n, &[SHIFT]).is_some() || parts.iter().all(known) && parts.iter().any(|part| part == "shift")
+        let (near, lower) = (nearest(n, &[SHIFT]).is_some(), n.to_lowercase());
+        near || lower.split('_').all(known) && lower.split('_').any(|part| part == "shift")
     };
-    match names.iter().find(like).filter(|_| found.is_none()) {
-        Some(name) => {
-            let message = "this is nearly the column of the shift of the base, and would not be looked at";
-            Err(InputError::new(message).key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
-        }
-        None => Ok(found),
-    }
+    let Some(name) = names.iter().find(like).filter(|_| found.is_none()) else { return Ok(found) };
+    let message = "this is nearly the column of the shift of the base, and would not be looked at";
+    Err(InputError::new(message).key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
 }

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use super::pairs::{Parts, covariance};
 use super::{Calibration, Located, Locator, Reading, calibration::Second};
 use crate::curve::both::{self, Inverted, Inverter, TwoReadings, inverse};
-use crate::error::{Error, SolveError};
+use crate::error::{Result, SolveError};
 use crate::estimator::{
     Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values, parameter::scene_with,
     surface::continued,
@@ -106,15 +106,11 @@ pub(crate) struct Twofold {
 }
 
 impl Twofold {
-    pub(crate) fn new(
-        calibration: &Calibration,
-        rig: &Rig,
-        estimator: Estimator,
-        open: Opener<'_>,
-    ) -> Result<Option<Self>, Error> {
-        let side = calibration.sides.iter().position(|s| s.gauge() == rig.setup.gauge.side);
-        let (Some(second), Some(side)) = (calibration.second.clone(), side) else { return Ok(None) };
-        let record: &SideRecord = &calibration.sides[side];
+    pub(crate) fn new(c: &Calibration, estimator: Estimator, open: Opener<'_>) -> Result<Option<Self>> {
+        let rig = &c.rig;
+        let side = c.sides.iter().position(|s| s.gauge() == rig.setup.gauge.side);
+        let (Some(second), Some(side)) = (c.second.clone(), side) else { return Ok(None) };
+        let record: &SideRecord = &c.sides[side];
         let factor = record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(1.0);
         let model = match record.exact.as_ref().filter(|_| estimator == Estimator::Exact) {
             Some(exact) => {
@@ -192,7 +188,7 @@ impl Locator {
     }
 
     /// Distance, tilt and place of taps of two readings. Without a second gauge there is nothing.
-    pub fn locate_pairs(&self, readings: &[Reading]) -> Result<Vec<Spatial>, Error> {
+    pub fn locate_pairs(&self, readings: &[Reading]) -> Result<Vec<Spatial>> {
         let Some(two) = &self.twofold else {
             return Ok(vec![Spatial::nothing(Status::OUTSIDE_CALIBRATION); readings.len()]);
         };

@@ -5,10 +5,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use rayon::prelude::*;
 
 use super::{Locator, Spatial, several::Several};
-use crate::error::{Error, InputError};
-use crate::fields::{self, Decimals, fields, separator};
+use crate::error::{Checked, Error, InputError};
+use crate::fields::{Decimals, number};
 use crate::measure::columns::{Columns, may_drive};
-use crate::measure::header::{Comments, before};
+use crate::measure::header::{Comments, before, words};
 use crate::measure::{Names, Unit, time::Memory};
 use crate::scene::{Drive, Signal};
 use crate::sink::{LabCell, LabRow};
@@ -18,18 +18,12 @@ use crate::sink::{LabCell, LabRow};
 pub struct Answerer<'a> {
     /// What knows each signal; one of two gauges.
     pub locators: &'a [Locator],
-    several: Option<&'a Several>,
+    pub(super) several: Option<&'a Several>,
 }
 
 impl<'a> From<&'a Locator> for Answerer<'a> {
     fn from(locator: &'a Locator) -> Self {
         Self { locators: std::slice::from_ref(locator), several: None }
-    }
-}
-
-impl<'a> From<&'a Several> for Answerer<'a> {
-    fn from(several: &'a Several) -> Self {
-        Self { locators: &several.locators, several: Some(several) }
     }
 }
 
@@ -138,39 +132,27 @@ impl<'a> RowReader<'a> {
             Some(several) => several.names[k].clone(),
             None => [unit.column(), unit.second()][k].to_owned(),
         };
-        let header = Header {
-            names: [kind.column().to_owned()].into_iter().chain((0..who.signals()).map(signal)).collect(),
-            separator: None,
-            drive: Some((kind, 0)),
-            time: None,
-            run: None,
-            signals: (0..who.signals()).map(|k| (who.locator(k).unit, k + 1)).collect(),
-        };
+        let names = [kind.column().to_owned()].into_iter().chain((0..who.signals()).map(signal)).collect();
+        let signals = (0..who.signals()).map(|k| (who.locator(k).unit, k + 1)).collect();
+        let header =
+            Header { names, separator: None, drive: Some((kind, 0)), time: None, run: None, signals };
         let (decimals, memory) = Default::default();
         Self { who, header, decimals, memory, untimed: false }
     }
 
     /// Reads the first row. True if it is a header: it names a known column or, in a `file`, anything that is no number.
-    pub fn first(
-        &mut self,
-        row: LabRow<'_>,
-        comments: &Comments,
-        said: &Names,
-        file: bool,
-    ) -> Result<bool, InputError> {
-        let (separator, mut names): (_, Vec<String>) = match row {
-            LabRow::Line(line) => {
-                let mark = separator(line);
-                (mark, fields(line, mark).iter().map(|f| f.to_string()).collect())
-            }
-            LabRow::Of(frame, _) => (',', frame.names.iter().map(|name| name.to_string()).collect()),
+    pub fn first(&mut self, row: LabRow<'_>, comments: &Comments, said: &Names, file: bool) -> Checked<bool> {
+        let separator = row.separator();
+        let mut names = match row {
+            LabRow::Line(line) => words(line, separator),
+            LabRow::Of(frame, _) => frame.names.iter().map(|name| name.to_string()).collect(),
         };
         let mut comment = None;
         if let LabRow::Line(line) = row {
             let own = self.who.said(said, 0);
             if let Some((at, others)) = before(comments, line, &names, &own)? {
                 (comment, names) = (Some(at), others);
-            } else if !names.iter().any(|f| own.known(f) || (file && fields::number(f).is_none())) {
+            } else if !names.iter().any(|f| own.known(f) || (file && number(f).is_none())) {
                 if said.is_empty() {
                     return Ok(false);
                 }
@@ -223,7 +205,14 @@ impl<'a> RowReader<'a> {
         if none || cells.len() != self.header.names.len() {
             return None;
         }
-        let when = self.when(&cells);
+        let Header { time, run, .. } = self.header;
+        // Time and run of the row; nothing where no column says the time.
+        let when = time.and_then(|place| cells.get(place)).map(|cell| self.optional_number(cell));
+        let when = when.map(|t| {
+            let mut hasher = DefaultHasher::new();
+            run.and_then(|place| cells.get(place)).map(LabCell::text).hash(&mut hasher);
+            (t, hasher.finish())
+        });
         let drive = self.header.drive.map_or(&LabCell::EMPTY, |(_, place)| &cells[place]);
         let drive = match only.filter(|_| drive.is_empty()) {
             Some(only) => only,
@@ -259,15 +248,6 @@ impl<'a> RowReader<'a> {
             return f64::NAN;
         }
         self.decimals.number(field).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
-    }
-
-    /// Time and run of a row; `None` where no column says the time.
-    fn when(&mut self, cells: &[LabCell<'_>]) -> Option<(f64, u64)> {
-        let Header { time, run: named, .. } = self.header;
-        let t = self.optional_number(cells.get(time?)?);
-        let mut run = DefaultHasher::new();
-        named.and_then(|place| cells.get(place)).map(LabCell::text).hash(&mut run);
-        Some((t, run.finish()))
     }
 }
 

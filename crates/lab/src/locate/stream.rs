@@ -69,8 +69,7 @@ pub struct Ask<'a> {
 impl<'a> Ask<'a> {
     /// All lines of a file `label`, which are kept, each reading alone.
     pub fn of_file(label: &'a str, columns: &'a Names, warn: &'a dyn Fn(&str)) -> Self {
-        let label = Some(label);
-        let by = By::Unsaid;
+        let (label, by) = (Some(label), By::Unsaid);
         Self { columns, zero: [None; 2], label, keep: true, by, interval: false, only: None, warn }
     }
 
@@ -232,19 +231,15 @@ pub fn answer(
                 std::iter::once(drive).chain(row.recorded).map(Field::Number).collect()
             }
         };
-        let mut more = None;
-        let answer = match row.tap {
-            Err(why) => Ok(Spatial::nothing(why)),
+        let answer = match row.tap.as_ref() {
+            Err(why) => Some(Spatial::nothing(*why)),
             // Groups need each answer at once; with one signal that costs no more.
-            Ok(tap) if group.is_some() || who.is_alone() => {
-                let alone = who.answer(std::slice::from_ref(&tap))?.remove(0);
-                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone)), ask));
-                Ok(alone)
-            }
-            Ok(tap) => Err(tap),
+            Ok(tap) if group.is_some() || who.is_alone() => who.answer(std::slice::from_ref(tap))?.pop(),
+            Ok(_) => None,
         };
-        let more = more.or_else(|| group.as_mut().map(|group| group.tell(&row.cells, None, ask)));
-        batch.push((asked, answer, more.unwrap_or_default()));
+        let told = row.tap.as_ref().ok().zip(answer.as_ref());
+        let more = group.as_mut().map_or_else(Vec::new, |group| group.tell(&row.cells, told, ask));
+        batch.push((asked, answer.ok_or_else(|| row.tap.unwrap_or_default()), more));
         // A sender of half a line waits for the answers to the lines before it.
         let waiting = line.waiting;
         if waiting || batch.len() >= TOGETHER {

@@ -2,7 +2,7 @@
 
 use std::cell::OnceCell;
 
-use super::object::{self, hundredths, limit, named};
+use super::object::{self, Shared, hundredths, limit, named};
 use super::{Answerer, Ask, By, Locator, Objects, Reading, Spatial, free::Free};
 use crate::sink::{Field, LabCell, heading};
 use crate::{error::Error, status::Status};
@@ -51,7 +51,7 @@ impl<'a> Group<'a> {
 
     pub fn rest(&mut self) {
         if let Kind::Strokes(strokes) = &mut self.kind {
-            strokes.rest();
+            (strokes.now.drives, strokes.now.falling) = (NONE, false);
         }
     }
 
@@ -69,7 +69,9 @@ impl<'a> Group<'a> {
             ),
             Kind::Strokes(strokes) => {
                 let told = tap.and_then(|(tap, _)| strokes.tell(cells, tap, ask));
-                let name = if told.is_some() { strokes.shown(cells) } else { String::new() };
+                let number = strokes.number.to_string();
+                let name = if strokes.place.is_some() { named(strokes.place, cells) } else { number };
+                let name = if told.is_some() { name } else { String::new() };
                 (told, name)
             }
         };
@@ -149,15 +151,6 @@ impl<'a> Strokes<'a> {
         Ok(Self { locator, place, number: 0, now, falls, before, free: (free, changes) })
     }
 
-    /// The name of the stroke of these fields, or the number of the last one.
-    pub fn shown(&self, cells: &[LabCell<'_>]) -> String {
-        if self.place.is_some() { named(self.place, cells) } else { self.number.to_string() }
-    }
-
-    pub fn rest(&mut self) {
-        (self.now.drives, self.now.falling) = (NONE, false);
-    }
-
     /// Begins another stroke where the tap of this line and drive is the first of one; whether it is of one at all.
     fn begins(&mut self, (line, drive): (usize, f64), name: &str, ask: &Ask<'_>) -> bool {
         let slack = FALLS * self.locator.largest_drive();
@@ -188,12 +181,7 @@ impl<'a> Strokes<'a> {
     }
 
     /// Adds a reading of a line with these fields: the numbers of the columns of what its stroke tells, and the status; `None` where it is of no stroke.
-    pub fn tell(
-        &mut self,
-        cells: &[LabCell<'_>],
-        tap: &Reading,
-        ask: &Ask<'_>,
-    ) -> Option<(Vec<f64>, Status)> {
+    pub fn tell(&mut self, cells: &[LabCell<'_>], tap: &Reading, ask: &Ask<'_>) -> Shared {
         let (name, signal, share) = (named(self.place, cells), tap.signals[0], tap.shares[0]);
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !signal.is_finite() {
             return None;
@@ -243,13 +231,10 @@ impl<'a> Strokes<'a> {
         let learned = side.learned()?;
         let joint = learned.joint(own.tared, true);
         let largest = side.ends()[1];
+        let known = learned.read(1.0, share).2;
         let course = Course {
             same_run: locator.same_run,
-            of_zero: if self.free.0.zero {
-                ANYWHERE * own.largest.powi(2)
-            } else {
-                learned.read(1.0, share).2
-            },
+            of_zero: if self.free.0.zero { ANYWHERE * own.largest.powi(2) } else { known },
             least: (-EARLY * largest).min(self.now.drives[1] - locator.drive_origin),
             nuisances: &self.free.1[k],
         };

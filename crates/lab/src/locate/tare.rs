@@ -2,8 +2,7 @@
 
 use std::str::FromStr;
 
-use serde::Deserialize;
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
 use super::Locator;
 use crate::error::InputError;
@@ -47,7 +46,7 @@ impl Held {
 impl Tare {
     /// Before the first reading: what the user `said`, else what the calibration fitted. It brings no variance: an error of it is in the fit as well.
     pub fn new(locator: &Locator, said: Option<f64>) -> Self {
-        let fitted = (locator.tared.from == TaredBy::Fitted).then_some(locator.tared.value);
+        let fitted = (locator.zero.from == TaredBy::Fitted).then_some(locator.zero.value);
         Self::said(said.or(fitted))
     }
 
@@ -95,7 +94,7 @@ impl Tare {
 pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
     let kind = locator.rig.setup.drive.column();
     let unit = locator.unit.common();
-    let tared = &locator.tared;
+    let tared = &locator.zero;
     match (tared.from, zero) {
         (TaredBy::Rows | TaredBy::Plateau, None) => Some(format!(
             "the zero of the calibration was read and subtracted ({:.4e} {unit}), that of these readings is not known and taken as 0: \
@@ -117,16 +116,22 @@ pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
 }
 
 /// One finite number, or two, in the unit of the signal.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "Vec<f64>")]
-pub struct SaidZero(Vec<f64>);
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, try_from = "Vec<f64>")]
+pub enum SaidZero {
+    One(f64),
+    Two(f64, f64),
+}
 
 impl TryFrom<Vec<f64>> for SaidZero {
     type Error = &'static str;
 
     fn try_from(values: Vec<f64>) -> Result<Self, Self::Error> {
-        let sound = [1, 2].contains(&values.len()) && values.iter().all(|x| x.is_finite());
-        sound.then_some(Self(values)).ok_or("this is no zero of such a signal")
+        match values[..] {
+            [x] if x.is_finite() => Ok(Self::One(x)),
+            [x, y] if x.is_finite() && y.is_finite() => Ok(Self::Two(x, y)),
+            _ => Err("this is no zero of such a signal"),
+        }
     }
 }
 
@@ -136,26 +141,17 @@ impl SaidZero {
         zero: Option<&Self>,
         locators: impl IntoIterator<Item = &'l Locator>,
     ) -> Result<[Option<f64>; 2], InputError> {
-        let Some(Self(values)) = zero else { return Ok([None; 2]) };
-        let signals = 1 + usize::from(locators.into_iter().any(Locator::is_twofold));
-        if values.len() == signals {
-            return Ok([0, 1].map(|k| values.get(k).copied()));
-        }
-        let (message, allowed) = match signals {
-            1 => ("the calibration is of one signal", "one number, with a decimal point"),
-            _ => ("the calibration is of two signals, each with its zero", "two numbers: X,Y"),
+        let (values, said) = match zero {
+            None => return Ok([None; 2]),
+            Some(Self::One(x)) => ([Some(*x), None], plain(*x)),
+            Some(Self::Two(x, y)) => ([Some(*x), Some(*y)], format!("{},{}", plain(*x), plain(*y))),
         };
-        let said = values.iter().map(|x| plain(*x)).collect::<Vec<_>>().join(",");
+        let (message, allowed) = match locators.into_iter().any(Locator::is_twofold) {
+            two if two == values[1].is_some() => return Ok(values),
+            false => ("the calibration is of one signal", "one number, with a decimal point"),
+            true => ("the calibration is of two signals, each with its zero", "two numbers: X,Y"),
+        };
         Err(InputError::new(message).key("--zero").value(said).allowed(allowed))
-    }
-
-    /// As it stands in a record of what was asked.
-    pub fn json(zero: Option<&Self>) -> Value {
-        match zero.map(|zero| zero.0.as_slice()) {
-            None => Value::Null,
-            Some([one]) => json!(one),
-            Some(several) => json!(several),
-        }
     }
 }
 
@@ -164,8 +160,7 @@ impl FromStr for SaidZero {
 
     fn from_str(said: &str) -> Result<Self, Self::Err> {
         let values: Option<Vec<f64>> = said.split(',').map(number).collect();
-        values
-            .and_then(|values| Self::try_from(values).ok())
-            .ok_or("a number, or one for each of two signals: X,Y")
+        let said = values.and_then(|values| Self::try_from(values).ok());
+        said.ok_or("a number, or one for each of two signals: X,Y")
     }
 }

@@ -6,7 +6,7 @@ use super::lines::{Line, Source};
 use super::stream::{Kept, UNRECORDED};
 use super::tare::{Tare, doubt};
 use super::{Answerer, Ask, By, Locator, Reading, Spatial, rows::RowReader};
-use crate::error::{Error, InputError};
+use crate::error::{Checked, InputError, Result};
 use crate::measure::{Zero, header::Thousands, missing::is_usual};
 use crate::sink::{Field, Frame, Heading, LabCell, LabStream, LabTable};
 use crate::{fields::plain, reduce::median, status::Status};
@@ -15,11 +15,7 @@ use crate::{fields::plain, reduce::median, status::Status};
 const NO_ZERO: f64 = 0.1;
 
 /// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
-pub fn zeros(
-    who: Answerer<'_>,
-    input: LabStream<'_>,
-    ask: &Ask<'_>,
-) -> Result<(Vec<Zero>, Vec<usize>), Error> {
+pub fn zeros(who: Answerer<'_>, input: LabStream<'_>, ask: &Ask<'_>) -> Result<(Vec<Zero>, Vec<usize>)> {
     let (mut source, mut rows) = (Source::new(input, ask), RowReader::new(who));
     let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
     let mut thousands = Thousands::default();
@@ -77,7 +73,7 @@ fn recorded<'s>(
     source: &'s mut Source<'_>,
     rows: &mut RowReader<'_>,
     (thousands, unclear): (Option<&mut Thousands>, Option<&OnceCell<()>>),
-) -> Result<Option<TaredRow<'s>>, Error> {
+) -> Result<Option<TaredRow<'s>>> {
     let (who, ask) = (rows.who, source.ask);
     let Some(line) = source.next(rows)? else { return Ok(None) };
     // Without a row there are no fields.
@@ -121,7 +117,7 @@ impl<'a> TaredRows<'a> {
         input: LabStream<'a>,
         ask: &'a Ask<'a>,
         zero: Option<Vec<Zero>>,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self> {
         let (mut source, mut rows) = (Source::new(input, ask), RowReader::new(who));
         source.first(&mut rows)?;
         let thousands = zero.is_none().then(Thousands::default);
@@ -130,7 +126,7 @@ impl<'a> TaredRows<'a> {
         Ok(Self { source, rows, tares, zeros, follows: false, asked: false, thousands, unclear })
     }
 
-    pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
+    pub fn next(&mut self) -> Result<Option<TaredRow<'_>>> {
         let Self { source, rows, .. } = self;
         let (who, ask) = (rows.who, source.ask);
         // The search for zeros, if there was one, has judged these numbers.
@@ -187,12 +183,7 @@ impl<'a> TaredRows<'a> {
 }
 
 /// The zero of each signal: that of the file, if it has any, else what the user said or the calibration fitted.
-fn tares(
-    who: Answerer<'_>,
-    rows: &RowReader<'_>,
-    ask: &Ask<'_>,
-    zeros: Vec<Zero>,
-) -> Result<Vec<Tare>, InputError> {
+fn tares(who: Answerer<'_>, rows: &RowReader<'_>, ask: &Ask<'_>, zeros: Vec<Zero>) -> Checked<Vec<Tare>> {
     let said = ask.zero.map(|zero| zero.map(|z| rows.signal(0, z)));
     if let Some(k) = (0..2).find(|&k| said[k].is_some_and(|z| !z.is_finite())) {
         let error = InputError::new("this is no zero of such a signal").key("--zero");
@@ -238,7 +229,7 @@ pub struct Readings {
 
 impl Readings {
     /// Reads and answers `input` for the table `of` this heading, whose columns from the zero on follow what is kept of each row.
-    pub fn of(locator: &Locator, input: LabTable<'_>, ask: &Ask<'_>, of: &Heading) -> Result<Self, Error> {
+    pub fn of(locator: &Locator, input: LabTable<'_>, ask: &Ask<'_>, of: &Heading) -> Result<Self> {
         let who = Answerer::from(locator);
         let (label, read) = (ask.label(), ask.zeros(who, input.into())?);
         let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
@@ -272,7 +263,7 @@ impl Readings {
     }
 
     /// Values of the column `name`, NaN where a row says nothing; `None` where there is no such column.
-    pub fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, InputError> {
+    pub fn numbers(&self, name: &str) -> Checked<Option<Vec<f64>>> {
         let Some(place) = self.column(name) else { return Ok(None) };
         if self.names.iter().filter(|n| *n == name).count() > 1 {
             let error = InputError::new("this column appears twice").at(self.file.clone(), Some(1));

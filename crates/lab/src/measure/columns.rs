@@ -2,10 +2,7 @@
 
 use super::names::{DISTANCE, Names, Role, meant};
 use super::{Groups, Row, Unit};
-use crate::error::InputError;
-use crate::reduce::distinct;
-use crate::scene::Drive;
-use crate::sink::lab::LabCell;
+use crate::{error::InputError, reduce::distinct, scene::Drive, sink::lab::LabCell};
 
 /// Names of run columns; the first one present counts.
 const RUNS: [&str; 4] = ["run", "session", "date", "pass"];
@@ -184,24 +181,18 @@ pub(super) fn drive_like(name: &str) -> Option<Option<Drive>> {
 }
 
 fn unknown_drive(name: &str) -> InputError {
-    let radians = has(name, &["rad", "radians"]);
-    let (likely, role) = match drive_like(name).flatten() {
-        Some(Drive::Angle) => ("theta_deg", "theta"),
-        Some(Drive::Displacement) => ("delta_mm", "delta"),
-        None => ("theta_deg or delta_mm", "theta"),
+    let (likely, role, unit) = match drive_like(name).flatten() {
+        Some(Drive::Angle) => ("theta_deg", "theta", "degrees"),
+        Some(Drive::Displacement) => ("delta_mm", "delta", "mm"),
+        None => ("theta_deg or delta_mm", "theta", "degrees"),
     };
     let (drive, other) = (said_as(role, name), said_as("ignore", name));
-    let unit = if role == "theta" { "degrees" } else { "mm" };
-    let (message, allowed) = match radians {
-        true => (
-            "this column looks like a drive in radians; theta_deg is meant, in degrees".to_owned(),
-            format!("theta_deg, in degrees; or {other}"),
-        ),
-        false => (
-            format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
-            format!("{likely}; or {drive} where it is in {unit}; or {other}"),
-        ),
-    };
+    if has(name, &["rad", "radians"]) {
+        let message = "this column looks like a drive in radians; theta_deg is meant, in degrees";
+        return InputError::new(message).key(name).allowed(format!("theta_deg, in degrees; or {other}"));
+    }
+    let message = format!("this column looks like a drive, but it is none by name; is {likely} meant?");
+    let allowed = format!("{likely}; or {drive} where it is in {unit}; or {other}");
     InputError::new(message).key(name).allowed(allowed)
 }
 

@@ -7,11 +7,8 @@ use super::missing::{self, Missing};
 pub use super::names::{DISTANCE, Names};
 use super::time::{Runs, forward, seconds};
 use super::{Unit, group::rounded, header::Sheet};
-use crate::error::InputError;
-use crate::fields::Decimals;
-use crate::scene::Drive;
-use crate::sink::LabTable;
 use crate::text_file::{Limit, TextFile};
+use crate::{error::InputError, fields::Decimals, scene::Drive, sink::LabTable};
 
 /// One line of a data file; NaN for a missing value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -161,11 +158,9 @@ impl Data {
                 })
             };
             others.push(&record);
-            let mut faulty = None;
-            let place = rows.len();
             rows.push(Row {
                 run: columns.run.map_or(0, |at| runs.number(&record[at].text(), line)),
-                t: columns.time.map_or(Ok(place as f64), &mut number)?,
+                t: columns.time.map_or(Ok(f64::NAN), &mut number)?,
                 line,
                 a: number(distance)?,
                 drive: columns.drive.map_or(Ok(f64::NAN), |(_, place)| number(place))?,
@@ -177,11 +172,11 @@ impl Data {
             beside.values.push(places.map(|place| {
                 let Some(place) = place else { return f64::NAN };
                 decimals.number(&record[place]).unwrap_or_else(|| {
-                    faulty.get_or_insert((line, names[place].clone(), record[place].text().into_owned()));
+                    let fault = || (line, names[place].clone(), record[place].text().into_owned());
+                    beside.fault.get_or_insert_with(fault);
                     f64::NAN
                 })
             }));
-            beside.fault = beside.fault.or(faulty);
         }
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
@@ -192,13 +187,12 @@ impl Data {
                 .map_err(|e| InputError { line: e.line, ..e.key(&names[at]).at(label, None) })?;
         }
         let timed = columns.time.filter(|_| rows.iter().any(|r| r.t.is_finite()));
-        if timed.is_none() {
-            rows.iter_mut().enumerate().for_each(|(place, row)| row.t = place as f64);
-        }
         if let Some(at) = timed {
-            let wrong = |row: &Row| seconds(row.t).map_err(|e| e.key(&names[at]).at(label, Some(row.line)));
-            rows.iter().try_for_each(wrong)?;
-            forward(&rows).map_err(|(line, e)| e.key(&names[at]).at(label, Some(line)))?;
+            let wrong = |line: usize, e: InputError| e.key(&names[at]).at(label, Some(line));
+            rows.iter().try_for_each(|row| seconds(row.t).map_err(|e| wrong(row.line, e)))?;
+            forward(&rows).map_err(|(line, e)| wrong(line, e))?;
+        } else {
+            rows.iter_mut().enumerate().for_each(|(place, row)| row.t = place as f64);
         }
         if let Some(name) = others.drive(&rows) {
             return Err(sheet.elsewhere(followed(name), label));

@@ -3,7 +3,7 @@
 
 use super::columns::drive_like;
 use super::names::{Names, Role};
-use crate::error::InputError;
+use crate::error::{Checked, InputError};
 use crate::fields::{fields, lines, number, separator};
 use crate::sink::{LabCell, LabRow, LabTable};
 
@@ -13,19 +13,23 @@ const WORDS: &str = "reading signal strain microstrain ustrain voltage volt volt
 
 /// Comments of a file before its rows, with their lines.
 pub type Comments = Vec<(usize, String)>;
+/// Column names, with their line.
+type Header = (usize, Vec<String>);
 
 /// The column names in the last of the `comments` before the `first` line, which has the fields `names`, and its line; `None` if that line is the header.
 /// Errors: a comment that names columns, in another number than there are fields.
-pub fn before(
-    comments: &Comments,
-    first: &str,
-    names: &[String],
-    said: &Names,
-) -> Result<Option<(usize, Vec<String>)>, InputError> {
+pub fn before(comments: &Comments, first: &str, names: &[String], said: &Names) -> Checked<Option<Header>> {
     if names.iter().any(|name| said.known(name)) {
         return Ok(None);
     }
     let found = comments.iter().rev().find_map(|(line, text)| Some((*line, named(text, first, said)?)));
+    // Such a one has the names of a drive and of a signal.
+    let names_columns = |text: &str| {
+        let known = Names::default();
+        let words = || text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+        let is_signal = |word: &str| matches!(known.role(word), Some(Role::Signal(_)));
+        words().any(|word| known.is_drive(word)) && words().any(is_signal)
+    };
     let other = comments.iter().find(|(_, text)| found.is_none() && names_columns(text));
     let Some((line, text)) = other else { return Ok(found) };
     let count = names.len();
@@ -76,7 +80,7 @@ impl<'a> Sheet<'a> {
             return Err(InputError::new(message).allowed(allowed));
         };
         let mark = separator(first);
-        let names: Vec<String> = fields(first, mark).iter().map(|f| f.to_string()).collect();
+        let names = words(first, mark);
         let commented = before(&comments, first, &names, said)?;
         if commented.is_none() {
             lines.next();
@@ -144,20 +148,23 @@ fn begins(text: &str) -> Option<usize> {
     all.windows(4).position(|w| is_header(&w)).map(|place| place + 1)
 }
 
+/// The fields of a line.
+pub fn words(line: &str, mark: char) -> Vec<String> {
+    fields(line, mark).iter().map(|f| f.to_string()).collect()
+}
+
 /// The column names in a `comment`, if there is one for each field of `row`.
 fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
     let text = comment.trim_start_matches(['#', ' ']);
     let mark = separator(row);
     let count = fields(row, mark).len();
     let after = text.split_once(':').map_or("", |(_, after)| after);
-    let by = |text: &str, mark: char| fields(text, mark).iter().map(|f| f.to_string()).collect::<Vec<_>>();
-    let ways = [text, after].into_iter().flat_map(|text| [by(text, mark), by(text, separator(text))]);
+    let ways = [text, after].into_iter().flat_map(|text| [words(text, mark), words(text, separator(text))]);
     // Words separated by blanks are a remark, unless each is a column name.
-    let words = text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let apart = text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let only_names =
-        words.iter().all(|word| said.means(word)) && words.iter().any(|word| said.is_drive(word));
-    let words = only_names.then_some(words);
-    let fit = ways.filter(|names| are_names(names, said)).chain(words);
+        apart.iter().all(|word| said.means(word)) && apart.iter().any(|word| said.is_drive(word));
+    let fit = ways.filter(|names| are_names(names, said)).chain(only_names.then_some(apart));
     let fit: Vec<_> = fit.filter(|names| names.len() == count).collect();
     // Prefer the split with the most known names; `max_by_key` returns the last of equals, hence `rev`.
     fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
@@ -173,14 +180,6 @@ fn are_names(names: &[String], said: &Names) -> bool {
     };
     let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
     names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)
-}
-
-/// True if a comment contains the names of a drive and of a signal.
-fn names_columns(comment: &str) -> bool {
-    let known = Names::default();
-    let words = || comment.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-    let is_signal = |word: &str| matches!(known.role(word), Some(Role::Signal(_)));
-    words().any(|word| known.is_drive(word)) && words().any(is_signal)
 }
 
 /// Marks of decimals or thousands.
@@ -217,7 +216,13 @@ impl Thousands {
                     digits.bytes().all(|c| c.is_ascii_digit()) && digits.bytes().any(|c| c != b'0');
                 continue;
             };
-            let three = is_grouped(field, MARKS[k]);
+            // Three digits follow the mark, and one to three precede it.
+            let parts = field.trim_start_matches(['+', '-']).split_once(MARKS[k]);
+            let three = parts.is_some_and(|(before, after)| {
+                let digits = [before, after].iter().all(|part| part.bytes().all(|c| c.is_ascii_digit()));
+                let sized = (1..=3).contains(&before.len()) && after.len() == 3;
+                digits && sized && !before.starts_with('0')
+            });
             let new = three || !self.decimal[k] || MARKS[k] == separator;
             if !new || !number(field).is_some_and(f64::is_finite) {
                 continue;
@@ -257,16 +262,4 @@ impl Thousands {
         ));
         Err(InputError { line: Some(line), ..error })
     }
-}
-
-/// True if three digits follow the mark and one to three precede it.
-fn is_grouped(field: &str, mark: char) -> bool {
-    let digits = |part: &str| part.bytes().all(|c| c.is_ascii_digit());
-    field.trim_start_matches(['+', '-']).split_once(mark).is_some_and(|(before, after)| {
-        (1..=3).contains(&before.len())
-            && !before.starts_with('0')
-            && after.len() == 3
-            && digits(before)
-            && digits(after)
-    })
 }

@@ -46,12 +46,13 @@ pub fn is_usual(x: f64) -> bool {
 /// Replaces placeholders in distances, drives and signals by NaN; returns them. `names` are the columns' names.
 pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
     let cell = |r: &Row| if r.drive <= 0.0 { [0; 2] } else { [r.a, r.drive].map(f64::to_bits) };
-    let column = |f: fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<_>>();
-    let distances = labels(&column(|r| r.a));
-    let mut drives = labels(&column(|r| r.drive));
+    let column = |f: fn(&Row) -> f64| rows.iter().map(|r| (f(r), cell(r))).collect::<Vec<_>>();
+    // Of distances and drives only usual ones.
+    let distances = find(&column(|r| r.a), false);
+    let mut drives = find(&column(|r| r.drive), false);
     // A drive of -1 may be before contact, or to the other side.
     drives.retain(|x| *x != -1.0);
-    let signals = signals(&rows.iter().map(|r| (r.value, cell(r))).collect::<Vec<_>>());
+    let signals = signals(&column(|r| r.value));
     let mut found = Vec::new();
     for (place, row) in rows.iter_mut().enumerate() {
         let line = row.line;
@@ -80,11 +81,6 @@ fn signals(column: &[Placed]) -> Vec<f64> {
         found.push(0.0);
     }
     found
-}
-
-/// Placeholders among distances or drives: usual ones only.
-fn labels(column: &[f64]) -> Vec<f64> {
-    find(&column.iter().map(|x| (*x, [0; 2])).collect::<Vec<_>>(), false)
 }
 
 fn find(column: &[Placed], of_signals: bool) -> Vec<f64> {

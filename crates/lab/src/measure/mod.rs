@@ -14,10 +14,7 @@ pub mod time;
 pub mod unit;
 pub mod zero;
 
+pub use self::{group::Groups, names::Names, time::Lag, unit::Unit};
 pub use file::{Data, Row};
-pub use group::Groups;
-pub use names::Names;
 pub use rig::{Rig, Skin};
-pub use time::Lag;
-pub use unit::Unit;
 pub use zero::{Tared, TaredBy, Zero};

@@ -67,10 +67,6 @@ impl Role {
     pub(super) fn column(self) -> Option<&'static str> {
         Self::ALL.iter().find(|r| r.2 == self).map(|r| r.1)
     }
-
-    fn of_column(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(_, column, role)| *column == name && *role != Self::Ignored).map(|r| r.2)
-    }
 }
 
 /// Names of the columns that have a role.
@@ -176,12 +172,14 @@ impl Names {
     pub(super) fn role(&self, name: &str) -> Option<Role> {
         let role = match self.said.iter().find(|(_, n)| n == name) {
             Some((role, _)) => Some(*role),
-            None => Role::of_column(name).filter(|own| {
-                let same_kind = |r: &Role| std::mem::discriminant(r) == std::mem::discriminant(own);
-                // Channels may be named independently.
-                let same = |r: &Role| if self.channel.is_some() { r == own } else { same_kind(r) };
-                !self.said.iter().any(|(r, _)| same(r))
-            }),
+            None => {
+                Role::ALL.iter().find(|r| r.1 == name && r.2 != Role::Ignored).map(|r| r.2).filter(|own| {
+                    let same_kind = |r: &Role| std::mem::discriminant(r) == std::mem::discriminant(own);
+                    // Channels may be named independently.
+                    let same = |r: &Role| if self.channel.is_some() { r == own } else { same_kind(r) };
+                    !self.said.iter().any(|(r, _)| same(r))
+                })
+            }
         };
         let Some(channel) = &self.channel else { return role };
         let (reading, ignored) = (Some(Role::Signal(Unit::Reading)), Some(Role::Ignored));

@@ -1,11 +1,9 @@
 //! The whisker on its rig, for calibrate, locate and simulate, and its contact point: on its surface or, if the model says so, on its centreline.
 
-use crate::design::Design;
-use crate::error::InputError;
 use crate::measure::{Data, names::Channel};
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::taper::Taper;
 use crate::scene::{Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple};
+use crate::{design::Design, error::InputError, physics::taper::Taper};
 
 /// A whisker with its gauge and model.
 #[derive(Debug, Clone)]
@@ -29,12 +27,11 @@ impl Rig {
     pub fn new(mut setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
         setup.directions = [false; 2];
         let design = Design::new(&setup, tuple);
-        match design.shared {
-            Some(_) => Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() }),
-            None => Err(InputError::new("these numbers are no whisker with a gauge on it")
-                .key("whisker")
-                .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),
+        if design.shared.is_none() {
+            let error = InputError::new("these numbers are no whisker with a gauge on it").key("whisker");
+            return Err(error.allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a"));
         }
+        Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() })
     }
 
     /// A rig with an unknown whisker, tapped up to `furthest` mm: a uniform rod with the gauge at its base, of which only ε ∝ 1/a is used.
@@ -51,11 +48,8 @@ impl Rig {
     pub fn of_data(data: &Data, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
         let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
         let rig = Self::unknown(setup.clone(), data.furthest()?)?;
-        let study = Study {
-            setup,
-            space: Space::List([rig.design.tuple].into_iter().collect()),
-            output: Output::default(),
-        };
+        let space = Space::List([rig.design.tuple].into_iter().collect());
+        let study = Study { setup, space, output: Output::default() };
         Ok((rig, Spec::of("no whisker", study)))
     }
 

@@ -148,14 +148,12 @@ fn peak(record: &Record, rest: &Rest, contact: Span, top: usize) -> Reading {
     let (slope, level) = (xy / xx, -curve * xx / (n + 1) as f64);
     // A top outside the samples is none.
     let at = -0.5 * slope / curve;
-    match at.abs() <= 1.0 && curve.is_finite() {
-        true => {
-            let signal = told.signal + level + at * (slope + at * curve);
-            let place = first as f64 + 0.5 * (at + 1.0) * n as f64;
-            let (k, t) = (place as usize, place.fract());
-            let drive = record.drive.as_ref().map(|(_, d)| d[k] + t * (d[(k + 1).min(last)] - d[k]));
-            Reading { signal, drive, ..told }
-        }
-        false => told,
+    if !(-1.0..=1.0).contains(&at) || !curve.is_finite() {
+        return told;
     }
+    let signal = told.signal + level + at * (slope + at * curve);
+    let place = first as f64 + 0.5 * (at + 1.0) * n as f64;
+    let (k, t) = (place as usize, place.fract());
+    let drive = record.drive.as_ref().map(|(_, d)| d[k] + t * (d[(k + 1).min(last)] - d[k]));
+    Reading { signal, drive, ..told }
 }

@@ -3,8 +3,7 @@
 use super::Record;
 use super::contact::{mean, of_contact};
 use super::rest::{Rest, rest};
-use crate::error::InputError;
-use crate::reduce::median;
+use crate::{error::InputError, reduce::median};
 
 /// Contacts that are nearer to each other, in samples, are one.
 const APART: usize = 3;
@@ -62,17 +61,16 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
         Err(error.value(format!("noise {:.3e}", rest.noise)).allowed(allowed))
     };
     if rest.blocks.is_empty() {
-        let (what, allowed) = match &record.drive {
-            Some((kind, _)) => (
-                format!("nowhere does this signal rest while {} is near 0", kind.column()),
-                "a record that also shows the sensor without contact; --columns ignore=NAME leaves a drive out",
-            ),
-            None => (
-                "nowhere does this signal rest".to_owned(),
-                "a record that also shows the sensor without contact, for five samples or more",
-            ),
+        let (what, shows) =
+            ("nowhere does this signal rest", "a record that also shows the sensor without contact");
+        return match record
+            .drive
+            .as_ref()
+            .map(|(kind, _)| format!("{what} while {} is near 0", kind.column()))
+        {
+            Some(what) => fault(&what, &format!("{shows}; --columns ignore=NAME leaves a drive out")),
+            None => fault(what, &format!("{shows}, for five samples or more")),
         };
-        return fault(&what, allowed);
     }
     let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
     let mut readings: Vec<Reading> =
@@ -156,7 +154,16 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
     };
     let time = |k: usize| record.time[k];
     let blocks = &rest.blocks;
-    let all: Vec<Between> = blocks.windows(2).map(|w| between(rest, w[0], w[1])).collect();
+    let levels: Vec<f64> = blocks.iter().map(|block| level(rest, *block)).collect();
+    let between = |k: usize| {
+        let off = (blocks[k][1]..=blocks[k + 1][0]).map(|k| rest.signal[k] - rest.level[k]);
+        let off: Vec<f64> = off.collect();
+        let [up, down] = [1.0, -1.0].map(|sign| off.iter().map(|x| sign * x).fold(0.0, f64::max));
+        let height = up.max(down);
+        let times = [1.0, -1.0].map(|sign| off.iter().filter(|x| sign * **x > OTHER * height).count());
+        Between { height, moved: (levels[k + 1] - levels[k]).abs(), least: up.min(down), times }
+    };
+    let all: Vec<Between> = (1..blocks.len()).map(|k| between(k - 1)).collect();
     for (w, b) in blocks.windows(2).zip(&all).filter(|(_, b)| b.height > rest.away) {
         let [from, to] = [time(w[0][1]), time(w[1][0])];
         if b.moved > MOVED * b.height {
@@ -183,7 +190,11 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
         let beside = [k.checked_sub(1).and_then(|i| all.get(i)), all.get(k)];
         beside.into_iter().flatten().map(|b| b.height).filter(|h| *h > rest.away).reduce(f64::min)
     };
-    let inner: Vec<usize> = (0..blocks.len()).filter(|k| !at_end(rest, blocks[*k])).collect();
+    // Rests that are not at the begin or at the end of the record.
+    let near = |k: usize| (rest.signal[k] - rest.level[k]).abs() <= rest.away;
+    let within =
+        |[first, last]: [usize; 2]| !(0..first).all(near) && !(last + 1..rest.signal.len()).all(near);
+    let inner: Vec<usize> = (0..blocks.len()).filter(|k| within(blocks[*k])).collect();
     let often = |so: &[usize], of: usize| so.first().copied().filter(|_| so.len() as f64 > SHORT * of as f64);
     let turns = |k: &usize| heights(*k).is_some_and(|height| !stays(rest, blocks[*k], height));
     let turns: Vec<usize> = inner.iter().copied().filter(turns).collect();
@@ -191,7 +202,6 @@ fn certain(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), Inp
         let what = format!("at {} s, and elsewhere, it turns rather than rests", time(blocks[first][0]));
         return fault(what, rest.level[blocks[first][0]]);
     }
-    let levels: Vec<f64> = blocks.iter().map(|block| level(rest, *block)).collect();
     let jagged = |k: &usize| {
         let beside = all[k - 1].height.max(all[*k].height);
         (levels[*k] - 0.5 * (levels[k - 1] + levels[k + 1])).abs() > JAGGED * beside && beside > rest.away
@@ -216,15 +226,6 @@ fn level(rest: &Rest, [first, last]: [usize; 2]) -> f64 {
     median(&mut rest.signal[first..=last].to_vec())
 }
 
-fn between(rest: &Rest, before: [usize; 2], after: [usize; 2]) -> Between {
-    let off: Vec<f64> = (before[1]..=after[0]).map(|k| rest.signal[k] - rest.level[k]).collect();
-    let [up, down] = [1.0, -1.0].map(|sign| off.iter().map(|x| sign * x).fold(0.0, f64::max));
-    let height = up.max(down);
-    let times = [1.0, -1.0].map(|sign| off.iter().filter(|x| sign * **x > OTHER * height).count());
-    let moved = (level(rest, after) - level(rest, before)).abs();
-    Between { height, moved, least: up.min(down), times }
-}
-
 /// How often a contact, which is so far `off` its rest, goes up and down.
 fn humps(off: &[f64]) -> usize {
     let [ends, begins, lasts] = ONCE;
@@ -237,12 +238,6 @@ fn humps(off: &[f64]) -> usize {
     let all: Vec<usize> = ups.chunk_by(|p, q| p == q).filter(|c| c[0]).map(<[bool]>::len).collect();
     let longest = all.iter().copied().max().unwrap_or_default();
     all.iter().filter(|n| **n as f64 > lasts * longest as f64).count()
-}
-
-/// Whether a rest is at the begin or at the end of the record.
-fn at_end(rest: &Rest, [first, last]: [usize; 2]) -> bool {
-    let near = |k: usize| (rest.signal[k] - rest.level[k]).abs() <= rest.away;
-    (0..first).all(near) || (last + 1..rest.signal.len()).all(near)
 }
 
 /// Whether the signal stays at a rest, which may drift, beside contacts of this `height`, rather than turns there.

@@ -9,13 +9,10 @@ pub mod rest;
 
 pub use find::{Kind, Reading, Take, find};
 
-use crate::error::InputError;
-use crate::fields::Decimals;
 use crate::locate::object::NAME as OBJECT;
 use crate::measure::names::{DISTANCE, Names, TILT};
 use crate::measure::{Unit, columns::Columns, header::Sheet, time::seconds};
-use crate::scene::Drive;
-use crate::sink::lab::LabTable;
+use crate::{error::InputError, fields::Decimals, scene::Drive, sink::lab::LabTable};
 
 const LEAST: usize = 20;
 
@@ -50,22 +47,15 @@ impl Record {
             let error = error.key("t_s").value(names.join(","));
             return Err(at(error.allowed("t_s, in seconds; or --columns t=NAME"), first));
         };
-        let mut record = Self {
-            file: file.to_owned(),
-            unit: columns.signal.0,
-            drive: columns.drive.map(|(kind, _)| (kind, Vec::new())),
-            labels: Vec::new(),
-            ignored: columns.ignored.iter().filter(|name| *name != OBJECT).cloned().collect(),
-            time: Vec::new(),
-            signal: Vec::new(),
-            empty: 0,
-        };
         let object = names.iter().position(|name| name == OBJECT);
         // Named as in data files.
         let labels = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run"), (object, OBJECT)];
         let there = |(place, name): (Option<usize>, &str)| Some((place?, (name.to_owned(), Vec::new())));
         let (labelled, labels): (Vec<usize>, _) = labels.into_iter().filter_map(there).unzip();
-        record.labels = labels;
+        let ignored = columns.ignored.iter().filter(|name| *name != OBJECT).cloned().collect();
+        let drive = columns.drive.map(|(kind, _)| (kind, Vec::new()));
+        let (label, of_time, signal, unit) = (file.to_owned(), Vec::new(), Vec::new(), columns.signal.0);
+        let mut record = Self { file: label, time: of_time, signal, unit, drive, labels, ignored, empty: 0 };
         let mut decimals = Decimals::default();
         while let Some((line, _, all)) = sheet.next(said).map_err(here)? {
             if all.len() != names.len() {

@@ -76,28 +76,19 @@ fn smoothed(y: &[f64]) -> Vec<f64> {
 
 /// For each sample the largest less the smallest of the `window` samples around it, between two `ends`.
 pub fn spreads(values: &[f64], window: usize, [first, last]: [usize; 2]) -> Vec<f64> {
-    // Both extremes by a queue of candidates, whatever the window.
-    let half = window / 2;
-    let extreme = |sign: f64| -> Vec<f64> {
-        let mut queue: std::collections::VecDeque<usize> = Default::default();
-        let mut out = Vec::with_capacity(last - first + 1);
-        let mut next = first;
-        for k in first..=last {
-            while next <= (k + half).min(last) {
-                while queue.back().is_some_and(|j| sign * values[*j] <= sign * values[next]) {
-                    queue.pop_back();
-                }
-                queue.push_back(next);
-                next += 1;
-            }
-            while queue.front().is_some_and(|j| j + half < k) {
-                queue.pop_front();
-            }
-            out.push(queue.front().map_or(f64::NAN, |j| values[*j]));
+    // The extremes of a window are those of two shorter ones that cover it; beyond the ends there is nothing.
+    let (half, none) = (window / 2, vec![[f64::NAN; 2]; window / 2]);
+    let here: Vec<[f64; 2]> = values[first..=last].iter().map(|x| [*x; 2]).collect();
+    let (mut all, mut length) = ([&*none, &here, &none].concat(), 1);
+    while length < 2 * half + 1 {
+        let step = length.min(2 * half + 1 - length);
+        for k in 0..all.len() - step {
+            all[k] = [all[k][0].max(all[k + step][0]), all[k][1].min(all[k + step][1])];
         }
-        out
-    };
-    extreme(1.0).iter().zip(extreme(-1.0)).map(|(most, least)| most - least).collect()
+        all.truncate(all.len() - step);
+        length += step;
+    }
+    all.iter().map(|[most, least]| most - least).collect()
 }
 
 /// Whether the motor pushes at each sample; none where no drive is recorded.
