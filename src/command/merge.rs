@@ -47,7 +47,7 @@ pub fn run(asked: &Asked<MergeRequest>, context: &Context<'_>) -> Result<Reply, 
         ..Reply::default()
     };
     let timed = (report.seconds, context.is_quiet());
-    let reply = reply.with_files(report.out, (report.files, report.removed), timed);
+    let reply = reply.with_files(report.out, report.written, timed);
     // Long tables are not read again for one sentence.
     Ok(if rows <= ANSWERED { reply.answered() } else { reply })
 }

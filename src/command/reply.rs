@@ -77,8 +77,8 @@ impl Reply {
             return Ok(Self { kept: destination.kept, document, ..self });
         };
         folder.run_json(&document)?;
-        let Written { files, removed } = folder.finish()?;
-        Ok(self.with_files(destination.out, (files, removed), (context.elapsed(), context.is_quiet())))
+        let written = folder.finish()?;
+        Ok(self.with_files(destination.out, written, (context.elapsed(), context.is_quiet())))
     }
 
     /// Like [`Self::filed`], for a `spec`, with its values in force, and its warnings unless `body` has others.
@@ -94,12 +94,8 @@ impl Reply {
         self.filed(destination, run_json::spec(spec), whole, context)
     }
 
-    pub fn with_files(
-        self,
-        out: PathBuf,
-        (files, removed): (Vec<PathBuf>, Vec<PathBuf>),
-        (seconds, quiet): (f64, bool),
-    ) -> Self {
+    pub fn with_files(self, out: PathBuf, written: Written, (seconds, quiet): (f64, bool)) -> Self {
+        let Written { files, removed } = written;
         let text = self.text + &format!("wrote {} in {seconds:.2} s\n", listed(&files));
         let mut reply = Self { text, out: Some(out), files, quiet, ..self };
         if !removed.is_empty() {

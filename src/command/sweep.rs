@@ -18,7 +18,7 @@ use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
 use crate::scene::{Geometry, MaterialFit, Per, RankBy, Spec};
-use crate::sink::{Shard, Table, TableFormat, drive_unit, run_json};
+use crate::sink::{Shard, Table, TableFormat, Written, drive_unit, run_json};
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
 
@@ -130,8 +130,8 @@ pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, 
         }),
         ..Reply::default()
     };
-    let seconds = report.seconds.total;
-    Ok(reply.with_files(out, (report.files, report.removed), (seconds, context.is_quiet())))
+    let written = Written { files: report.files, removed: report.removed };
+    Ok(reply.with_files(out, written, (report.seconds.total, context.is_quiet())))
 }
 
 fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
