@@ -19,10 +19,9 @@ pub use crate::evaluate::Outcome;
 pub use crate::locate::{Located, Locator};
 use crate::plan::{self, Plan};
 use crate::progress::{NEVER, Silent};
-pub use crate::scene::search::Objective;
 pub use crate::scene::{
-    Axis, BackendChoice, Contact, Convention, Drive, Material, Model, Output, RankBy, RunOptions, Setup,
-    Side, Space, Spec, Study, Theory, Tuple,
+    Axis, BackendChoice, Contact, Convention, Drive, Material, Model, Objective, Output, RankBy, RunOptions,
+    Setup, Side, Space, Spec, Study, Theory, Tuple,
 };
 pub use crate::status::Status;
 pub use crate::sweep::Report as Swept;

@@ -12,8 +12,7 @@ use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, answers::Answers, locator::opener};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Question, hash};
-use vibrissa::sink::{frame::Frame, lab::LabStream};
+use vibrissa::sink::{Frame, LabStream, Question, hash};
 use vibrissa::text_file::{Limit, TextFile, unread};
 
 use super::interrupt::{self, Patient};

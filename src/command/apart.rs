@@ -23,7 +23,7 @@ pub fn apart<T: Send + 'static>(
     work: impl FnOnce(&AtomicBool, &mut dyn FnMut(T)) -> Result<(), Error> + Send + 'static,
     mut take: impl FnMut(T),
 ) -> Result<(), Error> {
-    let stop = context.host().stop(true);
+    let stop = context.host.stop(true);
     let ended = if context.is_in_memory() {
         work(stop, &mut take)
     } else {

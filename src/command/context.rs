@@ -24,8 +24,10 @@ use crate::{files, spec};
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 
 pub trait Host {
-    fn begin(&self, options: &RunOptions) -> Result<(), Error>;
-    fn line(&self, text: &str);
+    fn begin(&self, _options: &RunOptions) -> Result<(), Error> {
+        Ok(())
+    }
+    fn line(&self, _text: &str) {}
     fn progress(&self, quiet: bool) -> Box<dyn Show + '_>;
     /// The stop flag of the work; `keeps`: the work then keeps its partial results.
     fn stop(&self, keeps: bool) -> &AtomicBool;
@@ -67,7 +69,7 @@ impl Content {
 }
 
 pub struct Context<'a> {
-    host: &'a dyn Host,
+    pub host: &'a dyn Host,
     start: Instant,
     /// `None` if results go into folders.
     memory: Option<(Vec<HeldFile>, Option<Frame>)>,
@@ -88,10 +90,6 @@ impl<'a> Context<'a> {
     /// For results in memory, from these inputs; `taps` replace those of a spec.
     pub fn in_memory(host: &'a dyn Host, files: Vec<HeldFile>, taps: Option<Frame>) -> Self {
         Self { memory: Some((files, taps)), ..Self::new(host, true) }
-    }
-
-    pub fn host(&self) -> &'a dyn Host {
-        self.host
     }
 
     pub fn progress(&self) -> Box<dyn Show + 'a> {
@@ -207,11 +205,10 @@ impl<'a> Context<'a> {
     }
 
     pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, InputError> {
-        let parse = |label: &str, text: &str, _: &Path| Calibration::parse(label, text, trust);
-        if path.is_dir() {
-            return Calibration::read(path, trust);
+        match path.is_dir() {
+            true => Calibration::read(path, trust),
+            false => self.read(path, "calibration", |label, text, _| Calibration::parse(label, text, trust)),
         }
-        self.read(path, "calibration", parse)
     }
 
     /// The strain change up to which effects may be left off: typed, or from `[run]` of the spec.

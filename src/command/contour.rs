@@ -94,7 +94,7 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
     let zero = SaidZero::of(asked.zero.as_ref(), [&locator])?;
     let ask = Ask { zero, ..Ask::of_file(&file, &columns, &warn) };
     let readings = Readings::of(&locator, measured.rows(), &ask, heading("points"))?;
-    let trace = Trace::new(&locator, &readings, &traced, context.host().stop(false))?;
+    let trace = Trace::new(&locator, &readings, &traced, context.host.stop(false))?;
     if !trace.on_surface && asked.contact.is_none() && locator.rig.known {
         warn(
             "the model of the calibration has contact on the whisker's centreline, and so are the points: on a real whisker they are off the \

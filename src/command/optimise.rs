@@ -63,7 +63,7 @@ fn searched(
     let names = report::names(search.objective);
     let mut destination = context.open(out, question, &names, options.force)?;
     let mut progress = context.progress();
-    let stop = context.host().stop(true);
+    let stop = context.host.stop(true);
     let report = optimise::find(spec, search, (choice, options, needed), stop, progress.as_mut())?;
     drop(progress);
     destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;

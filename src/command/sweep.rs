@@ -101,7 +101,7 @@ pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, 
     let target = Target {
         out: Some(&*out).filter(|_| !context.is_in_memory()),
         force: options.force == Some(true),
-        stop: context.host().stop(false),
+        stop: context.host.stop(false),
         shard: asked.shard,
         every: asked.keep_every,
     };

@@ -34,11 +34,8 @@ const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     let [from, to] = ALLOWED;
     let e = InputError::new("this is not a tolerance of a page's chart").key("tolerance").value(tolerance);
-    if (from..=to).contains(&tolerance) {
-        Ok(tolerance)
-    } else {
-        Err(e.allowed(format!("{from:e} to {to:e}")))
-    }
+    let holds = (from..=to).contains(&tolerance);
+    if holds { Ok(tolerance) } else { Err(e.allowed(format!("{from:e} to {to:e}"))) }
 }
 
 /// Keys of whiskers other than cones.

@@ -4,9 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::Baked;
 use super::along::{FUNCTIONS, GAUSS};
-use crate::chart::axis::Axis;
-use crate::chart::build::Built;
 use crate::chart::series::{Row, Series};
+use crate::chart::{axis::Axis, build::Built};
 use crate::error::Error;
 use crate::optimise::best::fitted;
 use crate::physics::solid::{Held, SKIN};

@@ -13,16 +13,10 @@ type Area = (Rgb, f64, Option<Rgb>);
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Entry {
-    name: String,
-    line: Option<(Rgb, u8)>,
+    pub name: String,
+    pub line: Option<(Rgb, u8)>,
     points: Option<(Rgb, Marker)>,
     area: Option<Area>,
-}
-
-impl Entry {
-    pub fn line(name: &str, colour: Rgb) -> Self {
-        Self { name: name.to_owned(), line: Some((colour, 0)), ..Self::default() }
-    }
 }
 
 const SIGN: f64 = 16.0;

@@ -4,8 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
-use pdf_writer::writers::ExtGraphicsState;
-use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr, writers::ExtGraphicsState};
 
 use super::font::glyph;
 use super::{Drawing, Figure, Font, INK, Item, Rgb, Step, length};

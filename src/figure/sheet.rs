@@ -227,7 +227,7 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     let beside = Rect { x: left, y: top, w: last - left + 1.5 * size, h: high };
     key::draw_bar(&mut d, by, &shades, beside, &face, size);
     if (0..p.values.len()).any(muted) {
-        let entry = Entry::line(&p.why, MUTED);
+        let entry = Entry { name: p.why.clone(), line: Some((MUTED, 0)), ..Entry::default() };
         d.size[1] = key::draw(&mut d, &[entry], [left, h], w, &face, size) + 3.0;
     }
     d.size[0] = w.max(last + right);

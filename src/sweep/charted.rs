@@ -143,13 +143,10 @@ impl Search<'_> {
 
 /// Keeps the `keep` best rows; returns the worst of them once there are that many, else infinity.
 pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
-    let order = |a: &(f32, u64, u32), b: &(f32, u64, u32)| {
-        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
-    };
     if found.rows.len() < keep {
         return f32::INFINITY;
     }
-    found.rows.select_nth_unstable_by(keep - 1, order);
+    found.rows.select_nth_unstable_by(keep - 1, |a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     found.rows.truncate(keep);
     found.rows[keep - 1].0
 }

@@ -14,8 +14,7 @@ use crate::chart::lanes::Found;
 use crate::error::Error;
 use crate::kernel::gpu::Log;
 use crate::recommend::{self, Standing};
-use crate::sink::folder::{Folder, Left};
-use crate::sink::{parquet::More, run_json::Counts, table::AtDrive};
+use crate::sink::{AtDrive, Folder, folder::Left, parquet::More, run_json::Counts};
 
 pub const EVERY: Duration = Duration::from_secs(2);
 /// Saving takes at most 1/`SHARE` of the time.

@@ -31,8 +31,7 @@ use output::{About, Writers};
 use running::Run;
 use taps::Taps;
 
-pub use keep::EVERY;
-pub use keep::Kept;
+pub use keep::{EVERY, Kept};
 pub use output::{PLACES, Place, Tables, ordered};
 pub use probe::seconds;
 

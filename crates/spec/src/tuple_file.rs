@@ -9,10 +9,8 @@ use super::space::Read;
 use super::table::{self, Columns, Header, Source};
 use super::{AxisItem, InputError, Item, Result, Sections, properties, usual};
 use crate::fields::{fields, separator};
-use crate::scene::listed::MOST_ROWS;
-use crate::scene::property::Description;
-use crate::scene::space::MOST_TAPS;
 use crate::scene::{Axis, COLUMNS, Column, Drive, Listed, Property, Rigs, Space, Tuple};
+use crate::scene::{listed::MOST_ROWS, property::Description, space::MOST_TAPS};
 use crate::sink::{Frame, WHISKER};
 use crate::text_file::{Limit, TextFile, refused, unread};
 
