@@ -52,23 +52,16 @@ pub fn run(args: &Request, context: &Context<'_>) -> Result<Reply, Error> {
             format!("would locate readings of {from} by {by}, calibrated on {data}; nothing was run\n");
         return Ok(reply(text, &stream::Counts::default(), &opened, context));
     }
-    // A stream is answered on stdout, unless JSON is printed there or a folder is requested.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let warn = |text: &str| context.warn(text);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.answers.who().first()])?;
-    let asked = Ask {
-        zero,
-        label: None,
-        keep: false,
-        by: args.by(),
-        interval: args.interval,
-        ..Ask::of_file("", &columns, &warn)
-    };
+    let (by, interval) = (args.by(), args.interval);
+    let asked = Ask { zero, label: None, keep: false, by, interval, ..Ask::of_file("", &columns, &warn) };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&opened, &asked, context);
     }
     let label = readings.map(|p| p.display().to_string());
-    filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
+    filed(args, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
 }
 
 struct Opened {
@@ -196,13 +189,7 @@ impl Source {
     }
 }
 
-fn filed(
-    args: &Request,
-    path: &Path,
-    opened: &Opened,
-    ask: &Ask<'_>,
-    context: &Context<'_>,
-) -> Result<Reply, Error> {
+fn filed(args: &Request, opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Reply, Error> {
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
     let digest = if let Source::File(bytes) = &source { hash(bytes) } else { String::new() };
@@ -214,7 +201,7 @@ fn filed(
     let data = readings.map(|_| &digest);
     let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes, "interval": args.interval, "free": args.free.map(|free| format!("{free:?}")) });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
-    let inputs = vec![path.to_owned(), from.to_owned()];
+    let inputs = args.calibration.iter().cloned().chain([from.to_owned()]).collect();
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
     let mut destination = context.open(&out, question, &["located.csv"], Some(args.common.force))?;
     let counts = destination.stream("located.csv", |write| {
@@ -239,7 +226,7 @@ fn filed(
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
     let reply = Reply { broken, ..reply(text, &counts, opened, context) };
-    let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body, context)?;
+    let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body)?;
     // A long table is not read again for one sentence.
     Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
 }
@@ -253,11 +240,7 @@ fn words(counts: &stream::Counts) -> String {
 }
 
 fn reply(text: String, counts: &stream::Counts, opened: &Opened, context: &Context<'_>) -> Reply {
-    Reply {
-        text,
-        counts: counts.described(),
-        seconds: context.seconds(),
-        result: json!({ "estimator": opened.by, "warnings": context.told() }),
-        ..Reply::default()
-    }
+    let (counts, seconds) = (counts.described(), context.seconds());
+    let result = json!({ "estimator": opened.by, "warnings": context.told() });
+    Reply { text, counts, seconds, result, ..Reply::default() }
 }

@@ -164,12 +164,9 @@ fn numbers<const N: usize>(flag: &str, said: &Option<String>, question: &str) ->
     }
 }
 
-fn choose(
-    question: &str,
-    all: [(&'static str, &'static str, &'static str); 4],
-) -> Result<&'static str, Error> {
+fn choose(what: &str, all: [(&'static str, &'static str, &'static str); 4]) -> Result<&'static str, Error> {
     let lines: String = all.iter().map(|(word, _, help)| format!("\n  {word:10} {help}")).collect();
-    asked(&format!("{question}{lines}\n"), |text| {
+    asked(&format!("{what}{lines}\n"), |text| {
         let words = all.map(|(word, ..)| word);
         let none = InputError::new("this is none of the words").key("answer").value(text);
         words.into_iter().find(|word| *word == text).ok_or_else(|| none.allowed(words.join(", ")))

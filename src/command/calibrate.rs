@@ -127,7 +127,7 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
     let names = if data.is_some() { &output::FILES[..] } else { &["calibration.toml", "channels.csv"] };
     let mut destination = context.open(&out, question, names, options.run.force)?;
     let reply = match &data {
-        Some(data) => of_signal(asked, (data, &rig), &options, &mut destination, context)?,
+        Some(data) => of_signal(asked, (data, &rig), &options, &mut destination)?,
         None => {
             let found = several::several((&label, table, &columns), &rig, &options)?;
             context.warn_all(found.warnings());
@@ -143,18 +143,17 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
         "data": { "file": label, "hash": options.hash }, "in_force": run_json::in_force(&spec),
         "material_fit": run_json::material_fit(&spec, None), "warnings": spec.warnings, "result": reply.result,
     });
-    Ok(reply.filed(destination, of, body, context)?.answered())
+    Ok(reply.filed(destination, of, body)?.answered())
 }
 
 fn of_signal(
     asked: &CalibrateRequest,
     (data, rig): (&Data, &Rig),
     options: &Options,
-    destination: &mut Destination,
-    context: &Context<'_>,
+    destination: &mut Destination<'_>,
 ) -> Result<Reply, Error> {
     let found = calibrate::calibrate(data, rig, options)?;
-    context.warn_all(&found.warnings);
+    destination.context.warn_all(&found.warnings);
     let locator = found.calibration.opened(&opener(&options.run))?;
     let calibration = asked.export.as_ref().map(|_| found.calibration.clone().sealed());
     let exported = calibration.map_or(Ok(()), |calibration| {

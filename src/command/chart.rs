@@ -52,5 +52,5 @@ pub fn run(asked: &Asked<ChartRequest>, context: &Context<'_>) -> Result<Reply, 
         "Taps at {with} of {all} distances are read from charts, with a strain error of {error:.1e} at most where that was checked."
     );
     let reply = Reply { answer, text, counts, ..Reply::default() };
-    reply.filed_of(&spec, destination, json!({ "tolerance": tolerance }), context)
+    reply.filed_of(&spec, destination, json!({ "tolerance": tolerance }))
 }

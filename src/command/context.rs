@@ -212,16 +212,11 @@ impl<'a> Context<'a> {
     }
 
     /// The strain change up to which effects may be left off: typed, or from `[run]` of the spec.
-    pub fn model_error(
-        &self,
-        typed: Option<f64>,
-        spec: &Spec,
-        choice: &Choice,
-    ) -> Result<Option<f64>, Error> {
-        if let (None, Some((_, _, free))) = (typed, &mut *self.spec.borrow_mut()) {
+    pub fn model_error(&self, said: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
+        if let (None, Some((_, _, free))) = (said, &mut *self.spec.borrow_mut()) {
             free.push("--model-error");
         }
-        needed::bound(typed.or(spec.run.model_error), spec, choice)
+        needed::bound(said.or(spec.run.model_error), spec, choice)
     }
 
     pub fn settle(
@@ -262,12 +257,12 @@ impl<'a> Context<'a> {
         mut question: Question,
         names: &[&str],
         force: Option<bool>,
-    ) -> Result<Destination, Error> {
-        let mut destination =
-            Destination { command: question.command, out: out.to_owned(), folder: None, kept: Vec::new() };
+    ) -> Result<Destination<'_>, Error> {
+        let (command, out, force, kept) = (question.command, out.to_owned(), force == Some(true), Vec::new());
+        let mut destination = Destination { context: self, command, out, force, folder: None, kept };
         if !self.is_in_memory() {
             question.inputs.extend(self.inputs());
-            destination.folder = Some(Folder::open(out, question, names, force == Some(true))?);
+            destination.folder = Some(Folder::open(&destination.out, question, names, force)?);
         }
         Ok(destination)
     }
@@ -282,14 +277,16 @@ fn leave_files(spec: &mut Spec) {
 }
 
 /// A result in progress: in the folder `out`, or kept in memory by name.
-pub struct Destination {
+pub struct Destination<'a> {
+    pub(super) context: &'a Context<'a>,
     pub(super) command: &'static str,
     pub(super) out: PathBuf,
+    pub(super) force: bool,
     pub(super) folder: Option<Folder>,
     pub(super) kept: Vec<(String, Content)>,
 }
 
-impl Destination {
+impl Destination<'_> {
     pub fn put(&mut self, name: &str, bytes: Vec<u8>) -> Result<(), Error> {
         if let Some(folder) = &mut self.folder {
             return folder.put(name, &bytes);

@@ -139,7 +139,7 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
     let text = summary(&trace, &counts, &result, by);
     result["warnings"] = context.told().into();
     let reply = Reply { text, counts, result, ..Reply::default() };
-    Ok(reply.filed(destination, of, body, context)?.answered())
+    Ok(reply.filed(destination, of, body)?.answered())
 }
 
 fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {

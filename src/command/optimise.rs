@@ -87,7 +87,7 @@ fn searched(
         ..Reply::default()
     };
     let body = with_model_error(body, report.model_error.as_ref());
-    Ok(reply.filed_of(spec, destination, body, context)?.answered())
+    Ok(reply.filed_of(spec, destination, body)?.answered())
 }
 
 fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {

@@ -101,7 +101,7 @@ pub fn run(asked: &Asked<PlanRequest>, context: &Context<'_>) -> Result<Reply, E
     let (result, answer, text) = (result(&found, drive), answer(&found, error), summary(&found, drive));
     let body = json!({ "result": result });
     let reply = Reply { answer, text, counts, result, ..Reply::default() };
-    reply.filed_of(&spec, destination, body, context)
+    reply.filed_of(&spec, destination, body)
 }
 
 fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {

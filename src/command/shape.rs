@@ -56,5 +56,5 @@ pub fn run(asked: &Asked<ShapeRequest>, context: &Context<'_>) -> Result<Reply, 
     let counts = json!({ "taps": taps, "shapes": shapes });
     let body = json!({ "material_fit": run_json::material_fit(&spec, None), "solved_by": by });
     let reply = Reply { text, counts, ..Reply::default() };
-    Ok(reply.filed_of(&spec, destination, body, context)?.answered())
+    Ok(reply.filed_of(&spec, destination, body)?.answered())
 }

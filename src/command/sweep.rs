@@ -261,6 +261,8 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         let x = format!("{x:.4}");
         format!("{}{unit}", x.trim_end_matches('0').trim_end_matches('.'))
     };
+    let plain = |x: f64| x == 0.0 || (1e-2..1e5).contains(&x.abs());
+    let sized = |x: f64| if plain(x) { format!("{x:.4}") } else { format!("{x:.2e}") };
     let value = |k: &Kept, column| k.at.row.value(column, k.at.unit).map_or(String::new(), short);
     // Width, name and value of each column.
     let cells = |k: &Kept| -> Vec<(usize, &str, String)> {
@@ -295,8 +297,4 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         );
     }
     text + "\n"
-}
-
-fn sized(x: f64) -> String {
-    if x == 0.0 || (1e-2..1e5).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
 }

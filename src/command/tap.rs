@@ -91,7 +91,7 @@ pub fn run(asked: &Asked<TapRequest>, context: &Context<'_>) -> Result<Reply, Er
         result: with_model_error(result, report.model_error.as_ref()),
         ..Reply::default()
     };
-    reply.filed_of(&spec, destination, body, context)
+    reply.filed_of(&spec, destination, body)
 }
 
 fn summary(spec: &Spec, report: &Report) -> String {

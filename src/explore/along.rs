@@ -75,13 +75,8 @@ fn mirrored(setup: &Setup) -> bool {
 }
 
 impl Along {
-    /// The chart of `setup` over `domain` with strain error `strain`; with friction, for this many ratios T/P. `None` if it is not smooth enough.
-    pub fn new(
-        setup: &Setup,
-        domain: &Domain,
-        strain: f64,
-        ratios: usize,
-    ) -> Result<Option<Self>, SolveError> {
+    /// The chart of `setup` over `domain` with strain error `strain`; with friction, for `n` ratios T/P. `None` if it is not smooth enough.
+    pub fn new(setup: &Setup, domain: &Domain, strain: f64, n: usize) -> Result<Option<Self>, SolveError> {
         // The leading power of the drive in the deviation from the model's linear limit.
         let mut own = setup.clone();
         own.estimate.theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
@@ -91,7 +86,7 @@ impl Along {
         let axis = |k: usize| Axis { range: ranges[k], map: maps[k], whole: false };
         let mut axes: [Axis; AXES] = std::array::from_fn(axis);
         let ratios: Vec<f64> = match setup.model.contact {
-            Contact::Coulomb(mu) if mu > 0.0 => lobatto(ratios).iter().map(|x| x * mu).collect(),
+            Contact::Coulomb(mu) if mu > 0.0 => lobatto(n).iter().map(|x| x * mu).collect(),
             _ => Vec::new(),
         };
         let mut branches: Vec<Built<FUNCTIONS>> = Vec::new();

@@ -114,13 +114,8 @@ fn course(c: &mut Content, steps: &[Step]) {
     }
 }
 
-fn embed(
-    pdf: &mut Pdf,
-    font: &Font,
-    used: BTreeMap<u16, char>,
-    [type0, cid, descriptor, file, unicode]: [Ref; 5],
-) {
-    let face = font.face();
+fn embed(pdf: &mut Pdf, font: &Font, used: BTreeMap<u16, char>, refs: [Ref; 5]) {
+    let (face, [type0, cid, descriptor, file, unicode]) = (font.face(), refs);
     let units = 1000.0 / f32::from(face.units_per_em());
     pdf.type0_font(type0)
         .base_font(POSTSCRIPT)

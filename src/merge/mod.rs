@@ -125,7 +125,6 @@ fn whole(parts: &[Part], out: &Path) -> Value {
     for place in [("counts", "sweeps_max"), ("material_fit", "largest_gauge_strain")] {
         join((place.0, &[place.1]), |a, b| if a.as_f64() < b.as_f64() { b } else { a }.clone());
     }
-    // Mean over the parts, weighted by their solved taps.
     let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
     let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
     let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();

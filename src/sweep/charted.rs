@@ -28,18 +28,14 @@ const GROWTH: u64 = 16;
 /// Status words that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 
-pub(super) fn run(
-    run: &mut Run<'_>,
-    (taps, layout): (&Taps<'_>, &Layout),
-    ranker: &Rankers,
-) -> Result<Vec<Kept>, Error> {
+pub(super) fn run(run: &mut Run<'_>, search: &Search<'_>) -> Result<Vec<Kept>, Error> {
+    let Search { layout, ranker, .. } = *search;
     if run.reached.next == 0 {
         for sweeps in ranker.all().map(Ranker::sweeps) {
             run.reached.counts.solved += sweeps.taps;
             run.reached.counts.sweeps.merge(&sweeps);
         }
     }
-    let search = Search { taps, layout, ranker };
     let mut by = "lanes";
     if let Some(device) = ranker.on_device(&mut run.evaluator, layout)? {
         match search.on_device(run, device) {
@@ -78,10 +74,10 @@ pub(super) fn run(
     Ok(best.into_rows())
 }
 
-struct Search<'a> {
-    taps: &'a Taps<'a>,
-    layout: &'a Layout,
-    ranker: &'a Rankers,
+pub(super) struct Search<'a> {
+    pub taps: &'a Taps<'a>,
+    pub layout: &'a Layout,
+    pub ranker: &'a Rankers,
 }
 
 impl Search<'_> {
@@ -92,7 +88,6 @@ impl Search<'_> {
             run.check_stop()?;
             let begun = Instant::now();
             let from = start + run.reached.next;
-            // Few designs at first, until there is a bound.
             let to = end.min(from + most.min(FIRST + (GROWTH - 1) * run.reached.next));
             let bound = bound(&mut run.reached.found, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();

@@ -116,18 +116,12 @@ impl Rows {
     }
 }
 
-pub(super) fn read<'a>(
-    sections: &Sections<'a>,
-    item: &Item<'a>,
-    drive: Drive,
-    base: &Path,
-) -> Result<Read<'a>> {
+pub fn read<'a>(sections: &Sections<'a>, item: &Item<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
     let path = base.join(item.text()?);
     let label = path.display().to_string();
     let text = TextFile::open(&path, WHAT, Limit::Lines);
     let begun = |text| header(text).map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)));
     let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
-    // The present name of the column, or the former one.
     let tips = [WHISKER[1], Column::TipDiameter.name(drive)];
     let written = fields(&first, separator(&first));
     let [now, before] = tips.map(|tip| written.iter().any(|name| name == tip));

@@ -38,7 +38,6 @@ pub struct Table {
 impl Table {
     pub fn new(frame: Frame) -> Result<Self, Error> {
         let names: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
-        // An unknown column of text is converted to the type of its contents.
         let array = |(name, values): (&&str, Values)| match values {
             Values::Words(words) if fact(name).is_none_or(|fact| fact.kind != Kind::Word) => {
                 array(words.typed())
@@ -272,7 +271,6 @@ pub fn frame(py: Python<'_>, file: &str, (names, columns): TableGiven<'_>) -> Py
         let values = match column {
             Given::Numbers(x) => Values::Numbers(x.as_array().to_vec()),
             Given::Words(codes, mut words) => {
-                // Maps −1 to an added empty word.
                 let none = words.len() as u32;
                 words.push(String::new());
                 let codes =
