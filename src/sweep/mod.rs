@@ -119,11 +119,12 @@ fn attempt(
         None => run.writers = Writers::new((study, plan), &about, None, Vec::new())?,
         Some(mut folder) => {
             resumed = run.go_on(&about, &mut folder)?;
-            let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
+            let before = resumed.as_ref().map_or(0.0, |left| left.seconds);
             // The kept rows may require a fuller model, which starts anew; then states are not worth saving.
             let anew = full.is_some() && study.output.top.is_some();
             let every = if anew { Duration::MAX } else { target.every };
-            run.keeper = Some(Keeper::new(folder, every, (begun, seconds)));
+            let last = Instant::now();
+            run.keeper = Some(Keeper { folder, every, start: begun, before, last, pause: every });
             (run.designs, run.taps) = (about.designs.clone(), plan.taps_of(shard));
         }
     }

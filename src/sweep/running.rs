@@ -37,7 +37,8 @@ impl<'a> Run<'a> {
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).stopping(stop);
-        let reached = Reached { best: Best::new(study.output.top.unwrap_or(0)), ..Reached::default() };
+        let best = Best { n: study.output.top.unwrap_or(0), ..Best::default() };
+        let reached = Reached { best, ..Reached::default() };
         let (writers, designs, taps) = (Writers::default(), 0..plan.designs, plan.taps);
         Self { study, evaluator, writers, reached, plan, stop, progress, designs, taps, keeper: None }
     }

@@ -136,9 +136,7 @@ impl<'a> TapRow<'a> {
         let channels = reduced.of_channels((design.a, design.drive), tap);
         Self { design, whisker, tap, estimated, elongation: reduced.elongation, channels }
     }
-}
 
-impl TapRow<'_> {
     const COLUMNS: [Column<Self>; 23] = [
         ("a_mm", |r, _| r.design.a.into()),
         ("x_a_mm", |r, _| r.whisker.abscissa(r.design.a).into()),
