@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use vibrissa::combinations;
 use vibrissa::command::{self, Asked, Context, array::LocateRequest, of_one_signal};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::stream::{self, Ask};
+use vibrissa::locate::stream::{self, Ask, Counts};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, answers::Answers, locator::opener};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
@@ -17,9 +17,6 @@ use vibrissa::text_file::{Limit, TextFile, unread};
 
 use super::interrupt::{self, Patient};
 use super::reply::Reply;
-
-/// Largest number of readings for which the report's answer is printed.
-const ANSWERED: u64 = 100_000;
 
 type Request = Asked<LocateRequest>;
 
@@ -50,7 +47,7 @@ pub fn run(args: &Request, context: &Context<'_>) -> Result<Reply, Error> {
         let by = &opened.by;
         let text =
             format!("would locate readings of {from} by {by}, calibrated on {data}; nothing was run\n");
-        return Ok(reply(text, &stream::Counts::default(), &opened, context));
+        return Ok(reply(text, &Counts::default(), &opened, context));
     }
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let warn = |text: &str| context.warn(text);
@@ -126,7 +123,7 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
     let answered =
         stream::answer(opened.answers.who(), stdin(), ask, None, interrupt::stop(false), &mut write);
     let counts = match answered {
-        Err(_) if gone => stream::Counts::default(),
+        Err(_) if gone => Counts::default(),
         other => other?,
     };
     let broken = counts.stopped.then(|| format!("interrupted; {} readings were answered", counts.lines));
@@ -169,12 +166,7 @@ impl Source {
     }
 
     /// A stream cannot be read again, so its answers are kept after a signal.
-    fn answer(
-        self,
-        who: Answerer<'_>,
-        ask: &Ask<'_>,
-        write: stream::Write<'_>,
-    ) -> Result<stream::Counts, Error> {
+    fn answer(self, who: Answerer<'_>, ask: &Ask<'_>, write: stream::Write<'_>) -> Result<Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
             Self::File(bytes) => {
@@ -226,12 +218,11 @@ fn filed(args: &Request, opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) 
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
     let reply = Reply { broken, ..reply(text, &counts, opened, context) };
-    let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body)?;
-    // A long table is not read again for one sentence.
-    Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
+    let of = json!({ "name": stem, "hash": identity });
+    Ok(reply.filed(destination, of, body)?.answered_of(counts.lines))
 }
 
-fn words(counts: &stream::Counts) -> String {
+fn words(counts: &Counts) -> String {
     let named = counts.combinations.named();
     // Zero readings have the status `no_strain`.
     let zeros = |words: &str| if words == "no_strain" { counts.zeros } else { 0 };
@@ -239,7 +230,7 @@ fn words(counts: &stream::Counts) -> String {
     combinations::told(of.filter(|(_, n)| *n > 0), |n| n.to_string())
 }
 
-fn reply(text: String, counts: &stream::Counts, opened: &Opened, context: &Context<'_>) -> Reply {
+fn reply(text: String, counts: &Counts, opened: &Opened, context: &Context<'_>) -> Reply {
     let (counts, seconds) = (counts.described(), context.seconds());
     let result = json!({ "estimator": opened.by, "warnings": context.told() });
     Reply { text, counts, seconds, result, ..Reply::default() }

@@ -57,6 +57,11 @@ impl Reply {
         }
     }
 
+    /// [`Self::answered`], unless its tables have more `rows` than are worth reading again for a sentence.
+    pub fn answered_of(self, rows: u64) -> Self {
+        if rows <= 100_000 { self.answered() } else { self }
+    }
+
     /// Completes the result at `destination` with its run.json: spec or data `of`, `body`, and the counts and seconds of this reply.
     pub fn filed(mut self, destination: Destination<'_>, of: Value, mut body: Value) -> Result<Self, Error> {
         let context = destination.context;

@@ -98,13 +98,9 @@ pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, 
         context.line(format!("part {shard}: {which}, {taps} taps"));
     }
     let mut progress = context.progress();
-    let target = Target {
-        out: Some(&*out).filter(|_| !context.is_in_memory()),
-        force: options.force == Some(true),
-        stop: context.host.stop(false),
-        shard: asked.shard,
-        every: asked.keep_every,
-    };
+    let (to, force) = (Some(&*out).filter(|_| !context.is_in_memory()), options.force == Some(true));
+    let (stop, shard, every) = (context.host.stop(false), asked.shard, asked.keep_every);
+    let target = Target { out: to, force, stop, shard, every };
     let steered = (&target, &mut *progress as &mut dyn Progress);
     let (report, tables) = sweep::run_needed(&mut spec, plan, &choice, steered, needed.as_mut())?;
     drop(progress);

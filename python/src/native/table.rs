@@ -207,17 +207,14 @@ fn array(values: Values) -> ArrayRef {
         Values::Words(Words { codes, known, .. }) => {
             // Categories need distinct words.
             let (mut words, mut places) = (Vec::new(), HashMap::new());
-            let mut place = |word: &str| match places.get(word) {
-                Some(place) => *place,
-                None if word.is_empty() => -1,
-                None => {
-                    let place = words.len() as i32;
-                    words.push(word.to_owned());
-                    places.insert(word.to_owned(), place);
-                    place
-                }
+            let place = |word: String| match word.is_empty() {
+                true => -1,
+                false => *places.entry(word).or_insert_with_key(|word| {
+                    words.push(word.clone());
+                    words.len() as i32 - 1
+                }),
             };
-            let of: Vec<i32> = known.iter().map(|word| place(word)).collect();
+            let of: Vec<i32> = known.into_iter().map(place).collect();
             let codes = codes.into_iter().map(|code| of[code as usize]).collect();
             dictionary(codes, words).expect("codes are places of words")
         }
