@@ -101,12 +101,10 @@ pub fn run(args: &New) -> Result<Reply, Error> {
         goal => format!("vibrissa {goal} {label}"),
     };
     let warnings: String = read.warnings.iter().map(|w| format!("warning: {w}\n")).collect();
-    Ok(Reply {
-        text: format!("{warnings}wrote {label} and {}\nnext: {next}\n", beside.display()),
-        files: vec![args.spec.clone(), beside],
-        result: json!({ "next": next, "warnings": read.warnings }),
-        ..Reply::default()
-    })
+    let text = format!("{warnings}wrote {label} and {}\nnext: {next}\n", beside.display());
+    let (files, result) =
+        (vec![args.spec.clone(), beside], json!({ "next": next, "warnings": read.warnings }));
+    Ok(Reply { text, files, result, ..Reply::default() })
 }
 
 fn answers(args: &New) -> Result<Answers, Error> {

@@ -105,23 +105,16 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
     let group = calibrate::widths(&asked.group)?;
     let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
     if options.run.plan == Some(true) {
-        return Ok(match &data {
-            Some(data) => {
-                let (file, rows, signal, name) =
-                    (&data.file, data.rows.len(), data.unit.column(), &spec.name);
-                let drive = data.drive.map_or("no drive column", Drive::column);
-                Reply {
-                    counts: json!({ "rows": rows }),
-                    result: json!({ "in_force": run_json::in_force(&spec), "signal": signal }),
-                    ..Reply::planned(out, |to| {
-                        format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}")
-                    })
-                }
-            }
-            None => {
-                Reply::planned(out, |to| format!("would calibrate the channels of {label} and write to {to}"))
-            }
-        });
+        let Some(data) = &data else {
+            let what = format!("would calibrate the channels of {label} and write to");
+            return Ok(Reply::planned(out, |to| format!("{what} {to}")));
+        };
+        let (file, rows, signal, name) = (&data.file, data.rows.len(), data.unit.column(), &spec.name);
+        let drive = data.drive.map_or("no drive column", Drive::column);
+        let what = format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to");
+        let (counts, in_force) = (json!({ "rows": rows }), run_json::in_force(&spec));
+        let result = json!({ "in_force": in_force, "signal": signal });
+        return Ok(Reply { counts, result, ..Reply::planned(out, |to| format!("{what} {to}")) });
     }
     context.warn_all(&spec.warnings);
     let names = if data.is_some() { &output::FILES[..] } else { &["calibration.toml", "channels.csv"] };

@@ -68,12 +68,9 @@ pub struct ContourRequest {
 pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;
-    let traced = TraceOptions {
-        noise,
-        surface: meant(("word", "--contact"), asked.contact.as_deref(), &PLACES)?,
-        taps: asked.taps,
-        kind: meant(("word", "--curve"), asked.curve.as_deref(), &Kind::WORDS)?,
-    };
+    let surface = meant(("word", "--contact"), asked.contact.as_deref(), &PLACES)?;
+    let kind = meant(("word", "--curve"), asked.curve.as_deref(), &Kind::WORDS)?;
+    let traced = TraceOptions { noise, surface, taps: asked.taps, kind };
     let estimator = estimator(asked.estimator.as_deref())?;
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let measured = context.data(&asked.data)?;

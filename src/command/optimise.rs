@@ -121,12 +121,9 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed
     let planned = Reply::planned(out, |to| {
         format!("{head}\n  until several starts agree, at most {most}\n  into {to}")
     });
-    Reply {
-        counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
-        seconds: json!({ "budget": seconds }),
-        backend: json!(choice.backend),
-        ..planned.of_spec(spec, needed)
-    }
+    let counts = json!({ "evaluations": evaluations, "variables": search.variables.len() });
+    let (seconds, backend) = (json!({ "budget": seconds }), json!(choice.backend));
+    Reply { counts, seconds, backend, ..planned.of_spec(spec, needed) }
 }
 
 fn summary(spec: &Spec, search: &Search, report: &Report) -> String {

@@ -58,13 +58,8 @@ pub struct PlanRequest {
 pub fn run(asked: &Asked<PlanRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
     let &PlanRequest { error, positions, runs, place, gain, relative, seed, .. } = &**asked;
-    let sizes = [
-        ("--error", error, true),
-        ("--place", place, false),
-        ("--gain", gain, false),
-        ("--relative", relative, false),
-    ];
-    for (key, x, positive) in sizes {
+    for (key, x) in [("--error", error), ("--place", place), ("--gain", gain), ("--relative", relative)] {
+        let positive = key == "--error";
         if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
             let allowed = if positive { "> 0 (mm)" } else { "≥ 0" };
             return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed).into());

@@ -96,10 +96,8 @@ impl Rows {
                 Property::Modulus => {
                     let material = sections.section("model").written("material");
                     let other = |m: Item<'_>| m.child("hooke").or_else(|| m.child("neo-hookean")).is_none();
-                    (
-                        material.is_some_and(other),
-                        "material = { hooke = E } or { neo-hookean = E }".to_owned(),
-                    )
+                    let laws = "material = { hooke = E } or { neo-hookean = E }";
+                    (material.is_some_and(other), laws.to_owned())
                 }
                 _ => continue,
             };
