@@ -83,13 +83,9 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         }
     };
     let body = rod.body;
-    let node = |s: f64, psi: f64, at: DVec2, strain: f64| Node {
-        s,
-        at: to_lab(at),
-        psi,
-        direction: direction(psi),
-        strain,
-        diameter: 2.0 * body.map_or_else(|| rod.taper.radius(s), |body| body.radius(s, s)),
+    let node = |s: f64, psi: f64, at: DVec2, strain: f64| {
+        let diameter = 2.0 * body.map_or_else(|| rod.taper.radius(s), |body| body.radius(s, s));
+        Node { s, at: to_lab(at), psi, direction: direction(psi), strain, diameter }
     };
     let section = |one: &BentSection| node(one.arc, one.angle, one.place, one.strain);
     let mut all: Vec<Node> = bent.sections.iter().rev().map(section).collect();

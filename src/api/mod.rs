@@ -19,10 +19,9 @@ pub use crate::evaluate::Outcome;
 pub use crate::locate::{Located, Locator};
 use crate::plan::{self, Plan};
 use crate::progress::{NEVER, Silent};
-pub use crate::scene::search::Objective;
 pub use crate::scene::{
-    Axis, BackendChoice, Contact, Convention, Drive, Material, Model, Output, RankBy, RunOptions, Setup,
-    Side, Space, Spec, Study, Theory, Tuple,
+    Axis, BackendChoice, Contact, Convention, Drive, Material, Model, Objective, Output, RankBy, RunOptions,
+    Setup, Side, Space, Spec, Study, Theory, Tuple,
 };
 pub use crate::status::Status;
 pub use crate::sweep::Report as Swept;
@@ -52,13 +51,8 @@ pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Res
 /// The tap angle (degrees; displacement, mm) between `ends` at which the one whisker of `study` tells distance best, over its distances.
 /// Errors: no drive that keeps the strain limit, no complete row, a backend that fails.
 pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<BestTap, Error> {
-    tap::find(
-        study,
-        ends,
-        objective,
-        &tap::choice(&RunOptions::default(), study)?,
-        (None, &NEVER, &mut Silent),
-    )
+    let choice = tap::choice(&RunOptions::default(), study)?;
+    tap::find(study, ends, objective, &choice, (None, &NEVER, &mut Silent))
 }
 
 /// A whisker, its gauge and its taps: every quantity is a number, or an [`Axis`] of several.
@@ -82,10 +76,8 @@ impl Whisker {
     /// Diameters D and d of base and tip, and length L_a, mm. Defaults: gauge of 2 mm at 5 mm, object at 30 mm, tap angle 4°.
     pub fn mm(base: impl Into<Axis>, tip: impl Into<Axis>, length: impl Into<Axis>) -> Self {
         let [at, grid, distance, theta] = [5.0, 2.0, 30.0, 4.0].map(Axis::from);
-        Self {
-            axes: [base.into(), tip.into(), length.into(), at, grid, distance, theta],
-            drive: Drive::Angle,
-        }
+        let axes = [base.into(), tip.into(), length.into(), at, grid, distance, theta];
+        Self { axes, drive: Drive::Angle }
     }
 
     /// Start of the gauge's grid, x_ss, and length of the grid, l, mm.

@@ -159,11 +159,6 @@ pub fn devices(common: &Common) -> Result<Reply, Error> {
     let word = options.backend.unwrap_or(BackendChoice::Auto).word();
     let _ = writeln!(text, "--backend {word} takes: {name} ({})", b.reason);
 
-    Ok(Reply {
-        text,
-        counts: json!({ "adapters": adapters.len() }),
-        backend: json!(b),
-        result: listed(&adapters, &faults),
-        ..Reply::default()
-    })
+    let (counts, result) = (json!({ "adapters": adapters.len() }), listed(&adapters, &faults));
+    Ok(Reply { text, counts, backend: json!(b), result, ..Reply::default() })
 }

@@ -8,19 +8,15 @@ use serde_json::{Value, json};
 use vibrissa::combinations;
 use vibrissa::command::{self, Asked, Context, array::LocateRequest, of_one_signal};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::stream::{self, Ask};
+use vibrissa::locate::stream::{self, Ask, Counts};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, answers::Answers, locator::opener};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Question, hash};
-use vibrissa::sink::{frame::Frame, lab::LabStream};
+use vibrissa::sink::{Frame, LabStream, Question, hash};
 use vibrissa::text_file::{Limit, TextFile, unread};
 
 use super::interrupt::{self, Patient};
 use super::reply::Reply;
-
-/// Largest number of readings for which the report's answer is printed.
-const ANSWERED: u64 = 100_000;
 
 type Request = Asked<LocateRequest>;
 
@@ -51,25 +47,18 @@ pub fn run(args: &Request, context: &Context<'_>) -> Result<Reply, Error> {
         let by = &opened.by;
         let text =
             format!("would locate readings of {from} by {by}, calibrated on {data}; nothing was run\n");
-        return Ok(reply(text, &stream::Counts::default(), &opened, context));
+        return Ok(reply(text, &Counts::default(), &opened, context));
     }
-    // A stream is answered on stdout, unless JSON is printed there or a folder is requested.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let warn = |text: &str| context.warn(text);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.answers.who().first()])?;
-    let asked = Ask {
-        zero,
-        label: None,
-        keep: false,
-        by: args.by(),
-        interval: args.interval,
-        ..Ask::of_file("", &columns, &warn)
-    };
+    let (by, interval) = (args.by(), args.interval);
+    let asked = Ask { zero, label: None, keep: false, by, interval, ..Ask::of_file("", &columns, &warn) };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&opened, &asked, context);
     }
     let label = readings.map(|p| p.display().to_string());
-    filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
+    filed(args, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
 }
 
 struct Opened {
@@ -134,7 +123,7 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
     let answered =
         stream::answer(opened.answers.who(), stdin(), ask, None, interrupt::stop(false), &mut write);
     let counts = match answered {
-        Err(_) if gone => stream::Counts::default(),
+        Err(_) if gone => Counts::default(),
         other => other?,
     };
     let broken = counts.stopped.then(|| format!("interrupted; {} readings were answered", counts.lines));
@@ -177,12 +166,7 @@ impl Source {
     }
 
     /// A stream cannot be read again, so its answers are kept after a signal.
-    fn answer(
-        self,
-        who: Answerer<'_>,
-        ask: &Ask<'_>,
-        write: stream::Write<'_>,
-    ) -> Result<stream::Counts, Error> {
+    fn answer(self, who: Answerer<'_>, ask: &Ask<'_>, write: stream::Write<'_>) -> Result<Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
             Self::File(bytes) => {
@@ -197,13 +181,7 @@ impl Source {
     }
 }
 
-fn filed(
-    args: &Request,
-    path: &Path,
-    opened: &Opened,
-    ask: &Ask<'_>,
-    context: &Context<'_>,
-) -> Result<Reply, Error> {
+fn filed(args: &Request, opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Reply, Error> {
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
     let digest = if let Source::File(bytes) = &source { hash(bytes) } else { String::new() };
@@ -215,7 +193,7 @@ fn filed(
     let data = readings.map(|_| &digest);
     let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": args.zero, "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes, "interval": args.interval, "free": args.free.map(|free| format!("{free:?}")) });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
-    let inputs = vec![path.to_owned(), from.to_owned()];
+    let inputs = args.calibration.iter().cloned().chain([from.to_owned()]).collect();
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
     let mut destination = context.open(&out, question, &["located.csv"], Some(args.common.force))?;
     let counts = destination.stream("located.csv", |write| {
@@ -240,12 +218,11 @@ fn filed(
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
     let reply = Reply { broken, ..reply(text, &counts, opened, context) };
-    let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body, context)?;
-    // A long table is not read again for one sentence.
-    Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
+    let of = json!({ "name": stem, "hash": identity });
+    Ok(reply.filed(destination, of, body)?.answered_of(counts.lines))
 }
 
-fn words(counts: &stream::Counts) -> String {
+fn words(counts: &Counts) -> String {
     let named = counts.combinations.named();
     // Zero readings have the status `no_strain`.
     let zeros = |words: &str| if words == "no_strain" { counts.zeros } else { 0 };
@@ -253,12 +230,8 @@ fn words(counts: &stream::Counts) -> String {
     combinations::told(of.filter(|(_, n)| *n > 0), |n| n.to_string())
 }
 
-fn reply(text: String, counts: &stream::Counts, opened: &Opened, context: &Context<'_>) -> Reply {
-    Reply {
-        text,
-        counts: counts.described(),
-        seconds: context.seconds(),
-        result: json!({ "estimator": opened.by, "warnings": context.told() }),
-        ..Reply::default()
-    }
+fn reply(text: String, counts: &Counts, opened: &Opened, context: &Context<'_>) -> Reply {
+    let (counts, seconds) = (counts.described(), context.seconds());
+    let result = json!({ "estimator": opened.by, "warnings": context.told() });
+    Reply { text, counts, seconds, result, ..Reply::default() }
 }

@@ -101,12 +101,10 @@ pub fn run(args: &New) -> Result<Reply, Error> {
         goal => format!("vibrissa {goal} {label}"),
     };
     let warnings: String = read.warnings.iter().map(|w| format!("warning: {w}\n")).collect();
-    Ok(Reply {
-        text: format!("{warnings}wrote {label} and {}\nnext: {next}\n", beside.display()),
-        files: vec![args.spec.clone(), beside],
-        result: json!({ "next": next, "warnings": read.warnings }),
-        ..Reply::default()
-    })
+    let text = format!("{warnings}wrote {label} and {}\nnext: {next}\n", beside.display());
+    let (files, result) =
+        (vec![args.spec.clone(), beside], json!({ "next": next, "warnings": read.warnings }));
+    Ok(Reply { text, files, result, ..Reply::default() })
 }
 
 fn answers(args: &New) -> Result<Answers, Error> {
@@ -164,12 +162,9 @@ fn numbers<const N: usize>(flag: &str, said: &Option<String>, question: &str) ->
     }
 }
 
-fn choose(
-    question: &str,
-    all: [(&'static str, &'static str, &'static str); 4],
-) -> Result<&'static str, Error> {
+fn choose(what: &str, all: [(&'static str, &'static str, &'static str); 4]) -> Result<&'static str, Error> {
     let lines: String = all.iter().map(|(word, _, help)| format!("\n  {word:10} {help}")).collect();
-    asked(&format!("{question}{lines}\n"), |text| {
+    asked(&format!("{what}{lines}\n"), |text| {
         let words = all.map(|(word, ..)| word);
         let none = InputError::new("this is none of the words").key("answer").value(text);
         words.into_iter().find(|word| *word == text).ok_or_else(|| none.allowed(words.join(", ")))

@@ -1,6 +1,5 @@
 //! Runs work on a thread that a signal can abandon, even inside a driver or solver, and decides what is kept of it.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -23,7 +22,7 @@ pub fn apart<T: Send + 'static>(
     work: impl FnOnce(&AtomicBool, &mut dyn FnMut(T)) -> Result<(), Error> + Send + 'static,
     mut take: impl FnMut(T),
 ) -> Result<(), Error> {
-    let stop = context.host().stop(true);
+    let stop = context.host.stop(true);
     let ended = if context.is_in_memory() {
         work(stop, &mut take)
     } else {
@@ -58,18 +57,14 @@ pub fn apart<T: Send + 'static>(
 }
 
 /// For `done` of `of` things called `what`: whether they are kept in `destination`, and the message if a signal ended the work early.
-/// A partial result replaces a whole older one in `out` only if forced.
-pub fn cut(
-    ([done, of], what): ([u64; 2], &str),
-    destination: &Destination,
-    (force, out): (Option<bool>, &Path),
-) -> (bool, Option<String>) {
+/// A partial result replaces a whole older one only if forced.
+pub fn cut(([done, of], what): ([u64; 2], &str), destination: &Destination<'_>) -> (bool, Option<String>) {
     if done >= of {
         return (true, None);
     }
     let older = destination.folder.as_ref().and_then(Folder::older);
-    let kept = force == Some(true) || !older.is_some_and(|run| run["stopped"].is_null());
-    let out = out.display();
+    let kept = destination.force || !older.is_some_and(|run| run["stopped"].is_null());
+    let out = destination.out.display();
     let words = match (done, kept) {
         (0, _) => "interrupted before the first result; nothing was written".to_owned(),
         (_, true) => format!("interrupted; what {done} of {of} {what} show is kept in {out}"),

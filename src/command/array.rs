@@ -165,5 +165,5 @@ pub fn run(asked: &Asked<LocateRequest>, context: &Context<'_>) -> Result<Reply,
     let words = counted.combinations.told(|n| n.to_string());
     let text = format!("{} readings of {} whiskers located: {words}\n", counted.lines, whiskers.len());
     let result = json!({ "whiskers": names, "warnings": context.told() });
-    Reply { text, counts, result, ..Reply::default() }.filed(destination, of, body, context)
+    Reply { text, counts, result, ..Reply::default() }.filed(destination, of, body)
 }

@@ -81,7 +81,7 @@ pub fn run(asked: &Asked<BenchRequest>, context: &Context<'_>) -> Result<Reply, 
         },
     )?;
     let done = measured.len() as u64;
-    let (kept, broken) = cut(([done, of], "measurements"), &destination, (options.force, &out));
+    let (kept, broken) = cut(([done, of], "measurements"), &destination);
     // (slowest − fastest)/median of the repeats: on a quiet machine it is some percent.
     let spread = measured.iter().filter_map(|m| m.spread).fold(0.0, f64::max);
     if spread > QUIET {
@@ -122,7 +122,7 @@ pub fn run(asked: &Asked<BenchRequest>, context: &Context<'_>) -> Result<Reply, 
         "stopped": stopped.then(|| json!({ "steps": done, "of": of })),
     });
     let of = json!({ "name": "bench", "hash": hash(&text), "text": text });
-    Ok(reply.filed(destination, of, body, context)?.answered())
+    Ok(reply.filed(destination, of, body)?.answered())
 }
 
 /// The processor in its own words, and its cores.

@@ -105,29 +105,22 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
     let group = calibrate::widths(&asked.group)?;
     let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
     if options.run.plan == Some(true) {
-        return Ok(match &data {
-            Some(data) => {
-                let (file, rows, signal, name) =
-                    (&data.file, data.rows.len(), data.unit.column(), &spec.name);
-                let drive = data.drive.map_or("no drive column", Drive::column);
-                Reply {
-                    counts: json!({ "rows": rows }),
-                    result: json!({ "in_force": run_json::in_force(&spec), "signal": signal }),
-                    ..Reply::planned(out, |to| {
-                        format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}")
-                    })
-                }
-            }
-            None => {
-                Reply::planned(out, |to| format!("would calibrate the channels of {label} and write to {to}"))
-            }
-        });
+        let Some(data) = &data else {
+            let what = format!("would calibrate the channels of {label} and write to");
+            return Ok(Reply::planned(out, |to| format!("{what} {to}")));
+        };
+        let (file, rows, signal, name) = (&data.file, data.rows.len(), data.unit.column(), &spec.name);
+        let drive = data.drive.map_or("no drive column", Drive::column);
+        let what = format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to");
+        let (counts, in_force) = (json!({ "rows": rows }), run_json::in_force(&spec));
+        let result = json!({ "in_force": in_force, "signal": signal });
+        return Ok(Reply { counts, result, ..Reply::planned(out, |to| format!("{what} {to}")) });
     }
     context.warn_all(&spec.warnings);
     let names = if data.is_some() { &output::FILES[..] } else { &["calibration.toml", "channels.csv"] };
     let mut destination = context.open(&out, question, names, options.run.force)?;
     let reply = match &data {
-        Some(data) => of_signal(asked, (data, &rig), &options, &mut destination, context)?,
+        Some(data) => of_signal(asked, (data, &rig), &options, &mut destination)?,
         None => {
             let found = several::several((&label, table, &columns), &rig, &options)?;
             context.warn_all(found.warnings());
@@ -143,18 +136,17 @@ pub fn run(asked: &Asked<CalibrateRequest>, context: &Context<'_>) -> Result<Rep
         "data": { "file": label, "hash": options.hash }, "in_force": run_json::in_force(&spec),
         "material_fit": run_json::material_fit(&spec, None), "warnings": spec.warnings, "result": reply.result,
     });
-    Ok(reply.filed(destination, of, body, context)?.answered())
+    Ok(reply.filed(destination, of, body)?.answered())
 }
 
 fn of_signal(
     asked: &CalibrateRequest,
     (data, rig): (&Data, &Rig),
     options: &Options,
-    destination: &mut Destination,
-    context: &Context<'_>,
+    destination: &mut Destination<'_>,
 ) -> Result<Reply, Error> {
     let found = calibrate::calibrate(data, rig, options)?;
-    context.warn_all(&found.warnings);
+    destination.context.warn_all(&found.warnings);
     let locator = found.calibration.opened(&opener(&options.run))?;
     let calibration = asked.export.as_ref().map(|_| found.calibration.clone().sealed());
     let exported = calibration.map_or(Ok(()), |calibration| {

@@ -33,7 +33,7 @@ pub fn run(asked: &Asked<ChartRequest>, context: &Context<'_>) -> Result<Reply, 
         let charts = distances.len() * directions.len();
         return Ok(Reply::planned(out, |to| format!("{}: {charts} charts to {to}", spec.name)));
     }
-    let found = chart::of_study(&spec.study, tolerance, context.host().stop(false))?;
+    let found = chart::of_study(&spec.study, tolerance, context.host.stop(false))?;
     let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
     let mut destination = context.open(&out, question, &[FILE], options.force)?;
     destination.put(FILE, document(setup, &found).to_string().into_bytes())?;
@@ -52,5 +52,5 @@ pub fn run(asked: &Asked<ChartRequest>, context: &Context<'_>) -> Result<Reply, 
         "Taps at {with} of {all} distances are read from charts, with a strain error of {error:.1e} at most where that was checked."
     );
     let reply = Reply { answer, text, counts, ..Reply::default() };
-    reply.filed_of(&spec, destination, json!({ "tolerance": tolerance }), context)
+    reply.filed_of(&spec, destination, json!({ "tolerance": tolerance }))
 }

@@ -101,7 +101,7 @@ pub fn run(asked: &Asked<ClusterRequest>, context: &Context<'_>) -> Result<Reply
     let body = json!({ "in_force": Value::Null, "cluster": of });
     let result = json!({ "submit": submit.display().to_string(), "merged": whole.display().to_string() });
     let reply = Reply { result, seconds: json!({ "total": 0.0 }), ..Reply::default() };
-    let reply = reply.filed(destination, run_json::spec(&spec), body, context)?;
+    let reply = reply.filed(destination, run_json::spec(&spec), body)?;
     let wrote = listed(&reply.files);
     let text = format!(
         "{parts}\nwrote {wrote}\nlook at time, memory and partition in part.sbatch, then: bash {bash}\n"

@@ -24,8 +24,10 @@ use crate::{files, spec};
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 
 pub trait Host {
-    fn begin(&self, options: &RunOptions) -> Result<(), Error>;
-    fn line(&self, text: &str);
+    fn begin(&self, _options: &RunOptions) -> Result<(), Error> {
+        Ok(())
+    }
+    fn line(&self, _text: &str) {}
     fn progress(&self, quiet: bool) -> Box<dyn Show + '_>;
     /// The stop flag of the work; `keeps`: the work then keeps its partial results.
     fn stop(&self, keeps: bool) -> &AtomicBool;
@@ -67,7 +69,7 @@ impl Content {
 }
 
 pub struct Context<'a> {
-    host: &'a dyn Host,
+    pub host: &'a dyn Host,
     start: Instant,
     /// `None` if results go into folders.
     memory: Option<(Vec<HeldFile>, Option<Frame>)>,
@@ -88,10 +90,6 @@ impl<'a> Context<'a> {
     /// For results in memory, from these inputs; `taps` replace those of a spec.
     pub fn in_memory(host: &'a dyn Host, files: Vec<HeldFile>, taps: Option<Frame>) -> Self {
         Self { memory: Some((files, taps)), ..Self::new(host, true) }
-    }
-
-    pub fn host(&self) -> &'a dyn Host {
-        self.host
     }
 
     pub fn progress(&self) -> Box<dyn Show + 'a> {
@@ -207,24 +205,18 @@ impl<'a> Context<'a> {
     }
 
     pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, InputError> {
-        let parse = |label: &str, text: &str, _: &Path| Calibration::parse(label, text, trust);
-        if path.is_dir() {
-            return Calibration::read(path, trust);
+        match path.is_dir() {
+            true => Calibration::read(path, trust),
+            false => self.read(path, "calibration", |label, text, _| Calibration::parse(label, text, trust)),
         }
-        self.read(path, "calibration", parse)
     }
 
     /// The strain change up to which effects may be left off: typed, or from `[run]` of the spec.
-    pub fn model_error(
-        &self,
-        typed: Option<f64>,
-        spec: &Spec,
-        choice: &Choice,
-    ) -> Result<Option<f64>, Error> {
-        if let (None, Some((_, _, free))) = (typed, &mut *self.spec.borrow_mut()) {
+    pub fn model_error(&self, said: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
+        if let (None, Some((_, _, free))) = (said, &mut *self.spec.borrow_mut()) {
             free.push("--model-error");
         }
-        needed::bound(typed.or(spec.run.model_error), spec, choice)
+        needed::bound(said.or(spec.run.model_error), spec, choice)
     }
 
     pub fn settle(
@@ -265,12 +257,12 @@ impl<'a> Context<'a> {
         mut question: Question,
         names: &[&str],
         force: Option<bool>,
-    ) -> Result<Destination, Error> {
-        let mut destination =
-            Destination { command: question.command, out: out.to_owned(), folder: None, kept: Vec::new() };
+    ) -> Result<Destination<'_>, Error> {
+        let (command, out, force, kept) = (question.command, out.to_owned(), force == Some(true), Vec::new());
+        let mut destination = Destination { context: self, command, out, force, folder: None, kept };
         if !self.is_in_memory() {
             question.inputs.extend(self.inputs());
-            destination.folder = Some(Folder::open(out, question, names, force == Some(true))?);
+            destination.folder = Some(Folder::open(&destination.out, question, names, force)?);
         }
         Ok(destination)
     }
@@ -285,14 +277,16 @@ fn leave_files(spec: &mut Spec) {
 }
 
 /// A result in progress: in the folder `out`, or kept in memory by name.
-pub struct Destination {
+pub struct Destination<'a> {
+    pub(super) context: &'a Context<'a>,
     pub(super) command: &'static str,
     pub(super) out: PathBuf,
+    pub(super) force: bool,
     pub(super) folder: Option<Folder>,
     pub(super) kept: Vec<(String, Content)>,
 }
 
-impl Destination {
+impl Destination<'_> {
     pub fn put(&mut self, name: &str, bytes: Vec<u8>) -> Result<(), Error> {
         if let Some(folder) = &mut self.folder {
             return folder.put(name, &bytes);

@@ -68,12 +68,9 @@ pub struct ContourRequest {
 pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;
-    let traced = TraceOptions {
-        noise,
-        surface: meant(("word", "--contact"), asked.contact.as_deref(), &PLACES)?,
-        taps: asked.taps,
-        kind: meant(("word", "--curve"), asked.curve.as_deref(), &Kind::WORDS)?,
-    };
+    let surface = meant(("word", "--contact"), asked.contact.as_deref(), &PLACES)?;
+    let kind = meant(("word", "--curve"), asked.curve.as_deref(), &Kind::WORDS)?;
+    let traced = TraceOptions { noise, surface, taps: asked.taps, kind };
     let estimator = estimator(asked.estimator.as_deref())?;
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let measured = context.data(&asked.data)?;
@@ -94,7 +91,7 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
     let zero = SaidZero::of(asked.zero.as_ref(), [&locator])?;
     let ask = Ask { zero, ..Ask::of_file(&file, &columns, &warn) };
     let readings = Readings::of(&locator, measured.rows(), &ask, heading("points"))?;
-    let trace = Trace::new(&locator, &readings, &traced, context.host().stop(false))?;
+    let trace = Trace::new(&locator, &readings, &traced, context.host.stop(false))?;
     if !trace.on_surface && asked.contact.is_none() && locator.rig.known {
         warn(
             "the model of the calibration has contact on the whisker's centreline, and so are the points: on a real whisker they are off the \
@@ -139,7 +136,7 @@ pub fn run(asked: &Asked<ContourRequest>, context: &Context<'_>) -> Result<Reply
     let text = summary(&trace, &counts, &result, by);
     result["warnings"] = context.told().into();
     let reply = Reply { text, counts, result, ..Reply::default() };
-    Ok(reply.filed(destination, of, body, context)?.answered())
+    Ok(reply.filed(destination, of, body)?.answered())
 }
 
 fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {

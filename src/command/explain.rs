@@ -21,15 +21,10 @@ pub fn run(spec: &Spec, options: &RunOptions, context: &Context<'_>) -> Result<R
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
     let choice = if free { few(options) } else { Choice::new(options) }?;
     let found = explain(&spec.study, &choice)?;
-    Ok(Reply {
-        text: text(spec, &choice, &found),
-        counts: json!({ "taps": found.total, "taps_compared": found.taps }),
-        seconds: context.seconds(),
-        backend: json!(choice.backend),
-        result: json!(found),
-        quiet: context.is_quiet(),
-        ..Reply::default()
-    })
+    let text = text(spec, &choice, &found);
+    let counts = json!({ "taps": found.total, "taps_compared": found.taps });
+    let (seconds, backend, result) = (context.seconds(), json!(choice.backend), json!(found));
+    Ok(Reply { text, counts, seconds, backend, result, quiet: context.is_quiet(), ..Reply::default() })
 }
 
 /// Percent with three digits.

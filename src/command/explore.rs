@@ -59,7 +59,7 @@ pub fn run(asked: &Asked<ExploreRequest>, context: &Context<'_>) -> Result<Reply
         let mut destination = context.open(&out, question, &[], None)?;
         destination.put(FILE, page.into_bytes())?;
         let body = json!({ "result": result });
-        return Reply { counts, result, ..Reply::default() }.filed_of(&spec, destination, body, context);
+        return Reply { counts, result, ..Reply::default() }.filed_of(&spec, destination, body);
     }
     write(&out, &page)?;
     let (signal, taps, error) = (spec.study.setup.signal.word(), census.taps, census.strain);
@@ -79,7 +79,6 @@ pub fn run(asked: &Asked<ExploreRequest>, context: &Context<'_>) -> Result<Reply
 /// Checks that `out` may be written: not a folder, not an input, and only an older page is replaced unless forced.
 fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
     let here = out.canonicalize().ok();
-    // An older page is recognised by its start.
     let ours = || {
         let mut start = Vec::new();
         let read = File::open(out).and_then(|file| file.take(HEAD.len() as u64).read_to_end(&mut start));

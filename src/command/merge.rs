@@ -10,9 +10,6 @@ use super::{Asked, Context, Reply, grouped};
 use crate::error::Error;
 use crate::merge;
 
-/// Largest number of rows for which the recommendation is printed.
-const ANSWERED: u64 = 100_000;
-
 /// Parts of a sweep.
 #[derive(Debug, Flags)]
 #[command(after_help = "Example: vibrissa merge results/million")]
@@ -38,16 +35,10 @@ pub fn run(asked: &Asked<MergeRequest>, context: &Context<'_>) -> Result<Reply, 
     }
     text.push('\n');
     let rows = ["tuples", "designs"].iter().filter_map(|key| run["counts"][key].as_u64()).sum::<u64>();
-    let reply = Reply {
-        text,
-        counts: run["counts"].clone(),
-        seconds: json!({ "total": report.seconds, "parts": run["seconds"]["total"] }),
-        backend: run["backend"].clone(),
-        result: json!({ "parts": run["parts"], "warnings": report.warnings }),
-        ..Reply::default()
-    };
+    let seconds = json!({ "total": report.seconds, "parts": run["seconds"]["total"] });
+    let result = json!({ "parts": run["parts"], "warnings": report.warnings });
+    let (counts, backend) = (run["counts"].clone(), run["backend"].clone());
+    let reply = Reply { text, counts, seconds, backend, result, ..Reply::default() };
     let timed = (report.seconds, context.is_quiet());
-    let reply = reply.with_files(report.out, (report.files, report.removed), timed);
-    // Long tables are not read again for one sentence.
-    Ok(if rows <= ANSWERED { reply.answered() } else { reply })
+    Ok(reply.with_files(report.out, report.written, timed).answered_of(rows))
 }

@@ -111,7 +111,7 @@ pub fn run(asked: &Asked<NextRequest>, context: &Context<'_>) -> Result<Reply, E
     let of = json!({ "name": stem, "hash": identity });
     let body = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "warnings": context.told(), "result": result });
     let answer = answer(&found, drive, &lines);
-    Reply { answer, counts, result, ..Reply::default() }.filed(destination, of, body, context)
+    Reply { answer, counts, result, ..Reply::default() }.filed(destination, of, body)
 }
 
 fn read(
@@ -138,7 +138,6 @@ fn read(
     let mut all = Vec::new();
     for (k, row) in readings.rows.iter().enumerate() {
         let object = place.and_then(|k| row.fields.get(k)).map(|c| c.text().into_owned()).unwrap_or_default();
-        // Rows without an object are skipped if the column exists.
         let named = place.is_none() || !object.is_empty();
         if let Some(tap) = row.tap.as_ref().filter(|_| named) {
             let shift = shifts.as_ref().map_or(0.0, |all| all[k]);
@@ -271,7 +270,6 @@ fn drawn(next: &Next, drive: Drive) -> Figure {
         .with(Mark::points(Drawn::new("beyond a limit of the sensor", 1, curve(at, false)), Marker::Cross))
         .with(Mark::line(now, 1));
     if next.moves() {
-        // Also the curve at the current base position, or the nearest one.
         let off = |t: &&Tried| (t.shift - next.stands).abs();
         let nearest = next.tried.iter().min_by(|p, q| off(p).total_cmp(&off(q))).map_or(at, |t| t.shift);
         panel = panel.with(line(format!("base {at:.1} mm nearer (best)"), 0, at));

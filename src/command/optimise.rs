@@ -63,7 +63,7 @@ fn searched(
     let names = report::names(search.objective);
     let mut destination = context.open(out, question, &names, options.force)?;
     let mut progress = context.progress();
-    let stop = context.host().stop(true);
+    let stop = context.host.stop(true);
     let report = optimise::find(spec, search, (choice, options, needed), stop, progress.as_mut())?;
     drop(progress);
     destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;
@@ -87,7 +87,7 @@ fn searched(
         ..Reply::default()
     };
     let body = with_model_error(body, report.model_error.as_ref());
-    Ok(reply.filed_of(spec, destination, body, context)?.answered())
+    Ok(reply.filed_of(spec, destination, body)?.answered())
 }
 
 fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
@@ -121,12 +121,9 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed
     let planned = Reply::planned(out, |to| {
         format!("{head}\n  until several starts agree, at most {most}\n  into {to}")
     });
-    Reply {
-        counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
-        seconds: json!({ "budget": seconds }),
-        backend: json!(choice.backend),
-        ..planned.of_spec(spec, needed)
-    }
+    let counts = json!({ "evaluations": evaluations, "variables": search.variables.len() });
+    let (seconds, backend) = (json!({ "budget": seconds }), json!(choice.backend));
+    Reply { counts, seconds, backend, ..planned.of_spec(spec, needed) }
 }
 
 fn summary(spec: &Spec, search: &Search, report: &Report) -> String {

@@ -58,13 +58,8 @@ pub struct PlanRequest {
 pub fn run(asked: &Asked<PlanRequest>, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
     let &PlanRequest { error, positions, runs, place, gain, relative, seed, .. } = &**asked;
-    let sizes = [
-        ("--error", error, true),
-        ("--place", place, false),
-        ("--gain", gain, false),
-        ("--relative", relative, false),
-    ];
-    for (key, x, positive) in sizes {
+    for (key, x) in [("--error", error), ("--place", place), ("--gain", gain), ("--relative", relative)] {
+        let positive = key == "--error";
         if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
             let allowed = if positive { "> 0 (mm)" } else { "≥ 0" };
             return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed).into());
@@ -101,7 +96,7 @@ pub fn run(asked: &Asked<PlanRequest>, context: &Context<'_>) -> Result<Reply, E
     let (result, answer, text) = (result(&found, drive), answer(&found, error), summary(&found, drive));
     let body = json!({ "result": result });
     let reply = Reply { answer, text, counts, result, ..Reply::default() };
-    reply.filed_of(&spec, destination, body, context)
+    reply.filed_of(&spec, destination, body)
 }
 
 fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {

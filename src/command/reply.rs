@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{Content, Context, Destination};
+use super::{Content, Destination};
 use crate::backend::Backend;
 use crate::census::needed::Needed;
 use crate::digits::short_to;
@@ -57,14 +57,14 @@ impl Reply {
         }
     }
 
+    /// [`Self::answered`], unless its tables have more `rows` than are worth reading again for a sentence.
+    pub fn answered_of(self, rows: u64) -> Self {
+        if rows <= 100_000 { self.answered() } else { self }
+    }
+
     /// Completes the result at `destination` with its run.json: spec or data `of`, `body`, and the counts and seconds of this reply.
-    pub fn filed(
-        mut self,
-        destination: Destination,
-        of: Value,
-        mut body: Value,
-        context: &Context<'_>,
-    ) -> Result<Self, Error> {
+    pub fn filed(mut self, destination: Destination<'_>, of: Value, mut body: Value) -> Result<Self, Error> {
+        let context = destination.context;
         if self.seconds.is_null() {
             self.seconds = context.seconds();
         }
@@ -77,29 +77,19 @@ impl Reply {
             return Ok(Self { kept: destination.kept, document, ..self });
         };
         folder.run_json(&document)?;
-        let Written { files, removed } = folder.finish()?;
-        Ok(self.with_files(destination.out, (files, removed), (context.elapsed(), context.is_quiet())))
+        let written = folder.finish()?;
+        Ok(self.with_files(destination.out, written, (context.elapsed(), context.is_quiet())))
     }
 
     /// Like [`Self::filed`], for a `spec`, with its values in force, and its warnings unless `body` has others.
-    pub fn filed_of(
-        self,
-        spec: &Spec,
-        destination: Destination,
-        body: Value,
-        context: &Context<'_>,
-    ) -> Result<Self, Error> {
+    pub fn filed_of(self, spec: &Spec, destination: Destination<'_>, body: Value) -> Result<Self, Error> {
         let mut whole = json!({ "in_force": run_json::in_force(spec), "warnings": spec.warnings });
         body.as_object().into_iter().flatten().for_each(|(key, value)| whole[key] = value.clone());
-        self.filed(destination, run_json::spec(spec), whole, context)
+        self.filed(destination, run_json::spec(spec), whole)
     }
 
-    pub fn with_files(
-        self,
-        out: PathBuf,
-        (files, removed): (Vec<PathBuf>, Vec<PathBuf>),
-        (seconds, quiet): (f64, bool),
-    ) -> Self {
+    pub fn with_files(self, out: PathBuf, written: Written, (seconds, quiet): (f64, bool)) -> Self {
+        let Written { files, removed } = written;
         let text = self.text + &format!("wrote {} in {seconds:.2} s\n", listed(&files));
         let mut reply = Self { text, out: Some(out), files, quiet, ..self };
         if !removed.is_empty() {

@@ -70,12 +70,13 @@ pub fn run(asked: &Asked<ReportRequest>, context: &Context<'_>) -> Result<Reply,
     let question = Question { inputs, ..Question::new("report", name.clone(), of) };
     let written: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     let folder = Folder::open(&out, question, &written, *force)?;
-    let mut destination = Destination { command: "report", out, folder: Some(folder), kept: Vec::new() };
+    let (command, force, folder, kept) = ("report", *force, Some(folder), Vec::new());
+    let mut destination = Destination { context, command, out, force, folder, kept };
     files.into_iter().try_for_each(|(name, bytes)| destination.put(&name, bytes))?;
     let figure = |f: &Figure| json!({ "name": f.name, "title": f.title, "caption": f.caption });
     let (run, answer) = (&source.run, &content.answer);
     let body = json!({
-        "of": { "command": command, "run_json_blake3": source.hash, "version": run["version"], "commit": run["commit"] },
+        "of": { "command": source.command, "run_json_blake3": source.hash, "version": run["version"], "commit": run["commit"] },
         "figures": content.figures.iter().map(figure).collect::<Vec<_>>(),
         "answer": answer,
         "notes": notes,
@@ -89,7 +90,7 @@ pub fn run(asked: &Asked<ReportRequest>, context: &Context<'_>) -> Result<Reply,
     let counts = json!({ "figures": n, "page_bytes": bytes });
     let result = json!({ "answer": answer, "figures": names, "notes": notes });
     let reply = Reply { counts, result, ..Reply::default() };
-    let reply = reply.filed(destination, run["spec"].clone(), body, context)?;
+    let reply = reply.filed(destination, run["spec"].clone(), body)?;
     let (kilobytes, time) = (bytes.div_ceil(1000), context.elapsed());
     let at = at.display();
     let text = format!("{answer}\n{n} figures: {listed}\nwrote {at} ({kilobytes} kB){also} in {time:.2} s\n");

@@ -45,7 +45,7 @@ pub fn run(asked: &Asked<ShapeRequest>, context: &Context<'_>) -> Result<Reply, 
     let question = Question::of_scene("shape", &spec, json!({ "nodes": nodes, "solved_by": by }));
     let mut destination = context.open(&out, question, &shape::FILES, options.force)?;
     let mut progress = context.progress();
-    let steered = (context.host().stop(false), &mut *progress as &mut dyn Progress);
+    let steered = (context.host.stop(false), &mut *progress as &mut dyn Progress);
     let ([taps, shapes], tables) = shape::tables(&spec, method, nodes, steered)?;
     tables.into_iter().try_for_each(|table| destination.table(table))?;
     let without = match taps - shapes {
@@ -56,5 +56,5 @@ pub fn run(asked: &Asked<ShapeRequest>, context: &Context<'_>) -> Result<Reply, 
     let counts = json!({ "taps": taps, "shapes": shapes });
     let body = json!({ "material_fit": run_json::material_fit(&spec, None), "solved_by": by });
     let reply = Reply { text, counts, ..Reply::default() };
-    Ok(reply.filed_of(&spec, destination, body, context)?.answered())
+    Ok(reply.filed_of(&spec, destination, body)?.answered())
 }

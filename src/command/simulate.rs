@@ -161,5 +161,5 @@ pub fn run(asked: &Asked<SimulateRequest>, context: &Context<'_>) -> Result<Repl
     let text = format!("{taps} synthetic {what}{without}, {zeros} zero readings\n");
     let body = json!({ "source": simulate::SOURCE, "settings": described });
     let (counts, result) = (json!(counts), json!({ "settings": described }));
-    Reply { text, counts, result, ..Reply::default() }.filed_of(&spec, destination, body, context)
+    Reply { text, counts, result, ..Reply::default() }.filed_of(&spec, destination, body)
 }

@@ -18,7 +18,7 @@ use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
 use crate::scene::{Geometry, MaterialFit, Per, RankBy, Spec};
-use crate::sink::{Shard, Table, TableFormat, drive_unit, run_json};
+use crate::sink::{Shard, Table, TableFormat, Written, drive_unit, run_json};
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
 
@@ -98,13 +98,9 @@ pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, 
         context.line(format!("part {shard}: {which}, {taps} taps"));
     }
     let mut progress = context.progress();
-    let target = Target {
-        out: Some(&*out).filter(|_| !context.is_in_memory()),
-        force: options.force == Some(true),
-        stop: context.host().stop(false),
-        shard: asked.shard,
-        every: asked.keep_every,
-    };
+    let (to, force) = (Some(&*out).filter(|_| !context.is_in_memory()), options.force == Some(true));
+    let (stop, shard, every) = (context.host.stop(false), asked.shard, asked.keep_every);
+    let target = Target { out: to, force, stop, shard, every };
     let steered = (&target, &mut *progress as &mut dyn Progress);
     let (report, tables) = sweep::run_needed(&mut spec, plan, &choice, steered, needed.as_mut())?;
     drop(progress);
@@ -130,8 +126,8 @@ pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, 
         }),
         ..Reply::default()
     };
-    let seconds = report.seconds.total;
-    Ok(reply.with_files(out, (report.files, report.removed), (seconds, context.is_quiet())))
+    let written = Written { files: report.files, removed: report.removed };
+    Ok(reply.with_files(out, written, (report.seconds.total, context.is_quiet())))
 }
 
 fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
@@ -261,6 +257,8 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         let x = format!("{x:.4}");
         format!("{}{unit}", x.trim_end_matches('0').trim_end_matches('.'))
     };
+    let plain = |x: f64| x == 0.0 || (1e-2..1e5).contains(&x.abs());
+    let sized = |x: f64| if plain(x) { format!("{x:.4}") } else { format!("{x:.2e}") };
     let value = |k: &Kept, column| k.at.row.value(column, k.at.unit).map_or(String::new(), short);
     // Width, name and value of each column.
     let cells = |k: &Kept| -> Vec<(usize, &str, String)> {
@@ -295,8 +293,4 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
         );
     }
     text + "\n"
-}
-
-fn sized(x: f64) -> String {
-    if x == 0.0 || (1e-2..1e5).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
 }

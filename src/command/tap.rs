@@ -66,7 +66,7 @@ pub fn run(asked: &Asked<TapRequest>, context: &Context<'_>) -> Result<Reply, Er
     let mut destination = context.open(&out, question, &[FILE], options.force)?;
     let begun = context.elapsed();
     let mut progress = context.progress();
-    let (stop, study) = (context.host().stop(false), &spec.study);
+    let (stop, study) = (context.host.stop(false), &spec.study);
     let mut report = tap::find(study, ends, objective, &choice, (bound, stop, progress.as_mut()))?;
     drop(progress);
     report.seconds = choice.seconds + context.elapsed() - begun;
@@ -91,7 +91,7 @@ pub fn run(asked: &Asked<TapRequest>, context: &Context<'_>) -> Result<Reply, Er
         result: with_model_error(result, report.model_error.as_ref()),
         ..Reply::default()
     };
-    reply.filed_of(&spec, destination, body, context)
+    reply.filed_of(&spec, destination, body)
 }
 
 fn summary(spec: &Spec, report: &Report) -> String {

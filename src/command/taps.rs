@@ -86,7 +86,7 @@ pub fn run(asked: &Asked<TapsRequest>, context: &Context<'_>) -> Result<Reply, E
         "{taps} taps in {samples} samples ({plateaus} stand still, {peaks} are peaks), rests: {rests}; noise of a sample {noise:.3e}. Look at taps.svg before you use them."
     );
     let reply = Reply { answer, counts, result, ..Reply::default() };
-    reply.filed(destination, json!({ "name": stem, "hash": digest }), body, context)
+    reply.filed(destination, json!({ "name": stem, "hash": digest }), body)
 }
 
 const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];
@@ -131,13 +131,8 @@ fn taps_table(record: &Record, readings: &[Reading], (a, said): Labels<'_>) -> R
     let own_distance = record.labels.iter().position(|(name, _)| name == DISTANCE);
     let with_distance = own_distance.is_some() || !a.is_empty();
     let others: Vec<usize> = (0..record.labels.len()).filter(|k| record.labels[*k].0 != DISTANCE).collect();
-    let known = [
-        with_distance.then_some(DISTANCE),
-        drive.map(Drive::column),
-        Some(record.unit.column()),
-        Some("t_s"),
-    ];
-    let mut table = Frame::of("taps.csv", known.into_iter().flatten());
+    let known = with_distance.then_some(DISTANCE).into_iter().chain(drive.map(Drive::column));
+    let mut table = Frame::of("taps.csv", known.chain([record.unit.column(), "t_s"]));
     for k in &others {
         table.add(record.labels[*k].0.clone(), Values::new(heading::Kind::Word));
     }

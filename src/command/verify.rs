@@ -132,7 +132,7 @@ pub fn run(asked: &Asked<VerifyRequest>, context: &Context<'_>) -> Result<Reply,
         },
     )?;
     drop(progress);
-    let (kept, words) = cut(([done, taps], "taps"), &destination, (options.force, &out));
+    let (kept, words) = cut(([done, taps], "taps"), &destination);
     let table = framed("verify", &[], lines.iter().map(|line: &Line| line.fields(&backends[line.place])))?;
     let faults: Vec<String> = words.clone().into_iter().chain(broken(&table)).collect();
     let census = objects(&table);
@@ -170,7 +170,7 @@ pub fn run(asked: &Asked<VerifyRequest>, context: &Context<'_>) -> Result<Reply,
         return Ok(Reply { out: Some(out), ..reply });
     }
     destination.table(table)?;
-    Ok(reply.filed(destination, of, body, context)?.answered())
+    Ok(reply.filed(destination, of, body)?.answered())
 }
 
 /// A line for each backend.

@@ -3,8 +3,7 @@
 use crate::chart::axis::{AXES, Axis, Quantity};
 use crate::chart::build::{Bound, Built, build_of};
 use crate::chart::distance::{lobatto, power};
-use crate::chart::function::variables;
-use crate::chart::ranges::holds;
+use crate::chart::{function::variables, ranges::holds};
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::{inverse::bracketed, solid::is_solid, taper::Taper};
@@ -70,33 +69,24 @@ pub struct Along {
     pub ratios: Vec<f64>,
 }
 
-/// Leading power of the drive in the deviation from the model's linear limit.
-fn own_power(setup: &Setup) -> i32 {
-    let mut own = setup.clone();
-    own.estimate.theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
-    power(&own)
-}
-
 /// True if the far side mirrors the contact side: without extension, Hooke's law is symmetric in tension and compression.
 fn mirrored(setup: &Setup) -> bool {
     !setup.model.extension && matches!(setup.model.material, Material::Hooke(_))
 }
 
 impl Along {
-    /// The chart of `setup` over `domain` with strain error `strain`; with friction, for this many ratios T/P. `None` if it is not smooth enough.
-    pub fn new(
-        setup: &Setup,
-        domain: &Domain,
-        strain: f64,
-        ratios: usize,
-    ) -> Result<Option<Self>, SolveError> {
-        let power = own_power(setup);
+    /// The chart of `setup` over `domain` with strain error `strain`; with friction, for `n` ratios T/P. `None` if it is not smooth enough.
+    pub fn new(setup: &Setup, domain: &Domain, strain: f64, n: usize) -> Result<Option<Self>, SolveError> {
+        // The leading power of the drive in the deviation from the model's linear limit.
+        let mut own = setup.clone();
+        own.estimate.theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
+        let power = power(&own);
         let maps = variables(setup, power);
         let ranges = domain.scaled(setup.drive);
         let axis = |k: usize| Axis { range: ranges[k], map: maps[k], whole: false };
         let mut axes: [Axis; AXES] = std::array::from_fn(axis);
         let ratios: Vec<f64> = match setup.model.contact {
-            Contact::Coulomb(mu) if mu > 0.0 => lobatto(ratios).iter().map(|x| x * mu).collect(),
+            Contact::Coulomb(mu) if mu > 0.0 => lobatto(n).iter().map(|x| x * mu).collect(),
             _ => Vec::new(),
         };
         let mut branches: Vec<Built<FUNCTIONS>> = Vec::new();

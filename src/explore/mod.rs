@@ -34,11 +34,8 @@ const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     let [from, to] = ALLOWED;
     let e = InputError::new("this is not a tolerance of a page's chart").key("tolerance").value(tolerance);
-    if (from..=to).contains(&tolerance) {
-        Ok(tolerance)
-    } else {
-        Err(e.allowed(format!("{from:e} to {to:e}")))
-    }
+    let holds = (from..=to).contains(&tolerance);
+    if holds { Ok(tolerance) } else { Err(e.allowed(format!("{from:e} to {to:e}"))) }
 }
 
 /// Keys of whiskers other than cones.
@@ -175,6 +172,7 @@ fn around([lo, hi]: [f64; 2], factors: [f64; 2]) -> [f64; 2] {
 
 impl Domain {
     /// Domain of the designs of `layout`. Errors: a pole radius together with a hub: the chart has one axis for both.
+    #[allow(non_snake_case)]
     pub fn new(setup: &Setup, layout: &Layout) -> Result<Self, InputError> {
         let pole = setup.model.pole_radius;
         let angle = setup.drive == Drive::Angle;
@@ -188,30 +186,20 @@ impl Domain {
         if angle {
             drive[1] = drive[1].min(60.0).max(asked.drive[1]);
         }
-        let largest = asked.D[1];
-        Ok(Self {
-            whiskers: Wanted {
-                D: around(asked.D, [0.8, 1.2]),
-                d: around(asked.d, [0.8, 1.2]),
-                L_a: around(asked.L_a, [0.8, 1.2]),
-                x_ss: match asked.x_ss {
-                    [_, 0.0] => [0.0, 0.5 * largest],
-                    places => around(places, [0.5, 2.0]),
-                },
-                l: around(asked.l, [0.5, 2.0]),
-                drive,
-            },
-            hub: match setup.hub {
-                _ if !angle || pole > 0.0 => [0.0; 2],
-                0.0 => [0.0, largest],
-                hub => [0.0, 2.0 * hub],
-            },
-            pole,
-            a: around(reach, [0.7, 1.4]),
-            start: Tuple { drive: middle(layout, asked.drive), ..layout.design(0) },
-            reach,
-            distances: layout.n_distances,
-        })
+        let (largest, distances) = (asked.D[1], layout.n_distances);
+        let [D, d, L_a] = [asked.D, asked.d, asked.L_a].map(|ends| around(ends, [0.8, 1.2]));
+        let [mut x_ss, l] = [asked.x_ss, asked.l].map(|ends| around(ends, [0.5, 2.0]));
+        if asked.x_ss[1] == 0.0 {
+            x_ss = [0.0, 0.5 * largest];
+        }
+        let whiskers = Wanted { D, d, L_a, x_ss, l, drive };
+        let hub = match setup.hub {
+            _ if !angle || pole > 0.0 => [0.0; 2],
+            0.0 => [0.0, largest],
+            hub => [0.0, 2.0 * hub],
+        };
+        let start = Tuple { drive: middle(layout, asked.drive), ..layout.design(0) };
+        Ok(Self { whiskers, hub, pole, a: around(reach, [0.7, 1.4]), start, reach, distances })
     }
 
     /// The box of the chart: drive, (r₀ or ρ)/a, D/a, τa, x/a.

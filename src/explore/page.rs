@@ -4,9 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::Baked;
 use super::along::{FUNCTIONS, GAUSS};
-use crate::chart::axis::Axis;
-use crate::chart::build::Built;
 use crate::chart::series::{Row, Series};
+use crate::chart::{axis::Axis, build::Built};
 use crate::error::Error;
 use crate::optimise::best::fitted;
 use crate::physics::solid::{Held, SKIN};
@@ -75,16 +74,15 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
 
 /// Terms as rows: orders over all axes except the last, then coefficients in single precision.
 fn rows(series: &Series) -> Value {
+    let short = |c: &f64| {
+        let text = format!("{:e}", *c as f32);
+        text.parse::<f64>().map_or(Value::Null, |c| if c == 0.0 { json!(0) } else { json!(c) })
+    };
     let row = |row: &Row| {
-        let coefficients: Vec<Value> = row.coefficients.iter().map(|c| short(*c)).collect();
+        let coefficients: Vec<Value> = row.coefficients.iter().map(short).collect();
         json!([row.orders, coefficients])
     };
     series.rows.iter().map(row).collect()
-}
-
-fn short(c: f64) -> Value {
-    let text = format!("{:e}", c as f32);
-    text.parse::<f64>().map_or(Value::Null, |c| if c == 0.0 { json!(0) } else { json!(c) })
 }
 
 /// Sections of the spec that the page keeps, as TOML for a spec of the shown design.

@@ -56,12 +56,8 @@ impl Stroke {
 
     /// `dash` 0: solid, 1: dashed, 2: dotted.
     pub fn of(colour: Rgb, width: f64, dash: u8) -> Self {
-        let dash = match dash {
-            0 => [0.0; 2],
-            1 => [4.0 * width, 2.5 * width],
-            _ => [1.2 * width, 1.8 * width],
-        };
-        Self { colour, width, dash }
+        let dash = [[0.0; 2], [4.0, 2.5], [1.2, 1.8]][usize::from(dash.min(2))];
+        Self { colour, width, dash: dash.map(|long| long * width) }
     }
 }
 

@@ -93,18 +93,11 @@ fn parts(text: &str) -> Vec<String> {
     parts
 }
 
-/// Outline of a text at `at`.
-pub fn outline(
-    face: &Face<'_>,
-    text: &str,
-    at: [f64; 2],
-    size: f64,
-    anchor: Anchor,
-    upwards: bool,
-) -> Vec<Step> {
+/// Outline of a text at `at`; `up` if it reads upwards.
+pub fn outline(face: &Face<'_>, text: &str, at: [f64; 2], size: f64, anchor: Anchor, up: bool) -> Vec<Step> {
     let scale = size / f64::from(face.units_per_em());
     let along = -anchor.share() * length(face, text) * size;
-    let mut pen = Pen { steps: Vec::new(), at, along, scale, upwards };
+    let mut pen = Pen { steps: Vec::new(), at, along, scale, up };
     for c in text.chars() {
         let id = glyph(face, c);
         face.outline_glyph(id, &mut pen);
@@ -119,14 +112,14 @@ struct Pen {
     /// Start of the glyph along the text, pt.
     along: f64,
     scale: f64,
-    upwards: bool,
+    up: bool,
 }
 
 impl Pen {
     fn point(&self, x: f32, y: f32) -> [f64; 2] {
-        let (along, up) = (self.along + f64::from(x) * self.scale, f64::from(y) * self.scale);
+        let (along, above) = (self.along + f64::from(x) * self.scale, f64::from(y) * self.scale);
         let [x0, y0] = self.at;
-        if self.upwards { [x0 - up, y0 - along] } else { [x0 + along, y0 - up] }
+        if self.up { [x0 - above, y0 - along] } else { [x0 + along, y0 - above] }
     }
 
     fn last(&self) -> [f64; 2] {

@@ -6,23 +6,19 @@ use ttf_parser::Face;
 use super::axes::{self, LEADING};
 use super::marks::{DOT, LINE, opacity, point};
 use super::scale::{self, INK, Shades, value};
-use super::{Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke, length, lines, open};
+use super::{
+    Anchor, Axis, Drawing, Figure, Mark, Marker, NO_VALUE, Rect, Rgb, Stroke, Style, length, lines, open,
+};
 
 /// Colour, opacity, and colour of the edge.
 type Area = (Rgb, f64, Option<Rgb>);
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Entry {
-    name: String,
-    line: Option<(Rgb, u8)>,
-    points: Option<(Rgb, Marker)>,
-    area: Option<Area>,
-}
-
-impl Entry {
-    pub fn line(name: &str, colour: Rgb) -> Self {
-        Self { name: name.to_owned(), line: Some((colour, 0)), ..Self::default() }
-    }
+    pub name: String,
+    pub line: Option<(Rgb, u8)>,
+    pub points: Option<(Rgb, Marker)>,
+    pub area: Option<Area>,
 }
 
 const SIGN: f64 = 16.0;
@@ -66,15 +62,8 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
 }
 
 /// Draws `entries` in rows from `[x, y]` down; returns the lower end.
-pub fn draw(
-    d: &mut Drawing,
-    entries: &[Entry],
-    [left, mut top]: [f64; 2],
-    paper: f64,
-    face: &Face<'_>,
-    size: f64,
-) -> f64 {
-    let room = paper - left;
+pub fn draw(d: &mut Drawing, entries: &[Entry], [left, mut top]: [f64; 2], paper: f64, style: &Style) -> f64 {
+    let (room, face, size) = (paper - left, &style.font.face(), style.size);
     let (mut at, mut high) = (0.0, 0.0);
     for entry in entries {
         let names = lines(face, &entry.name, (room - SIGN - AFTER) / size);
@@ -143,7 +132,6 @@ pub fn bar_width(of: &Axis, shades: &Shades, high: f64, face: &Face<'_>, size: f
 
 pub fn draw_bar(d: &mut Drawing, of: &Axis, shades: &Shades, inside: Rect, face: &Face<'_>, size: f64) {
     let bar = Rect { x: inside.x + inside.w + GAP * size, y: inside.y, w: WIDE * size, h: inside.h };
-    // Gaps between bands; a small overlap between steps of a scale.
     let (steps, more) = match shades {
         Shades::Scale(_) => (STEPS, 0.1),
         Shades::Bands(all) => (all.len(), -1.0),

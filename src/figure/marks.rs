@@ -95,7 +95,6 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
                 d.stroke(steps, Stroke::solid(c, 0.6), clip);
             }
         }
-        // Notes are drawn last, in free space.
         Mark::Note { .. } => {}
         Mark::Cells(cells) => map(d, p, cells, bands),
         Mark::Rule { along, at, colour: c, dash, .. } => {

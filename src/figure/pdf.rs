@@ -4,8 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use flate2::write::ZlibEncoder;
 use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
-use pdf_writer::writers::ExtGraphicsState;
-use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr, writers::ExtGraphicsState};
 
 use super::font::glyph;
 use super::{Drawing, Figure, Font, INK, Item, Rgb, Step, length};
@@ -115,13 +114,8 @@ fn course(c: &mut Content, steps: &[Step]) {
     }
 }
 
-fn embed(
-    pdf: &mut Pdf,
-    font: &Font,
-    used: BTreeMap<u16, char>,
-    [type0, cid, descriptor, file, unicode]: [Ref; 5],
-) {
-    let face = font.face();
+fn embed(pdf: &mut Pdf, font: &Font, used: BTreeMap<u16, char>, refs: [Ref; 5]) {
+    let (face, [type0, cid, descriptor, file, unicode]) = (font.face(), refs);
     let units = 1000.0 / f32::from(face.units_per_em());
     pdf.type0_font(type0)
         .base_font(POSTSCRIPT)

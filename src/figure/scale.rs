@@ -34,7 +34,6 @@ impl Scale {
             (true, false) => [least / 2.0, most * 2.0],
             (false, true) => {
                 let room = 0.04 * most - 0.04 * least;
-                // Small positive data begin at 0.
                 let low = if least >= 0.0 && least < 0.2 * most { 0.0 } else { least - room };
                 [low, most + room]
             }
@@ -100,7 +99,6 @@ impl Scale {
         let (tens, within) = (each(&[1.0], every), |steps: &[f64]| each(steps, 1));
         let between = [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
         let small = within(if b - a <= 6.0 { &between } else { &[1.0] });
-        // With one decade or less, label ticks within it too.
         let named = match tens.len() {
             0 | 1 if within(&[1.0, 2.0, 5.0]).len() >= 2 => within(&[1.0, 2.0, 5.0]),
             0 | 1 if b - a < 0.7 => return (self.even(wanted.min(4)), small),
@@ -213,10 +211,7 @@ pub const FAINT: Rgb = [222, 222, 222];
 pub const MUTED: Rgb = [190, 190, 190];
 
 pub fn of(n: usize) -> Rgb {
-    parsed(&LOOK.colours.light[n % LOOK.colours.light.len()])
-}
-
-fn parsed(text: &str) -> Rgb {
+    let text = &LOOK.colours.light[n % LOOK.colours.light.len()];
     [1, 3, 5].map(|i| u8::from_str_radix(&text[i..i + 2], 16).unwrap_or(0))
 }
 

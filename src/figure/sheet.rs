@@ -28,10 +28,11 @@ pub fn lay(figure: &Figure, style: &Style) -> Drawing {
     let columns = figure.columns.clamp(1, figure.panels.len().max(1));
     let paper = MM * if columns > 1 { 2.0 * style.width + GUTTER } else { style.width };
     let panels: Vec<(&Panel, [Scale; 2])> = figure.panels.iter().map(|p| (p, axes::scales(p))).collect();
+    let titled = |t: &Table| panels.iter().all(|(p, _)| length(&face, &p.x.text()) * size <= t.cell);
     let table = (1..=columns)
         .rev()
         .map(|n| Table::of(&panels, n, paper, &face, size))
-        .find(|t| t.columns == 1 || t.wide >= BESIDE * size && t.titled(&panels, &face, size))
+        .find(|t| t.columns == 1 || t.wide >= BESIDE * size && titled(t))
         .expect("one column is taken as it is");
     let paper = paper.max(table.left + table.wide + table.right);
     let mut drawing = Drawing { size: [paper, 0.0], items: Vec::new() };
@@ -44,7 +45,7 @@ pub fn lay(figure: &Figure, style: &Style) -> Drawing {
         }
         top += room.title + room.high + room.below + 4.0;
     }
-    top = key::draw(&mut drawing, &key::entries(figure), [table.left, top], paper, &face, size);
+    top = key::draw(&mut drawing, &key::entries(figure), [table.left, top], paper, style);
     drawing.size[1] = top + 3.0;
     drawing
 }
@@ -91,10 +92,6 @@ impl Table {
             (left, right) = (more_left, more_right);
         }
     }
-
-    fn titled(&self, panels: &[(&Panel, [Scale; 2])], face: &Face<'_>, size: f64) -> bool {
-        panels.iter().all(|(p, _)| length(face, &p.x.text()) * size <= self.cell)
-    }
 }
 
 fn stacked(row: &[(&Panel, [Scale; 2])], cell: f64, wide: f64, face: &Face<'_>, size: f64) -> Row {
@@ -119,17 +116,9 @@ fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: 
     (ASPECT * wide).max(titles.min(TALL * wide)).max(11.0 * words)
 }
 
-fn one(
-    d: &mut Drawing,
-    panel: &Panel,
-    inside: Rect,
-    cell: [f64; 2],
-    [mut x, mut y]: [Scale; 2],
-    style: &Style,
-) {
-    let (face, size) = (style.font.face(), style.size);
+fn one(d: &mut Drawing, panel: &Panel, inside: Rect, cell: [f64; 2], scales: [Scale; 2], style: &Style) {
+    let ([mut x, mut y], face, size) = (scales, style.font.face(), style.size);
     if panel.to_scale {
-        // A panel to scale may be larger than its data: extend both ends equally.
         let each = f64::max((x.ends[1] - x.ends[0]) / inside.w, (y.ends[1] - y.ends[0]) / inside.h);
         for (scale, long) in [(&mut x, inside.w), (&mut y, inside.h)] {
             let more = 0.5 * (each * long - (scale.ends[1] - scale.ends[0]));
@@ -185,7 +174,6 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     let fits = |all: &[Vec<String>]| all.iter().flatten().all(|l| length(&face, l) * size <= gap - 4.0);
     let mut labels: Vec<Vec<String>> = broken(gap);
     let most = |all: &[Vec<String>]| all.iter().map(Vec::len).max().unwrap_or(0) as f64;
-    // If labels are longer than the gap, every second label is raised.
     let (mut raised, mut stacks) = (0.0, 1.0);
     if !fits(&labels) {
         labels = broken(2.0 * gap);
@@ -198,7 +186,6 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     let mut d = Drawing { size: [w, h], items: Vec::new() };
     let at = |k: usize, x: f64| [left + k as f64 * gap, top + (1.0 - scales[k].share(x)) * high];
     let muted = |i: usize| p.muted[i] || !colours.share(p.values[i][p.colour]).is_finite();
-    // Draw muted rows first, and the best (dark) rows last.
     let mut order: Vec<usize> = (0..p.values.len()).collect();
     order.sort_by(|a, b| p.values[*b][p.colour].total_cmp(&p.values[*a][p.colour]));
     order.sort_by_key(|i| !muted(*i));
@@ -227,8 +214,8 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     let beside = Rect { x: left, y: top, w: last - left + 1.5 * size, h: high };
     key::draw_bar(&mut d, by, &shades, beside, &face, size);
     if (0..p.values.len()).any(muted) {
-        let entry = Entry::line(&p.why, MUTED);
-        d.size[1] = key::draw(&mut d, &[entry], [left, h], w, &face, size) + 3.0;
+        let entry = Entry { name: p.why.clone(), line: Some((MUTED, 0)), ..Entry::default() };
+        d.size[1] = key::draw(&mut d, &[entry], [left, h], w, style) + 3.0;
     }
     d.size[0] = w.max(last + right);
     d

@@ -20,9 +20,7 @@ use rows::{Order, Source};
 #[derive(Debug)]
 pub struct Report {
     pub out: PathBuf,
-    pub files: Vec<PathBuf>,
-    /// Files of an older result that only `force` removed.
-    pub removed: Vec<PathBuf>,
+    pub written: Written,
     pub run: Value,
     /// Harmless differences between the parts.
     pub warnings: Vec<String>,
@@ -37,7 +35,6 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     let mut run = whole(&parts, &out);
     let names: Vec<&str> =
         parts[0].listed.iter().map(|file| file.name.as_str()).filter(|name| *name != PLACES).collect();
-    // Same question as a run without shards.
     let mut asked = parts[0].run["asked"].clone();
     asked.as_object_mut().map(|asked| asked.shift_remove("shard"));
     let inputs = parts.iter().flat_map(Part::files).collect();
@@ -56,8 +53,8 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     }
     folder.run_json(&run)?;
     let warnings = part::differences(&parts);
-    let Written { files, removed } = folder.finish()?;
-    Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })
+    let written = folder.finish()?;
+    Ok(Report { out, written, run, warnings, seconds: start.elapsed().as_secs_f64() })
 }
 
 pub fn plan(folders: &[PathBuf], out: Option<&Path>) -> Result<(usize, PathBuf), Error> {
@@ -106,14 +103,12 @@ fn beside(parts: &[Part]) -> Result<PathBuf, Error> {
     Err(error.key("--out").allowed("the folder for the whole").into())
 }
 
-/// Places of sums, and of largest values.
+/// Places of sums; the largest values have theirs below.
 const SUMS: [(&str, &[&str]); 3] = [
     ("counts", &["taps", "solved", "interpolated", "referred", "complete_rows", "status", "combinations"]),
     ("model_error", &["taps_by_full_model"]),
     ("seconds", &["total", "open", "solve", "chart"]),
 ];
-const LARGEST: [(&str, &[&str]); 2] =
-    [("counts", &["sweeps_max"]), ("material_fit", &["largest_gauge_strain"])];
 
 /// The run.json of the whole, with shared entries from the first part; row counts and the time of the merge are added later.
 fn whole(parts: &[Part], out: &Path) -> Value {
@@ -127,8 +122,9 @@ fn whole(parts: &[Part], out: &Path) -> Value {
         }
     };
     SUMS.into_iter().for_each(|place| join(place, sum));
-    LARGEST.into_iter().for_each(|place| join(place, larger));
-    // Mean over the parts, weighted by their solved taps.
+    for place in [("counts", "sweeps_max"), ("material_fit", "largest_gauge_strain")] {
+        join((place.0, &[place.1]), |a, b| if a.as_f64() < b.as_f64() { b } else { a }.clone());
+    }
     let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
     let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
     let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();
@@ -161,10 +157,6 @@ fn whole(parts: &[Part], out: &Path) -> Value {
     };
     run["parts"] = parts.iter().map(described).collect();
     run
-}
-
-fn larger(a: &Value, b: &Value) -> Value {
-    if a.as_f64() < b.as_f64() { b.clone() } else { a.clone() }
 }
 
 fn sum(a: &Value, b: &Value) -> Value {

@@ -66,7 +66,6 @@ fn absent(folder: &Path, e: std::io::Error) -> Error {
 pub(super) fn all(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     let found = found(folders)?;
     let parts = found.iter().map(|(shard, folder)| read(*shard, folder)).collect::<Result<Vec<_>, _>>()?;
-    // All must have the same spec, version and backend.
     let (first, of) =
         (&parts[0], |part: &Part, place: &str| part.run.pointer(place).cloned().unwrap_or_default());
     for part in &parts[1..] {
@@ -170,21 +169,18 @@ pub(super) fn unedited(parts: &[Part]) -> Result<(), Error> {
 
 /// Differences between parts of one sweep: the tables are then within the tolerance, but perhaps not byte-identical.
 pub(super) fn differences(parts: &[Part]) -> Vec<String> {
-    let of = |(what, place): (&str, &str)| {
+    let of = |place: &str| {
         let mut values: BTreeMap<&str, u32> = BTreeMap::new();
         for part in parts {
             let value = part.run.pointer(place).and_then(Value::as_str).unwrap_or("none");
             *values.entry(value).or_default() += 1;
         }
         let each: Vec<String> = values.iter().map(|(value, n)| format!("{value} ({n} parts)")).collect();
-        let each = each.join(", ");
-        (values.len() > 1).then(|| {
-            format!(
-                "parts were made with several {what}s: {each}. Values keep the tolerance, but may differ in last digits from those of one machine"
-            )
-        })
+        let (what, each) = (place.trim_start_matches("/backend/").trim_start_matches('/'), each.join(", "));
+        let told = format!(
+            "parts were made with several {what}s: {each}. Values keep the tolerance, but may differ in last digits from those of one machine"
+        );
+        (values.len() > 1).then_some(told)
     };
-    let keys =
-        [("driver", "/backend/driver"), ("instructions", "/backend/instructions"), ("commit", "/commit")];
-    keys.into_iter().filter_map(of).collect()
+    ["/backend/driver", "/backend/instructions", "/commit"].into_iter().filter_map(of).collect()
 }

@@ -1,7 +1,7 @@
 //! The rows of the parts: their order in the whole, and the selection of kept rows; read one by one. Rows of CSV are copied, rows of Parquet
 //! regrouped.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
@@ -15,13 +15,8 @@ use crate::sweep::{PLACES, Place};
 pub(super) struct Order {
     /// Positions of the rows of each part; empty if the parts are consecutive.
     parts: Vec<Vec<Place>>,
-    /// The rows that `top` keeps of the whole, if requested.
-    kept: Option<Kept>,
-}
-
-struct Kept {
-    rows: HashSet<(u64, u32)>,
-    designs: HashSet<u64>,
+    /// The rows that `top` keeps of the whole, if requested: design and stroke.
+    kept: Option<BTreeSet<(u64, u32)>>,
 }
 
 impl Order {
@@ -32,12 +27,12 @@ impl Order {
         let shard = &parts[0].run["shard"];
         let (top, candidates) = (shard["top"].as_u64(), shard["candidates"].as_u64());
         let parts = parts.iter().map(places).collect::<Result<Vec<_>, _>>()?;
-        let kept = top.map(|top| Kept::new(&parts, top, candidates));
+        let kept = top.map(|top| kept(&parts, top, candidates));
         Ok(Self { parts, kept })
     }
 
     pub fn kept(&self) -> Option<usize> {
-        self.kept.as_ref().map(|kept| kept.rows.len())
+        self.kept.as_ref().map(BTreeSet::len)
     }
 
     pub fn write(&self, table: Table, sources: &mut [Source], sheet: &mut Sheet) -> Result<u64, Error> {
@@ -50,7 +45,13 @@ impl Order {
             }
             return Ok(rows);
         }
-        let is_kept = |place: &Place| self.kept.as_ref().is_none_or(|kept| kept.has(place));
+        let is_kept = |place: &Place| match (&self.kept, place.of) {
+            (None, _) => true,
+            (Some(kept), (k, _)) if table == Table::Distances => {
+                kept.range((k, 0)..=(k, u32::MAX)).next().is_some()
+            }
+            (Some(kept), of) => kept.contains(&of),
+        };
         let mut all = Vec::new();
         for (part, places) in self.parts.iter().enumerate() {
             let own = places.iter().filter(|place| place.table == table);
@@ -60,7 +61,9 @@ impl Order {
         all.sort_by_key(|(order, part, _)| (*order, *part));
         for (_, part, wanted) in &all {
             if !sources[*part].next(*wanted, sheet)? {
-                return Err(sources[*part].ends_early());
+                let error = InputError::new("this table has fewer rows than its places");
+                let error = error.at(sources[*part].path.display().to_string(), None);
+                return Err(error.allowed("the part as it was written").into());
             }
         }
         Ok(all.iter().filter(|(.., wanted)| *wanted).count() as u64)
@@ -74,31 +77,18 @@ fn places(part: &Part) -> Result<Vec<Place>, Error> {
     unpack(&bytes).ok_or_else(wrong)
 }
 
-impl Kept {
-    /// The `top` best of the solved rows and of the first `candidates` rows by chart, which the whole would have solved.
-    fn new(parts: &[Vec<Place>], top: u64, candidates: Option<u64>) -> Self {
-        let rows = parts.iter().flatten().filter(|place| place.table == Table::Designs);
-        let (mut solved, mut charted): (Vec<&Place>, Vec<&Place>) =
-            rows.partition(|place| place.charted.is_nan());
-        charted.sort_by(|a, b| {
-            let index = |place: &Place| (place.order.1, place.order.2);
-            a.charted.total_cmp(&b.charted).then(index(a).cmp(&index(b)))
-        });
-        solved.extend(charted.iter().take(candidates.map_or(usize::MAX, |n| n as usize)));
-        solved.sort_by_key(|place| place.order);
-        solved.truncate(top as usize);
-        Self {
-            rows: solved.iter().map(|place| place.of).collect(),
-            designs: solved.iter().map(|place| place.of.0).collect(),
-        }
-    }
-
-    fn has(&self, place: &Place) -> bool {
-        match place.table {
-            Table::Designs | Table::Tuples => self.rows.contains(&place.of),
-            Table::Distances => self.designs.contains(&place.of.0),
-        }
-    }
+/// The `top` best of the solved rows and of the first `candidates` rows by chart, which the whole would have solved.
+fn kept(parts: &[Vec<Place>], top: u64, candidates: Option<u64>) -> BTreeSet<(u64, u32)> {
+    let rows = parts.iter().flatten().filter(|place| place.table == Table::Designs);
+    let (mut solved, mut charted): (Vec<&Place>, Vec<&Place>) =
+        rows.partition(|place| place.charted.is_nan());
+    charted.sort_by(|a, b| {
+        let index = |place: &Place| (place.order.1, place.order.2);
+        a.charted.total_cmp(&b.charted).then(index(a).cmp(&index(b)))
+    });
+    solved.extend(charted.iter().take(candidates.map_or(usize::MAX, |n| n as usize)));
+    solved.sort_by_key(|place| place.order);
+    solved.iter().take(top as usize).map(|place| place.of).collect()
 }
 
 pub(super) struct Source {
@@ -143,11 +133,6 @@ impl Source {
             Rows::Parquet { reader, .. } => (TableFormat::Parquet, reader.provenance()),
         };
         Sheet::new(format, folder.file(name)?, (&self.empty, &provenance), None)
-    }
-
-    fn ends_early(&self) -> Error {
-        let error = InputError::new("this table has fewer rows than its places");
-        error.at(self.path.display().to_string(), None).allowed("the part as it was written").into()
     }
 
     /// Copies the next row into `sheet`, or skips it; false after the last.

@@ -117,7 +117,7 @@ fn columns() -> Vec<Part> {
     };
     let part = |table: &Heading| {
         let title = format!("{} ({})", table.file, table.command);
-        Part::new(title, &table.row, &["column", "unit", "meaning"], table.columns.iter().map(entry))
+        Part::new(&title, &table.row, &["column", "unit", "meaning"], table.columns.iter().map(entry))
     };
     HEADINGS.iter().map(part).collect()
 }
@@ -129,13 +129,13 @@ const KEYS: &str = "A spec is TOML: lengths in mm, angles in degrees, moduli in 
 fn keys() -> Vec<Part> {
     let heads = ["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
     let entries = |s: &'static Section| s.keys.iter().map(|k| entry(s, k));
-    let part = |title: String, s: &'static Section| Part::new(title, s.about, &heads, entries(s));
-    let top = part("Above all sections".to_owned(), section(""));
+    let part = |title: &str, s: &'static Section| Part::new(title, s.about, &heads, entries(s));
+    let top = part("Above all sections", section(""));
     let inline = inline().map(|s| Part {
         examples: s.examples.clone(),
         ..Part::new(s.name, s.about, &["key", "unit", "default", "allowed", "meaning"], entries(s))
     });
-    let sections = sections().map(|s| part(format!("[{}]", s.name), s));
+    let sections = sections().map(|s| part(&format!("[{}]", s.name), s));
     std::iter::once(top).chain(sections).chain(inline).collect()
 }
 
@@ -223,12 +223,12 @@ impl Entry {
 
 impl Part {
     pub fn new(
-        title: impl Into<String>,
+        title: &str,
         about: &str,
         heads: &[&'static str],
         entries: impl Iterator<Item = Entry>,
     ) -> Self {
-        let (title, about) = (title.into(), about.to_owned());
+        let (title, about) = (title.to_owned(), about.to_owned());
         Self { title, about, examples: Vec::new(), heads: heads.to_vec(), entries: entries.collect() }
     }
 
@@ -260,7 +260,6 @@ impl Part {
     pub fn plain(&self) -> String {
         let mut text = format!("{}\n{}", self.title, plainly("", 2, &self.about));
         text.extend(self.examples.iter().map(|e| format!("      {e}\n")));
-        // Entries with few facts are printed without blank lines between them.
         let close = self.heads.len() <= 3;
         text += if close { "\n" } else { "" };
         for e in &self.entries {

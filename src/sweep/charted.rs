@@ -28,18 +28,14 @@ const GROWTH: u64 = 16;
 /// Status words that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 
-pub(super) fn run(
-    run: &mut Run<'_>,
-    (taps, layout): (&Taps<'_>, &Layout),
-    ranker: &Rankers,
-) -> Result<Vec<Kept>, Error> {
+pub(super) fn run(run: &mut Run<'_>, search: &Search<'_>) -> Result<Vec<Kept>, Error> {
+    let Search { layout, ranker, .. } = *search;
     if run.reached.next == 0 {
         for sweeps in ranker.all().map(Ranker::sweeps) {
             run.reached.counts.solved += sweeps.taps;
             run.reached.counts.sweeps.merge(&sweeps);
         }
     }
-    let search = Search { taps, layout, ranker };
     let mut by = "lanes";
     if let Some(device) = ranker.on_device(&mut run.evaluator, layout)? {
         match search.on_device(run, device) {
@@ -78,10 +74,10 @@ pub(super) fn run(
     Ok(best.into_rows())
 }
 
-struct Search<'a> {
-    taps: &'a Taps<'a>,
-    layout: &'a Layout,
-    ranker: &'a Rankers,
+pub(super) struct Search<'a> {
+    pub taps: &'a Taps<'a>,
+    pub layout: &'a Layout,
+    pub ranker: &'a Rankers,
 }
 
 impl Search<'_> {
@@ -92,7 +88,6 @@ impl Search<'_> {
             run.check_stop()?;
             let begun = Instant::now();
             let from = start + run.reached.next;
-            // Few designs at first, until there is a bound.
             let to = end.min(from + most.min(FIRST + (GROWTH - 1) * run.reached.next));
             let bound = bound(&mut run.reached.found, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
@@ -143,13 +138,10 @@ impl Search<'_> {
 
 /// Keeps the `keep` best rows; returns the worst of them once there are that many, else infinity.
 pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
-    let order = |a: &(f32, u64, u32), b: &(f32, u64, u32)| {
-        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
-    };
     if found.rows.len() < keep {
         return f32::INFINITY;
     }
-    found.rows.select_nth_unstable_by(keep - 1, order);
+    found.rows.select_nth_unstable_by(keep - 1, |a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     found.rows.truncate(keep);
     found.rows[keep - 1].0
 }

@@ -252,7 +252,6 @@ fn write(
         (0..n as u32).filter(is_kept).map(move |n| (d as u32, n))
     });
     let mut rows: Vec<(u32, u32)> = rows.collect();
-    // Row in the list, or its first one.
     let first = |&(d, n): &(u32, u32)| {
         let one = &all[d as usize];
         taps.row(one.number, one.place(table, n).0)

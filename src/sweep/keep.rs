@@ -14,8 +14,7 @@ use crate::chart::lanes::Found;
 use crate::error::Error;
 use crate::kernel::gpu::Log;
 use crate::recommend::{self, Standing};
-use crate::sink::folder::{Folder, Left};
-use crate::sink::{parquet::More, run_json::Counts, table::AtDrive};
+use crate::sink::{AtDrive, Folder, folder::Left, parquet::More, run_json::Counts};
 
 pub const EVERY: Duration = Duration::from_secs(2);
 /// Saving takes at most 1/`SHARE` of the time.
@@ -45,19 +44,14 @@ pub(super) type State = (Reached, Vec<Option<More>>);
 #[derive(Debug)]
 pub(super) struct Keeper {
     pub folder: Folder,
-    every: Duration,
-    start: Instant,
+    pub every: Duration,
+    pub start: Instant,
     pub before: f64,
-    last: Instant,
-    pause: Duration,
+    pub last: Instant,
+    pub pause: Duration,
 }
 
 impl Keeper {
-    pub fn new(folder: Folder, every: Duration, (start, before): (Instant, f64)) -> Self {
-        let last = Instant::now();
-        Self { folder, every, start, before, last, pause: every }
-    }
-
     fn keep(&mut self, done: String, reached: &Reached, writers: &mut Writers) -> Result<(), Error> {
         let begun = Instant::now();
         let seconds = self.before + self.start.elapsed().as_secs_f64();
@@ -160,19 +154,15 @@ impl Kept {
 
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Best {
-    n: usize,
+    pub n: usize,
     /// The best rows, and newer ones not compared yet.
-    rows: Vec<Kept>,
+    pub rows: Vec<Kept>,
     pub offered: u64,
 }
 
 const WAITING: usize = 64;
 
 impl Best {
-    pub fn new(n: usize) -> Self {
-        Self { n, ..Self::default() }
-    }
-
     pub fn offer(&mut self, row: Kept) {
         self.offered += 1;
         self.rows.push(row);

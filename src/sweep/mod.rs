@@ -31,8 +31,7 @@ use output::{About, Writers};
 use running::Run;
 use taps::Taps;
 
-pub use keep::EVERY;
-pub use keep::Kept;
+pub use keep::{EVERY, Kept};
 pub use output::{PLACES, Place, Tables, ordered};
 pub use probe::seconds;
 
@@ -104,11 +103,10 @@ fn attempt(
     ((before, chart), needed): ((f64, Option<f64>), Option<&mut Needed>),
 ) -> Result<Option<(Report, Tables)>, Error> {
     let begun = Instant::now();
-    // The full model, if any effects are left off.
     let full = needed.as_deref().filter(|n| !n.left().is_empty()).map(|n| n.full.clone());
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound);
     let (study, shard) = (&spec.study, target.shard);
-    let about = About::new(spec, plan, choice, (shard, bound));
+    let about = About::new(spec, plan, choice, shard, bound);
     let names = output::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let open = |out| Folder::open(out, about.question.clone(), &names, target.force);
@@ -121,11 +119,12 @@ fn attempt(
         None => run.writers = Writers::new((study, plan), &about, None, Vec::new())?,
         Some(mut folder) => {
             resumed = run.go_on(&about, &mut folder)?;
-            let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
+            let before = resumed.as_ref().map_or(0.0, |left| left.seconds);
             // The kept rows may require a fuller model, which starts anew; then states are not worth saving.
             let anew = full.is_some() && study.output.top.is_some();
             let every = if anew { Duration::MAX } else { target.every };
-            run.keeper = Some(Keeper::new(folder, every, (begun, seconds)));
+            let last = Instant::now();
+            run.keeper = Some(Keeper { folder, every, start: begun, before, last, pause: every });
             (run.designs, run.taps) = (about.designs.clone(), plan.taps_of(shard));
         }
     }
@@ -134,7 +133,7 @@ fn attempt(
     run.evaluator = run.evaluator.guarded(guard);
     run.reached.counts.chart = plan.rankers.as_ref().map(|rankers| json!(rankers.summary()));
     let taps = Taps::new(&study.space);
-    let done = running::run(&mut run, &taps).and_then(|()| checked(&run, &taps, needed));
+    let done = running::run(&mut run, &taps).and_then(|()| fits(&run, &taps, needed));
     let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, .. } = run;
     let done = done.and_then(|told| Ok((told, writers.close()?)));
     let (told, tables) = done.map_err(|e| match &keeper {
@@ -233,11 +232,7 @@ pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
 }
 
 /// `model_error` of `run.json`, if requested; the outer `None` if the kept rows show that a fuller model is needed.
-fn checked(
-    run: &Run<'_>,
-    taps: &Taps<'_>,
-    needed: Option<&mut Needed>,
-) -> Result<Option<Option<Value>>, Error> {
+fn fits(run: &Run<'_>, taps: &Taps<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
     let Some(needed) = needed else { return Ok(Some(None)) };
     let row = |&(k, stroke): &(u64, u32)| {
         let (design, places) = (taps.design(k), taps.places(k));

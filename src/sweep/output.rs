@@ -30,12 +30,7 @@ pub(super) struct About {
 
 impl About {
     /// For a `shard`, or for the whole with effects left off within `bound`.
-    pub fn new(
-        spec: &Spec,
-        plan: &Plan,
-        choice: &Choice,
-        (shard, bound): (Option<Shard>, Option<f64>),
-    ) -> Self {
+    pub fn new(spec: &Spec, plan: &Plan, choice: &Choice, shard: Option<Shard>, bound: Option<f64>) -> Self {
         let (format, b) = (TableFormat::of(spec), &choice.backend);
         let listed = !matches!(spec.study.space, Space::Grid(_));
         let places = shard.is_some() && (listed || spec.study.output.top.is_some());

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::group::{Group, Strokes};
 use super::keep::Best;
-use super::{Keeper, Kept, Place, Reached, Taps, Writers, charted};
+use super::{Keeper, Kept, Place, Reached, Taps, Writers, charted, charted::Search};
 use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
@@ -37,19 +37,10 @@ impl<'a> Run<'a> {
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).stopping(stop);
-        let reached = Reached { best: Best::new(study.output.top.unwrap_or(0)), ..Reached::default() };
-        Self {
-            study,
-            evaluator,
-            writers: Writers::default(),
-            reached,
-            plan,
-            stop,
-            progress,
-            designs: 0..plan.designs,
-            taps: plan.taps,
-            keeper: None,
-        }
+        let best = Best { n: study.output.top.unwrap_or(0), ..Best::default() };
+        let reached = Reached { best, ..Reached::default() };
+        let (writers, designs, taps) = (Writers::default(), 0..plan.designs, plan.taps);
+        Self { study, evaluator, writers, reached, plan, stop, progress, designs, taps, keeper: None }
     }
 
     /// Runs `f` unless stopped; records its time and sweeps.
@@ -119,7 +110,7 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     }
     if run.reached.kept.is_none() {
         let kept = match (&run.plan.rankers, taps) {
-            (Some(rankers), Taps::Grid { layout, .. }) => charted::run(run, (taps, layout), rankers)?,
+            (Some(ranker), Taps::Grid { layout, .. }) => charted::run(run, &Search { taps, layout, ranker })?,
             _ => {
                 chunks(run, taps, own, (&[], None), offer)?;
                 let best = std::mem::take(&mut run.reached.best);
@@ -157,7 +148,6 @@ pub(super) fn chunks(
 ) -> Result<(), Error> {
     let done = counted.map_or(0, |_| run.reached.next as usize);
     let mut designs = designs.skip(done).peekable();
-    // Rows of designs that alternate are written all at once.
     let all = !taps.in_order() && !tables.is_empty();
     while let Some(group) = Group::next(run, taps, (&mut designs, all))? {
         let complete = group.finish(run, taps, (tables, kept))?;

@@ -134,35 +134,20 @@ fn find_by(study: &Study, asked: TapAsked<'_>, progress: &mut dyn Progress) -> R
         Err(Error::Input(why)) => (Other { theory, optimum: Err(why.message), at_bound: false }, 0, 0.0),
         Err(failed) => return Err(failed),
     };
-    Ok(Report {
-        other: Some(other),
-        evaluations: report.evaluations + evaluations,
-        seconds: report.seconds + seconds,
-        ..report
-    })
+    let (evaluations, seconds) = (report.evaluations + evaluations, report.seconds + seconds);
+    Ok(Report { other: Some(other), evaluations, seconds, ..report })
 }
 
 /// Fails with [`SolveError::TooHard`](crate::error::SolveError::TooHard) if kernels leave too many taps to the reference.
-fn best(
-    study: &Study,
-    asked: TapAsked<'_>,
-    steps: f64,
-    progress: &mut dyn Progress,
-) -> Result<Report, Error> {
-    let TapAsked { ends, objective, choice, needed, stop } = asked;
+fn best(study: &Study, of: TapAsked<'_>, steps: f64, progress: &mut dyn Progress) -> Result<Report, Error> {
+    let TapAsked { ends, objective, choice, needed, stop } = of;
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     let strain_key = "gauge.strain_limit";
     let strain = setup.gauge.strain_limit;
-    let search = Search {
-        objective,
-        weights: [1.0; 2],
-        seed: 0,
-        budget: Budget::default(),
-        variables: Vec::new(),
-        limits: Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false },
-        robust: None,
-    };
+    let limits = Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false };
+    let (weights, budget, variables) = ([1.0; 2], Budget::default(), Vec::new());
+    let search = Search { objective, weights, seed: 0, budget, variables, limits, robust: None };
     let needed = needed.filter(|n| !n.left().is_empty());
     let full = needed.map(|n| Setup { model: n.full.model, ..setup.clone() });
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;

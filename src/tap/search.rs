@@ -31,13 +31,9 @@ pub struct Curve<'a> {
 
 impl<'a> Curve<'a> {
     pub fn new(scorer: Scorer<'a>, layout: &Layout, progress: &'a mut dyn Progress) -> Self {
-        Self {
-            scorer,
-            whisker: layout.stroke(&layout.design(0), 0),
-            taps: [layout.n_distances, EVALUATIONS.saturating_mul(layout.n_distances)],
-            progress,
-            evaluations: 0,
-        }
+        let (whisker, n) = (layout.stroke(&layout.design(0), 0), layout.n_distances);
+        let taps = [n, EVALUATIONS.saturating_mul(n)];
+        Self { scorer, whisker, taps, progress, evaluations: 0 }
     }
 
     /// Samples at these drives, degrees or mm.
@@ -207,11 +203,7 @@ pub(super) fn tried(
             done => return done,
         }
     }
-    let error = InputError::new(
-        "so many taps of this whisker are hard to solve that its best tap would take minutes",
-    );
-    Err(error
-        .key("tap.a")
-        .allowed("distances beyond the end of the gauge, a whisker that tapers less; or --backend reference, which takes its time")
-        .into())
+    let why = "so many taps of this whisker are hard to solve that its best tap would take minutes";
+    let allowed = "distances beyond the end of the gauge, a whisker that tapers less; or --backend reference, which takes its time";
+    Err(InputError::new(why).key("tap.a").allowed(allowed).into())
 }

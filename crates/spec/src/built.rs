@@ -244,12 +244,7 @@ pub(super) fn fixed(section: &Section<'_>, signal: Signal, channels: Option<&Cha
 }
 
 /// Refuses combinations that are not modelled; `at` is the place of the whisker if no key of `[whisker]` has it.
-pub(super) fn allowed(
-    sections: &Sections<'_>,
-    setup: &Setup,
-    tilts: bool,
-    at: Option<&Item<'_>>,
-) -> Result<()> {
+pub fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool, at: Option<&Item<'_>>) -> Result<()> {
     let of = |section, key| sections.section(section).get(key);
     if setup.asks_wrench() {
         let (item, what) = match setup.signal {

@@ -5,9 +5,8 @@ use std::path::Path;
 use super::properties::{RigAxis, searched as is_searched};
 use super::table::{self, Columns, Rows, Source};
 use super::{Document, Frame, InputError, Item, Limit, Result, Sections, TextFile};
-use crate::physics::body::rest;
 use crate::physics::fit::{STRAIN, STRESS, yeoh};
-use crate::physics::inverse::bracketed;
+use crate::physics::{body::rest, inverse::bracketed};
 use crate::scene::{Axis, Built, Column, MaterialFit, Property, Space};
 
 const LEAST: usize = 5;

@@ -65,15 +65,11 @@ pub fn of_table(label: &str, text: &str, user: &DeTable<'_>, base: &Path, fallba
     of_user(&document, user, base, fallback, |sections, drive| space::read(sections, drive, base))
 }
 
-fn parsed<T>(
-    label: &str,
-    text: &str,
-    read: impl FnOnce(&Document<'_>, &DeTable<'_>) -> Result<T>,
-) -> Result<T> {
+fn parsed<T>(label: &str, text: &str, f: impl FnOnce(&Document<'_>, &DeTable<'_>) -> Result<T>) -> Result<T> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    read(&document, user.get_ref())
+    f(&document, user.get_ref())
 }
 
 fn of_user(
@@ -124,20 +120,8 @@ fn of_user(
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let fixed = built::fixed(&sections.section("sensor"), signal, channels.as_deref())?;
     let built = built.map(Arc::new);
-    let setup = Setup {
-        hub,
-        drive,
-        gauge,
-        model,
-        estimate,
-        directions,
-        built,
-        signal,
-        channels,
-        fixed,
-        wrench,
-        rigs,
-    };
+    let setup = Setup { hub, drive, gauge, model, estimate, directions, built, ..Setup::default() };
+    let setup = Setup { signal, channels, fixed, wrench, rigs, ..setup };
     properties::allowed_together(sections, &setup, &properties, tilts)?;
     let several = properties.iter().filter(|(_, axis)| axis.axis.len() > 1);
     let stem = Path::new(document.file).file_stem();
@@ -154,11 +138,8 @@ fn of_user(
     };
     model::fits(sections, &spec)?;
     fits::fits(sections, &spec, &properties)?;
-    let doubts = [
-        fits::doubts(&spec),
-        usual::of_spec(sections, |name| name != "optimise"),
-        model::doubts(sections, &spec),
-    ];
+    let unusual = usual::of_spec(sections, |name| name != "optimise");
+    let doubts = [fits::doubts(&spec), unusual, model::doubts(sections, &spec)];
     spec.warnings.extend(doubts.into_iter().flatten());
     Ok(spec)
 }
@@ -205,19 +186,14 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     named.filter_map(|item| Some(base.join(item.value.as_str()?))).collect()
 }
 
-/// Reads the `text` of another TOML file of users with `read`; `label` names it, and `what` is its key under `[files]` of `keys.toml`.
-pub fn described<T>(
-    label: &str,
-    text: &str,
-    what: &str,
-    read: impl FnOnce(&Item<'_>) -> Result<T>,
-) -> Result<T> {
-    parsed(label, text, |document, table| {
+/// Reads the `text` of another TOML file of users with `f`; `file` names it, and `what` is its key under `[files]` of `keys.toml`.
+pub fn described<T>(file: &str, text: &str, what: &str, f: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
+    parsed(file, text, |document, table| {
         let value = DeValue::Table(table.clone());
         let file =
             Item::new(document, String::new(), Some(0..0), &value).of(keys::section("files").key(what));
         file.only_known()?;
-        read(&file)
+        f(&file)
     })
 }
 

@@ -14,7 +14,7 @@ use crate::scene::{
 
 pub(super) fn read(sections: &Sections<'_>, base: &Path) -> Result<(Model, Option<MaterialFit>)> {
     let section = sections.section("model");
-    let (material, fit) = material(&section.get("material")?, sections, base)?;
+    let (material, fit) = law(&section.get("material")?, sections, base)?;
     let mut model =
         Model { geometry: section.get("geometry")?.word(&Geometry::WORDS)?, material, ..Model::PLAIN };
     section.get("solid")?.flag()?;
@@ -48,11 +48,7 @@ fn contact(item: &Item<'_>) -> Result<Contact> {
     item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)])
 }
 
-fn material(
-    item: &Item<'_>,
-    sections: &Sections<'_>,
-    base: &Path,
-) -> Result<(Material, Option<MaterialFit>)> {
+fn law(item: &Item<'_>, sections: &Sections<'_>, base: &Path) -> Result<(Material, Option<MaterialFit>)> {
     item.only_known()?;
     let mut laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
     let (Some(law), None) = (laws.next(), laws.next()) else {

@@ -7,9 +7,8 @@ use toml::de::DeValue;
 use super::keys::Key;
 use super::model::{self, check_second_gauge, consistent};
 use super::{Item, Result, Sections, built, sections};
-use crate::scene::axis::Points;
-use crate::scene::property::Description;
 use crate::scene::{Axis, Material, Property, Quantity, Rigs, Robust, Sampler, Search, Setup, Signal, Spec};
+use crate::scene::{axis::Points, property::Description};
 
 pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option<Item<'a>> {
     let Description { section, key, .. } = *property.about();

@@ -11,6 +11,8 @@ use crate::design::MOST;
 use crate::scene::Interval;
 
 pub type Result<T> = std::result::Result<T, InputError>;
+/// Place in the text; `None` for a value that was not written.
+pub type Span = Option<Range<usize>>;
 
 #[derive(Debug, Clone, Copy)]
 pub struct Document<'a> {
@@ -23,7 +25,7 @@ impl<'a> Document<'a> {
         1 + self.text.bytes().take(byte).filter(|b| *b == b'\n').count()
     }
 
-    pub fn error(&self, span: Option<Range<usize>>, message: impl Into<String>) -> InputError {
+    pub fn error(&self, span: Span, message: impl Into<String>) -> InputError {
         let error = InputError::new(message).at(self.file, span.as_ref().map(|s| self.line(s.start)));
         if let Some(span) = span { error.snippet(self.text, span) } else { error }
     }
@@ -65,7 +67,7 @@ pub struct Item<'a> {
     document: &'a Document<'a>,
     /// Its dotted key.
     pub key: String,
-    span: Option<Range<usize>>,
+    span: Span,
     /// The value.
     pub value: &'a DeValue<'a>,
     /// Description of its key.
@@ -79,12 +81,7 @@ impl<'a> Item<'a> {
     }
 
     /// A `value` of `key`; `span` is its place if it was written.
-    pub fn new(
-        document: &'a Document<'a>,
-        key: String,
-        span: Option<Range<usize>>,
-        value: &'a DeValue<'a>,
-    ) -> Self {
+    pub fn new(document: &'a Document<'a>, key: String, span: Span, value: &'a DeValue<'a>) -> Self {
         Self { document, key, span, value, known: None }
     }
 
@@ -129,14 +126,9 @@ impl<'a> Item<'a> {
         if is_wrong { self.wrong(message) } else { Ok(()) }
     }
 
-    /// [`Self::refuse`] if `is_refused`.
-    pub fn refuse_if(
-        &self,
-        is_refused: bool,
-        message: impl Into<String>,
-        allowed: impl Into<String>,
-    ) -> Result<()> {
-        if is_refused { self.refuse(message, allowed) } else { Ok(()) }
+    /// [`Self::refuse`] if it is `wrong`.
+    pub fn refuse_if(&self, wrong: bool, why: impl Into<String>, allowed: impl Into<String>) -> Result<()> {
+        if wrong { self.refuse(why, allowed) } else { Ok(()) }
     }
 
     fn wrong_type<T>(&self, wanted: &str) -> Result<T> {

@@ -4,7 +4,6 @@
 //! a word, a text or a range. An `Option` is `None` where the key has no value in force.
 
 use std::cell::RefCell;
-use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
@@ -32,7 +31,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
 pub(super) struct Section<'a> {
     pub document: &'a Document<'a>,
     pub known: &'static keys::Section,
-    pub span: Option<Range<usize>>,
+    pub span: super::reader::Span,
     pub user: Option<&'a DeTable<'a>>,
     pub more: Option<&'a DeTable<'a>>,
 }

@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use super::properties::RigAxis;
 use super::{AxisItem, Frame, Item, Result, Sections, properties, tuple_file};
-use crate::scene::space::MOST_TAPS;
-use crate::scene::{COLUMNS, Column, Drive, Listed, Rigs, Space};
+use crate::scene::{COLUMNS, Column, Drive, Listed, Rigs, Space, space::MOST_TAPS};
 
 pub(super) type ColumnKey = (&'static str, &'static str, Column);
 

@@ -9,10 +9,8 @@ use super::space::Read;
 use super::table::{self, Columns, Header, Source};
 use super::{AxisItem, InputError, Item, Result, Sections, properties, usual};
 use crate::fields::{fields, separator};
-use crate::scene::listed::MOST_ROWS;
-use crate::scene::property::Description;
-use crate::scene::space::MOST_TAPS;
 use crate::scene::{Axis, COLUMNS, Column, Drive, Listed, Property, Rigs, Space, Tuple};
+use crate::scene::{listed::MOST_ROWS, property::Description, space::MOST_TAPS};
 use crate::sink::{Frame, WHISKER};
 use crate::text_file::{Limit, TextFile, refused, unread};
 
@@ -98,10 +96,8 @@ impl Rows {
                 Property::Modulus => {
                     let material = sections.section("model").written("material");
                     let other = |m: Item<'_>| m.child("hooke").or_else(|| m.child("neo-hookean")).is_none();
-                    (
-                        material.is_some_and(other),
-                        "material = { hooke = E } or { neo-hookean = E }".to_owned(),
-                    )
+                    let laws = "material = { hooke = E } or { neo-hookean = E }";
+                    (material.is_some_and(other), laws.to_owned())
                 }
                 _ => continue,
             };
@@ -118,18 +114,12 @@ impl Rows {
     }
 }
 
-pub(super) fn read<'a>(
-    sections: &Sections<'a>,
-    item: &Item<'a>,
-    drive: Drive,
-    base: &Path,
-) -> Result<Read<'a>> {
+pub fn read<'a>(sections: &Sections<'a>, item: &Item<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
     let path = base.join(item.text()?);
     let label = path.display().to_string();
     let text = TextFile::open(&path, WHAT, Limit::Lines);
     let begun = |text| header(text).map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)));
     let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
-    // The present name of the column, or the former one.
     let tips = [WHISKER[1], Column::TipDiameter.name(drive)];
     let written = fields(&first, separator(&first));
     let [now, before] = tips.map(|tip| written.iter().any(|name| name == tip));

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
 use std::io::{BufReader, Read};
 
 use super::fields::{fields, number, plain, separator};
@@ -73,9 +73,7 @@ impl<'a> LabRow<'a> {
 
     /// A 64-bit hash of the row.
     pub fn fingerprint(self) -> u64 {
-        let mut hasher = DefaultHasher::new();
-        self.to_string().hash(&mut hasher);
-        hasher.finish()
+        BuildHasherDefault::<DefaultHasher>::default().hash_one(self.to_string())
     }
 
     /// True for a line of white space only.

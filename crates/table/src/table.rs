@@ -7,8 +7,7 @@ use super::heading::{Fact, Heading, Only, heading, property};
 use crate::design::Design;
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
-use crate::scene::channels::MOST_CHANNELS;
-use crate::scene::{Drive, Property, Setup, Tuple};
+use crate::scene::{Drive, Property, Setup, Tuple, channels::MOST_CHANNELS};
 use crate::sheet::TableFormat;
 use crate::statistics::{DistanceRow, Figures, Reduction};
 use crate::values::{Field, named};
@@ -137,9 +136,7 @@ impl<'a> TapRow<'a> {
         let channels = reduced.of_channels((design.a, design.drive), tap);
         Self { design, whisker, tap, estimated, elongation: reduced.elongation, channels }
     }
-}
 
-impl TapRow<'_> {
     const COLUMNS: [Column<Self>; 23] = [
         ("a_mm", |r, _| r.design.a.into()),
         ("x_a_mm", |r, _| r.whisker.abscissa(r.design.a).into()),

@@ -10,7 +10,6 @@ use vibrissa::command::{self, Content, Context, HeldFile, Host, Show};
 use vibrissa::error::Error;
 use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
-use vibrissa::scene::RunOptions;
 
 use super::error::{self, keywords};
 use super::job;
@@ -32,12 +31,6 @@ struct Session<'a> {
 }
 
 impl Host for Session<'_> {
-    fn begin(&self, _: &RunOptions) -> Result<(), Error> {
-        Ok(())
-    }
-
-    fn line(&self, _: &str) {}
-
     fn progress(&self, _: bool) -> Box<dyn Show + '_> {
         Box::new(self)
     }

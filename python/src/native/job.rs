@@ -69,14 +69,9 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
             }
         }
         if interrupt.is_none() {
-            if let Err(e) =
-                heard.as_ref().map(drop).map_err(|e| e.clone_ref(py)).and_then(|()| py.check_signals())
-            {
-                stop.store(true, Ordering::Relaxed);
-                interrupt = Some((e, Instant::now()));
-            } else if matches!(heard, Ok(false)) {
-                stop.store(true, Ordering::Relaxed);
-            }
+            let more = heard.and_then(|more| py.check_signals().map(|()| more));
+            stop.fetch_or(!matches!(more, Ok(true)), Ordering::Relaxed);
+            interrupt = more.err().map(|e| (e, Instant::now()));
         }
         if let Some((e, _)) = interrupt.take_if(|(_, since)| since.elapsed() > GRACE) {
             return Err(e);

@@ -4,17 +4,15 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::ffi::FFI_ArrowSchema;
-use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{
     Array, ArrayRef, BooleanArray, DictionaryArray, PrimitiveArray, RecordBatch, RecordBatchIterator,
     StringArray, make_array,
 };
+use arrow_array::{ffi::FFI_ArrowSchema, ffi_stream::FFI_ArrowArrayStream};
 use arrow_buffer::{NullBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema, TimeUnit};
-use numpy::ndarray::ArrayView1;
-use numpy::{Element, PyArray1, PyReadonlyArray1};
+use numpy::{Element, PyArray1, PyReadonlyArray1, ndarray::ArrayView1};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyCapsule, PyList};
@@ -40,7 +38,6 @@ pub struct Table {
 impl Table {
     pub fn new(frame: Frame) -> Result<Self, Error> {
         let names: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
-        // An unknown column of text is converted to the type of its contents.
         let array = |(name, values): (&&str, Values)| match values {
             Values::Words(words) if fact(name).is_none_or(|fact| fact.kind != Kind::Word) => {
                 array(words.typed())
@@ -210,17 +207,14 @@ fn array(values: Values) -> ArrayRef {
         Values::Words(Words { codes, known, .. }) => {
             // Categories need distinct words.
             let (mut words, mut places) = (Vec::new(), HashMap::new());
-            let mut place = |word: &str| match places.get(word) {
-                Some(place) => *place,
-                None if word.is_empty() => -1,
-                None => {
-                    let place = words.len() as i32;
-                    words.push(word.to_owned());
-                    places.insert(word.to_owned(), place);
-                    place
-                }
+            let place = |word: String| match word.is_empty() {
+                true => -1,
+                false => *places.entry(word).or_insert_with_key(|word| {
+                    words.push(word.clone());
+                    words.len() as i32 - 1
+                }),
             };
-            let of: Vec<i32> = known.iter().map(|word| place(word)).collect();
+            let of: Vec<i32> = known.into_iter().map(place).collect();
             let codes = codes.into_iter().map(|code| of[code as usize]).collect();
             dictionary(codes, words).expect("codes are places of words")
         }
@@ -274,7 +268,6 @@ pub fn frame(py: Python<'_>, file: &str, (names, columns): TableGiven<'_>) -> Py
         let values = match column {
             Given::Numbers(x) => Values::Numbers(x.as_array().to_vec()),
             Given::Words(codes, mut words) => {
-                // Maps −1 to an added empty word.
                 let none = words.len() as u32;
                 words.push(String::new());
                 let codes =

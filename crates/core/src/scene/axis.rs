@@ -100,24 +100,18 @@ impl Axis {
         Ok(Self::Log { from, to, len: steps })
     }
 
-    /// Coordinate `dimension` of `points`, spread over [min, max]. The keys of errors are relative to the axis.
-    pub fn samples(
-        min: f64,
-        max: f64,
-        log: bool,
-        points: Points,
-        dimension: u32,
-    ) -> Result<Self, InputError> {
+    /// Coordinate `number` of `points`, spread over [min, max]. The keys of errors are relative to the axis.
+    pub fn samples(min: f64, max: f64, log: bool, points: Points, number: u32) -> Result<Self, InputError> {
         check(!log || min > 0.0, LOGARITHMIC, ("min", "> 0"))?;
         ascending(["min", "max"], [min, max])?;
         let counted = (1..=MAX_SAMPLES).contains(&points.samples);
         let allowed = ("samples", "1 … 2^32 = 4294967296");
         check(counted, "the number of samples is out of range", allowed)?;
-        if dimension >= MAX_DIMENSIONS {
+        if number >= MAX_DIMENSIONS {
             let message = "too many axes are sampled together";
             return Err(InputError::new(message).allowed(format!("at most {MAX_DIMENSIONS}")));
         }
-        Ok(Self::Samples { min, max, log, points, dimension })
+        Ok(Self::Samples { min, max, log, points, dimension: number })
     }
 
     /// Number of values.

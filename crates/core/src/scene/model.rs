@@ -271,14 +271,8 @@ pub struct Foil {
 
 impl Default for Gauge {
     fn default() -> Self {
-        Self {
-            side: Side::Contact,
-            noise_strain: None,
-            strain_limit: 0.05,
-            factor: 2.21,
-            second: false,
-            foil: None,
-        }
+        let side = Side::Contact;
+        Self { side, noise_strain: None, strain_limit: 0.05, factor: 2.21, second: false, foil: None }
     }
 }
 

@@ -105,14 +105,7 @@ pub struct Output {
 
 impl Default for Output {
     fn default() -> Self {
-        Self {
-            tuples: None,
-            designs: true,
-            distances: true,
-            top: None,
-            by: RankBy::KSd,
-            by_said: false,
-            per: Per::Row,
-        }
+        let (by, per) = (RankBy::KSd, Per::Row);
+        Self { tuples: None, designs: true, distances: true, top: None, by, by_said: false, per }
     }
 }

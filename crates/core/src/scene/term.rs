@@ -74,15 +74,6 @@ pub(super) const fn flag(
     get: fn(&Model) -> Amount,
     set: fn(&mut Model, Amount),
 ) -> Term {
-    Term {
-        key,
-        name,
-        trial: Amount::Flag(true),
-        linear: false,
-        frictionless: None,
-        upright: None,
-        needs: None,
-        get,
-        set,
-    }
+    let trial = Amount::Flag(true);
+    Term { key, name, trial, linear: false, frictionless: None, upright: None, needs: None, get, set }
 }

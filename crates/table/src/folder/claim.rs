@@ -135,7 +135,7 @@ pub(super) fn judge(
     if let Some(path) = read.iter().find(is_hidden) {
         return Err(in_the_way(path, "is read, and lies in the hidden folder of the result"));
     }
-    let mut objection = objection(folder, &run, (question, begun))?;
+    let mut objection = objection(folder, &run, question, begun)?;
     let mut files = Vec::new();
     for file in &listed {
         let Some(found) = look(folder, &file.name)? else { continue };
@@ -168,11 +168,7 @@ fn record(folder: &Path) -> Result<(Value, Vec<Listed>), Error> {
 }
 
 /// The reason why the result in `folder`, with the `run.json` in `run`, needs `--force` to be replaced.
-fn objection(
-    folder: &Path,
-    run: &Value,
-    (question, begun): (&Question, bool),
-) -> Result<Option<String>, Error> {
+fn objection(folder: &Path, run: &Value, question: &Question, begun: bool) -> Result<Option<String>, Error> {
     if run.is_null() {
         let shards = question.command == "sweep";
         let is_own = |name: &str| name.starts_with(PREFIX) || shards && Shard::of_folder(name).is_some();

@@ -75,13 +75,8 @@ fn schema(table: &Frame) -> Result<SchemaDescPtr, ParquetError> {
 }
 
 impl Writer {
-    /// Starts the file `output` with the columns of `empty`, or continues it from `more`. `provenance` is written to its metadata.
-    pub fn new(
-        mut output: Output,
-        empty: &Frame,
-        provenance: &str,
-        more: Option<More>,
-    ) -> Result<Self, Error> {
+    /// Starts the file `output` with the columns of `empty`, or continues it from `more`. `origin`, its provenance, is written to its metadata.
+    pub fn new(mut output: Output, empty: &Frame, origin: &str, more: Option<More>) -> Result<Self, Error> {
         let (mut groups, mut waiting) = (Vec::new(), empty.like());
         match more {
             None => output.write(MAGIC)?,
@@ -100,7 +95,7 @@ impl Writer {
         let units: serde_json::Map<String, Value> =
             empty.names.iter().map(|name| (name.to_string(), json!(unit(name)))).collect();
         let units = KeyValue::new("vibrissa.units".to_owned(), Value::Object(units).to_string());
-        let facts = vec![KeyValue::new(PROVENANCE.to_owned(), provenance.to_owned()), units];
+        let facts = vec![KeyValue::new(PROVENANCE.to_owned(), origin.to_owned()), units];
         let properties = properties(empty);
         Ok(Self { output, schema, properties, facts, groups, waiting })
     }
