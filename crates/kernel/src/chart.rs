@@ -16,19 +16,19 @@ const POINTS: [usize; 2] = [18, 14];
 
 /// Polynomials of one law over one range of loads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chart {
-    /// Largest |t|.
-    pub axial: f64,
+pub struct Chart<T = f64> {
+    /// 1/axial, the inverse of the largest |t|.
+    pub scale: T,
     /// b₀, b₁: largest b at t.
-    pub bending: [f64; 2],
+    pub bending: [T; 2],
     /// r(t/axial), ascending powers.
-    pub r: Vec<f64>,
+    pub r: Vec<T>,
     /// c(t/axial), ascending powers.
-    pub c: Vec<f64>,
+    pub c: Vec<T>,
     /// p(2β − 1, t/axial): rows of ascending powers of 2β − 1, each of ascending powers of t/axial.
-    pub p: Vec<Vec<f64>>,
+    pub p: Vec<Vec<T>>,
     /// q, as p.
-    pub q: Vec<Vec<f64>>,
+    pub q: Vec<Vec<T>>,
     /// Bound on the strain error, relative to the strain: the part cut off, and the last coefficients.
     pub error: f64,
     /// True if it covers the whole requested range.
@@ -110,7 +110,7 @@ impl Chart {
         let (c, cut_c) = trimmed1(coefficients(&c), accuracy / axial);
         let error = cut_p * most + cut_q * most * most + (cut_r + cut_c) * axial;
         Some(Self {
-            axial,
+            scale: 1.0 / axial,
             bending,
             r: monomials(&r),
             c: monomials(&c),
