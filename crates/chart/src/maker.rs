@@ -139,7 +139,8 @@ impl Maker<'_> {
         let all: Vec<(f64, [f64; AXES])> = (0..CHECKS).map(point).collect();
         let asked: Vec<(f64, [f64; AXES])> =
             all.iter().map(|(a, numbers)| (*a, quantities(self.setup, numbers, *a))).collect();
-        let mut taps = Taps::new(self.setup, farthest, None, solved(power, false)).under_foil(self.width);
+        let contact = (farthest, Direction::UPRIGHT, None);
+        let mut taps = Taps::new(self.setup, contact, Some(self.width), (solved(power, false), &NEVER));
         let found = taps.solve_at(&asked)?;
         self.taps += taps.sweeps.taps;
         let told = |i: usize| {

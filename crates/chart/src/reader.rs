@@ -8,7 +8,7 @@ use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, power};
 use super::function::linear_force;
 use super::gauge::asked;
-use super::lanes::{Read, Readings};
+use super::lanes::Readings;
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
@@ -69,7 +69,7 @@ impl Reader {
                 let cos = radians(chart.direction)[0].cos();
                 for (k, place) in places.into_iter().enumerate() {
                     let task = &tasks[place];
-                    let (design, Read { functions, share }) = (&designs[task.design as usize], found[k]);
+                    let (design, (functions, share)) = (&designs[task.design as usize], found[k]);
                     let Some(shared) = &design.shared else { continue };
                     let [strain, arc, force] = functions.map(f64::from);
                     let force = linear_force(setup, shared, task.a, taps[k][0]) * cos * (1.0 + force);
@@ -78,7 +78,7 @@ impl Reader {
                         _ => 0.0,
                     };
                     let sticking = friction != 0.0 && share.abs() < 1.0;
-                    let second = second.as_ref().map(|read| read[k].functions.map(f64::from));
+                    let second = second.as_ref().map(|read| read[k].0.map(f64::from));
                     let read = ([strain, arc, force, friction], second);
                     out[place] = outcome_of_chart(setup, design, task, read, sticking);
                 }

@@ -6,7 +6,6 @@ use super::distance::DistanceChart;
 use super::gauge::asked;
 use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, shaped, slackened};
-use super::statistic::OfErrors;
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
@@ -106,9 +105,10 @@ pub struct Scope {
 impl Scope {
     /// True if charts may rank `study`.
     pub fn fits(study: &Study, layout: &Layout) -> bool {
-        let Some(of_errors) = OfErrors::of(study.output.by) else { return false };
+        let by = study.output.by;
+        let known = !matches!(by, RankBy::StrainMax | RankBy::ForceMax);
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        let ranked = study.setup.built.is_none() || of_errors.is_none();
+        let ranked = known && (study.setup.built.is_none() || by == RankBy::KSd);
         let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         charted(&study.setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }

@@ -137,7 +137,7 @@ impl Charted {
         basis: &mut Basis,
         products: &mut Values,
     ) {
-        let need = self.products.need(last as usize);
+        let need = &self.products.needs[last as usize];
         let sizes = &need.sizes;
         basis[1][0] = Lanes::of(1.0);
         if OWN {

@@ -52,12 +52,11 @@ use crate::kernel::cpu::{Pack, Packed, Vectors, WIDEST};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
-use crate::scene::{Convention, Drive, Theory};
-use crate::statistic::OfErrors;
+use crate::scene::{Convention, Drive, RankBy, Theory};
 
 pub use crate::kernel::ranking::{Found, Words};
 pub use figures::Figures;
-pub use outcome::{Read, Readings};
+pub use outcome::Readings;
 
 /// Designs of a pack.
 pub const LANES: usize = WIDEST;
@@ -105,8 +104,8 @@ pub struct Ranker {
     strain_limit: f32,
     noise: f32,
     fixed: Option<f32>,
-    /// The statistic that ranks; `None` is the spread of K.
-    by: Option<OfErrors>,
+    /// The statistic of the distance errors that ranks; `None` is the spread of K.
+    by: Option<RankBy>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -155,7 +154,7 @@ impl Ranker {
     pub(crate) fn over(scope: Scope) -> Option<Self> {
         let has = Vectors::found()?;
         let setup = &scope.setup;
-        let by = OfErrors::of(scope.output.by)?;
+        let by = Some(scope.output.by).filter(|by| *by != RankBy::KSd);
         let power = scope.charts.first()?.power;
         // Taps that may stick have no series over the drive.
         let chooses = scope.charts.iter().any(|c| !c.ratios.is_empty());
