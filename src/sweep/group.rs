@@ -178,7 +178,7 @@ impl Reduced<'_> {
         for t in order {
             let ((place, at), tap) = (self.at(t), &self.outcomes[t]);
             let told = Told::by(curves, place.1).towards(at.direction()).or_both(both.get(t));
-            self.estimates[t] = self.reduction.estimate_by(place, (at.a, at.drive), tap, told);
+            self.estimates[t] = self.reduction.estimate(place, (at.a, at.drive), tap, told);
             self.counts.taps += 1;
             self.counts.combinations.note(tap.status | self.estimates[t].status, 1);
         }

@@ -247,13 +247,8 @@ impl<'a> Reduction<'a> {
         }
     }
 
-    /// Second pass, with K̄: the estimate of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
-    pub fn estimate(&mut self, place: (usize, usize), at: (f64, f64), tap: &Outcome) -> Estimated {
-        self.estimate_by(place, at, tap, Told::Formula)
-    }
-
-    /// [`Self::estimate`] by the method `told`.
-    pub fn estimate_by(
+    /// Second pass, with K̄: the estimate, by the method `told`, of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
+    pub fn estimate(
         &mut self,
         (i, j): (usize, usize),
         (a, drive): (f64, f64),
