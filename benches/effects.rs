@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use vibrissa::census::{Place, present};
 use vibrissa::chart::{ranges::Wanted, reader::Reader};
 use vibrissa::design::Design;
-use vibrissa::evaluate::{Evaluator, Method, Task};
+use vibrissa::evaluate::{Evaluator, Method, Source, Task};
 use vibrissa::kernel::tap::Frame;
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::scene::Grip;

@@ -193,7 +193,7 @@ impl Reduced<'_> {
         let row = |j: usize| {
             // In a list, ties go to the earlier row.
             let first = taps.row(self.number, self.places.strokes[j]).unwrap_or(self.number);
-            let rank = self.reduction.rank(j, by)?;
+            let rank = self.reduction.drives[j].rank(by, self.reduction.unit())?;
             Some(Kept { rank, index: (first, j as u32), at: self.stroke(j), charted: f32::NAN })
         };
         (0..self.strokes.len()).filter_map(row).collect()

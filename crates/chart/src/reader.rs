@@ -54,8 +54,34 @@ impl Reader {
         Ok((!charts.is_empty()).then(|| Self { charts: Readings::new(charts, setup.drive, has), beside }))
     }
 
-    /// Outcomes of `tasks`; `None` outside the charts.
-    pub fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
+    /// Drive (rad or mm), x1/a, D/a, τa and x2/a of `task`, if it is at the distance and direction of `chart`, within it and within `also`.
+    fn numbers(
+        setup: &Setup,
+        (chart, also): (&DistanceChart, Option<&DistanceChart>),
+        designs: &[Design],
+        task: &Task,
+    ) -> Option<[f64; AXES]> {
+        let a = chart.a;
+        if task.a != a || task.direction != chart.direction || also.is_some() != setup.gauge.second {
+            return None;
+        }
+        let design = &designs[task.design as usize];
+        let shared = design.shared.as_ref().filter(|_| design.admits(setup, a, task.drive))?;
+        let [x1, x2] = shared.gauge;
+        let drive = amount(setup.drive, task.drive);
+        let (base, taper) = (design.tuple.D / a, shared.taper.tau * a);
+        let scaled = drive * factors(setup.drive, a)[Quantity::Drive as usize];
+        let length = if shaped(setup) { design.tuple.L_a / a } else { 0.0 };
+        let ends = asked(setup, [x1, x2]).map(|x| [scaled, length, base, taper, x / a]);
+        let inside = |chart: &DistanceChart| {
+            holds([0.0, chart.gauges.width], (x2 - x1) / a) && ends.iter().all(|q| chart.holds(q))
+        };
+        (inside(chart) && also.is_none_or(inside)).then_some([drive, x1 / a, base, taper, x2 / a])
+    }
+}
+
+impl Source for Reader {
+    fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
         let part = |tasks: &[Task]| {
             let mut out = vec![None; tasks.len()];
             for (i, chart) in self.charts.of.iter().enumerate() {
@@ -87,37 +113,6 @@ impl Reader {
         };
         tasks.par_chunks(GRAIN).flat_map_iter(part).collect()
     }
-
-    /// Drive (rad or mm), x1/a, D/a, τa and x2/a of `task`, if it is at the distance and direction of `chart`, within it and within `also`.
-    fn numbers(
-        setup: &Setup,
-        (chart, also): (&DistanceChart, Option<&DistanceChart>),
-        designs: &[Design],
-        task: &Task,
-    ) -> Option<[f64; AXES]> {
-        let a = chart.a;
-        if task.a != a || task.direction != chart.direction || also.is_some() != setup.gauge.second {
-            return None;
-        }
-        let design = &designs[task.design as usize];
-        let shared = design.shared.as_ref().filter(|_| design.admits(setup, a, task.drive))?;
-        let [x1, x2] = shared.gauge;
-        let drive = amount(setup.drive, task.drive);
-        let (base, taper) = (design.tuple.D / a, shared.taper.tau * a);
-        let scaled = drive * factors(setup.drive, a)[Quantity::Drive as usize];
-        let length = if shaped(setup) { design.tuple.L_a / a } else { 0.0 };
-        let ends = asked(setup, [x1, x2]).map(|x| [scaled, length, base, taper, x / a]);
-        let inside = |chart: &DistanceChart| {
-            holds([0.0, chart.gauges.width], (x2 - x1) / a) && ends.iter().all(|q| chart.holds(q))
-        };
-        (inside(chart) && also.is_none_or(inside)).then_some([drive, x1 / a, base, taper, x2 / a])
-    }
-}
-
-impl Source for Reader {
-    fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
-        Self::read(self, setup, designs, tasks)
-    }
 }
 
 /// The directions of the poles of `layout`, each charted separately; `None` if they are sampled with the designs.
@@ -146,14 +141,8 @@ pub fn charts(
     let chart = |(a, direction): &(f64, Direction)| {
         let Some((ranges, width)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
         let ranges = scaled(setup.drive, &ranges, *a);
-        let job = (power, tolerance, stop);
-        DistanceChart::towards(
-            setup,
-            (*a, *direction),
-            (ranges, width / a, false),
-            job,
-            &mut Sweeps::default(),
-        )
+        let (asked, job) = ((ranges, width / a, false), (power, tolerance, stop));
+        DistanceChart::towards(setup, (*a, *direction), asked, job, &mut Sweeps::default())
     };
     let places: Vec<(f64, Direction)> =
         distances.iter().flat_map(|a| directions.iter().map(move |d| (*a, *d))).collect();

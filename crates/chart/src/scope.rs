@@ -121,14 +121,9 @@ impl Scope {
         let setup = &study.setup;
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let many = layout.len() / layout.n_distances >= MANY_PAY;
-        let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
-            Some(axis) => axis
-                .iter()
-                .zip(0..)
-                .map(|(drive, place)| (amount(setup.drive, drive), drive, place))
-                .collect(),
-            None => Vec::new(),
-        };
+        let listed = layout.drives().into_iter().flat_map(|axis| axis.iter().zip(0..));
+        let mut drives: Vec<(f64, f64, u32)> =
+            listed.map(|(drive, place)| (amount(setup.drive, drive), drive, place)).collect();
         drives.sort_by(|a, b| a.0.total_cmp(&b.0));
         let shared: Vec<f64> = drives.iter().map(|d| d.0).collect();
         let bounds = (tolerance, MOST_DISTANCES[usize::from(many)]);

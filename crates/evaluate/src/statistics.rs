@@ -298,9 +298,4 @@ impl<'a> Reduction<'a> {
         }
         estimated
     }
-
-    /// The value by which `top` ranks the row of drive `j`; `None` of an incomplete row.
-    pub fn rank(&self, j: usize, by: RankBy) -> Option<f64> {
-        self.drives[j].rank(by, self.unit())
-    }
 }

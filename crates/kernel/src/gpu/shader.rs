@@ -143,9 +143,11 @@ fn turns(precision: Precision, terms: usize) -> String {
     text
 }
 
+/// Switches, which the device's compiler folds, and what depends on them.
 fn switches(e: &Effects, job: &Job<'_>) -> String {
-    let rule = job.rule;
-    let list: String = e.switches().iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
+    let (rule, names) = (job.rule, ["PLAIN", "SHEAR", "EXTENSION", "OFFSET", "LAW"]);
+    let switches = names.iter().zip([e.plain(), e.shear, e.extension, e.offset, e.law]);
+    let list: String = switches.map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
     format!(
         "{list}const SIDE: real = {side}1.0;\nconst LEAST_SWEEPS = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
