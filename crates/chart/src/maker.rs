@@ -7,7 +7,7 @@ use super::between::{Between, NODES, nodes, weights};
 use super::build::check;
 use super::distance::DistanceChart;
 use super::function::{FUNCTIONS, Function, bounds, functions, power, room, solved};
-use super::ranges::{factors, holds, scaled, unscaled};
+use super::ranges::{factors, holds, scaled};
 use super::taps::Taps;
 use crate::error::SolveError;
 use crate::progress::NEVER;
@@ -48,7 +48,8 @@ impl Maker<'_> {
     fn held(&self, chart: &DistanceChart) -> [[f64; 2]; AXES] {
         let mut ranges = chart.axes().map(|axis| axis.range);
         ranges[Quantity::Place as usize][0] -= FIRST_PLACE;
-        unscaled(self.setup.drive, &ranges, chart.a)
+        let factors = factors(self.setup.drive, chart.a);
+        std::array::from_fn(|k| ranges[k].map(|x| x / factors[k]))
     }
 
     pub fn within(&self, charts: &[DistanceChart]) -> [[f64; 2]; AXES] {

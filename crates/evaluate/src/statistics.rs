@@ -241,10 +241,8 @@ impl<'a> Reduction<'a> {
 
     /// Between the passes: sets K̄ of every row; None for an invalid whisker.
     pub fn calibrate(&mut self) {
-        let estimator = self.estimator;
-        for row in &mut self.drives {
-            row.k = estimator.and_then(|e| e.calibration(row.deviation.n, row.deviation.mean()));
-        }
+        let known = |row: &DriveRow| self.estimator?.calibration(row.deviation.n, row.deviation.mean());
+        self.drives.iter_mut().for_each(|row| row.k = known(row));
     }
 
     /// Second pass, with K̄: the estimate, by the method `told`, of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
