@@ -13,9 +13,9 @@ use clock::spent;
 use rayon::prelude::*;
 use vibrissa::census::{Place, present};
 use vibrissa::chart::{ranges::Wanted, reader::Reader};
-use vibrissa::design::{Design, amount};
-use vibrissa::evaluate::{Evaluator, Method, Task};
-use vibrissa::kernel::tap::{Ask, Frame};
+use vibrissa::design::Design;
+use vibrissa::evaluate::{Evaluator, Method, Source, Task};
+use vibrissa::kernel::tap::Frame;
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::scene::Grip;
 use vibrissa::scene::sampler::Sampler;
@@ -98,10 +98,7 @@ fn framed(setup: &Setup) -> (Effects, Vec<Tap<f64>>) {
     let tap = |index: u32| {
         let t = tuple(index);
         let shared = Design::new(setup, t).shared?;
-        let (curve, peak, amount) = (&shared.model, shared.peak, amount(setup.drive, t.drive));
-        let (model, side, grip) = (&setup.model, setup.gauge.side, Grip::Slide(0.0));
-        Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
-            .map(|frame| *frame.tap())
+        Frame::new(setup, &shared, (t.a, t.drive), Grip::Slide(0.0)).map(|frame| *frame.tap())
     };
     (
         Effects::new(&setup.model, setup.gauge.side, false),

@@ -11,7 +11,7 @@ use vibrissa::physics::inverse::Inverse;
 use vibrissa::reduce::Spread;
 use vibrissa::scene::{Precision, Tuple};
 use vibrissa::sink::table::{Table, TapRow};
-use vibrissa::statistics::Reduction;
+use vibrissa::statistics::{Reduction, Told};
 
 fn main() {
     divan::main();
@@ -83,7 +83,7 @@ mod reduction {
             reduced.calibrate();
             for (k, o) in outcomes.iter().enumerate() {
                 let tap = (taps.tasks[k].a, taps.tasks[k].drive);
-                black_box(reduced.estimate((k % 10, k / 10), tap, o));
+                black_box(reduced.estimate((k % 10, k / 10), tap, o, Told::Formula));
             }
             reduced.drives
         });
@@ -125,7 +125,7 @@ fn csv(bencher: Bencher<'_, '_>) {
     let task = &taps.tasks[0];
     outcomes.iter().for_each(|o| reduced.count((0, 0), (task.a, task.drive), o));
     reduced.calibrate();
-    let estimated = reduced.estimate((0, 0), (task.a, task.drive), &outcomes[0]);
+    let estimated = reduced.estimate((0, 0), (task.a, task.drive), &outcomes[0], Told::Formula);
     bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
         let columns = TapRow::chosen(&taps.setup);
         let mut table = Table::Tuples.heading().frame_for(&taps.setup);

@@ -9,10 +9,10 @@ use std::hint::black_box;
 
 use clock::spent;
 use vibrissa::api::{BackendChoice, Drive, Material, RunOptions, Setup, Taps, Tuple};
-use vibrissa::design::{Design, amount};
+use vibrissa::design::Design;
 use vibrissa::evaluate::Method;
 use vibrissa::kernel::frames::{Framed, Framing};
-use vibrissa::kernel::tap::{Ask, Frame};
+use vibrissa::kernel::tap::Frame;
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::scene::Grip;
 use vibrissa::scene::Precision;
@@ -64,9 +64,7 @@ fn tuple(kind: Drive, index: usize) -> Tuple {
 fn framed(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let design = Design::new(setup, *t);
     let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
-    let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
-    let (amount, grip) = (amount(setup.drive, t.drive), Grip::Slide(0.0));
-    Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 }).map(|frame| *frame.tap())
+    Frame::new(setup, shared, (t.a, t.drive), Grip::Slide(0.0)).map(|frame| *frame.tap())
 }
 
 fn told(mut all: Vec<f64>) -> [f64; 2] {

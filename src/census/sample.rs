@@ -74,7 +74,7 @@ impl Row {
             None => reduced.calibrate(),
         }
         let drive = given.map_or(self.point.drive, |(.., drive)| drive);
-        let estimate = |(i, tap): (usize, &Outcome)| reduced.estimate_by((i, 0), at(i, drive), tap, told(i));
+        let estimate = |(i, tap): (usize, &Outcome)| reduced.estimate((i, 0), at(i, drive), tap, told(i));
         let estimates = taps.iter().enumerate().map(estimate).collect();
         (reduced, estimates)
     }

@@ -1,7 +1,7 @@
 //! Strain along a whisker, contact and force, as functions of numbers scaled by the contact distance.
 
 use crate::chart::axis::{AXES, Axis, Quantity};
-use crate::chart::build::{Bound, Built, build_of};
+use crate::chart::build::{Bound, Built, build};
 use crate::chart::distance::{lobatto, power};
 use crate::chart::{function::variables, ranges::holds};
 use crate::error::SolveError;
@@ -199,7 +199,7 @@ fn branch(
     let solved = if power == 0 && friction.is_none() { 1e-9 } else { 1e-10 };
     let grip = Grip::Slide(friction.unwrap_or(0.0));
     let mut taps = Taps::new(setup, on_sides, grip, power, solved);
-    build_of(axes, &bounds, (MOST[solid], &CUTS), &mut |q| taps.solve(q))
+    build(axes, &bounds, (MOST[solid], &CUTS), &mut |q| taps.solve(q))
 }
 
 /// The signal of `t` in the linear limit of the model, per unit of drive.

@@ -160,7 +160,7 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             let (design, (charted, k, j)) = (&taps.designs[at], rows[at]);
             let outcomes = &outcomes[at * n..(at + 1) * n];
             let (reduced, _) = asked[at].reduced(&study.setup, design, outcomes, |_| Told::Formula, None);
-            let rank = reduced.rank(0, study.listed_by())?;
+            let rank = reduced.drives[0].rank(study.listed_by(), reduced.unit())?;
             let at = AtDrive { design: design.tuple, row: reduced.drives[0].figures(), unit: reduced.unit() };
             Some(Kept { rank, index: (k, j), at, charted })
         };

@@ -178,7 +178,7 @@ impl Reduced<'_> {
         for t in order {
             let ((place, at), tap) = (self.at(t), &self.outcomes[t]);
             let told = Told::by(curves, place.1).towards(at.direction()).or_both(both.get(t));
-            self.estimates[t] = self.reduction.estimate_by(place, (at.a, at.drive), tap, told);
+            self.estimates[t] = self.reduction.estimate(place, (at.a, at.drive), tap, told);
             self.counts.taps += 1;
             self.counts.combinations.note(tap.status | self.estimates[t].status, 1);
         }
@@ -193,7 +193,7 @@ impl Reduced<'_> {
         let row = |j: usize| {
             // In a list, ties go to the earlier row.
             let first = taps.row(self.number, self.places.strokes[j]).unwrap_or(self.number);
-            let rank = self.reduction.rank(j, by)?;
+            let rank = self.reduction.drives[j].rank(by, self.reduction.unit())?;
             Some(Kept { rank, index: (first, j as u32), at: self.stroke(j), charted: f32::NAN })
         };
         (0..self.strokes.len()).filter_map(row).collect()

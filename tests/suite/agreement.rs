@@ -4,10 +4,10 @@ use crate::common::cases::{Kind, evaluate, known};
 use crate::common::configuration;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};
 use vibrissa::census::cases;
-use vibrissa::design::{Design, amount};
+use vibrissa::design::Design;
 use vibrissa::kernel::cpu::Cpu;
 use vibrissa::kernel::gpu::{self, Gpu};
-use vibrissa::kernel::tap::{Ask, Frame};
+use vibrissa::kernel::tap::Frame;
 use vibrissa::kernel::{Effects, Job, Ladder, Solution, Solver, Tap};
 use vibrissa::scene::Grip;
 use vibrissa::scene::{Contact, Precision, Tuple};
@@ -93,9 +93,7 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
         };
         let frame = |t: &Tuple| {
             let shared = Design::new(&setup, *t).shared?;
-            let (curve, peak, amount) = (&shared.model, shared.peak, amount(setup.drive, t.drive));
-            let (model, side) = (&setup.model, setup.gauge.side);
-            Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 }).map(|f| *f.tap())
+            Frame::new(&setup, &shared, (t.a, t.drive), grip).map(|f| *f.tap())
         };
         let asked: Vec<Tap> = tuples.iter().filter_map(frame).collect();
         let effects = Effects::new(&setup.model, setup.gauge.side, false);

@@ -1,9 +1,9 @@
 //! Taps framed in lanes have the strains of taps solved one by one, bit for bit.
 
 use vibrissa::api::{BackendChoice, Contact, Drive, Material, RunOptions, Setup, Side, Taps, Tuple};
-use vibrissa::design::{Design, amount};
+use vibrissa::design::Design;
 use vibrissa::kernel::frames::{Framed, Framing};
-use vibrissa::kernel::tap::{Ask, Frame, Tap};
+use vibrissa::kernel::tap::{Frame, Tap};
 use vibrissa::scene::Grip;
 use vibrissa::scene::Precision;
 use vibrissa::scene::sampler::Sampler;
@@ -96,11 +96,8 @@ fn dimensions(t: &Tuple) -> [f64; 7] {
 fn alone(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let design = Design::new(setup, *t);
     let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
-    let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
-    let grip = if model.contact == Contact::Stick { Grip::Stick } else { Grip::Slide(0.0) };
-    let ask =
-        Ask { model, side, curve, peak, a: t.a, amount: amount(setup.drive, t.drive), grip, start: 0.0 };
-    Frame::new(&ask).map(|frame| *frame.tap())
+    let grip = if setup.model.contact == Contact::Stick { Grip::Stick } else { Grip::Slide(0.0) };
+    Frame::new(setup, shared, (t.a, t.drive), grip).map(|frame| *frame.tap())
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::common::specs;
 use crate::common::sweeping::CPU_F64;
 use vibrissa::chart::{ranges::Wanted, reader::Reader};
 use vibrissa::design::Design;
-use vibrissa::evaluate::{Evaluator, Task};
+use vibrissa::evaluate::{Evaluator, Source, Task};
 use vibrissa::scene::{Direction, Tuple};
 
 const SAMPLES: usize = 4_000;

@@ -6,7 +6,7 @@ use vibrissa::census::cases::{Configuration, HUB, all as configured};
 use vibrissa::chart::ranges::Wanted;
 use vibrissa::chart::{ranker::Ranker, reader::Reader};
 
-use vibrissa::evaluate::{Evaluator, Method, Outcome};
+use vibrissa::evaluate::{Evaluator, Method, Outcome, Source};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Direction, Precision, Setup, Tuple};

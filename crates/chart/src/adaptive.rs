@@ -16,7 +16,7 @@ pub type Orders = [u8; AXES];
 /// Orders are added next to those whose surplus still matters (Gerstner, Griebel 2003): one tap per order, where a tensor product takes ten.
 #[derive(Debug, Clone)]
 pub struct Interpolant<const F: usize> {
-    surplus: Vec<(Orders, [f64; F])>,
+    pub(super) surplus: Vec<(Orders, [f64; F])>,
     known: FxHashSet<Orders>,
     /// Limit of the orders over each axis; 1 for an axis that is a point.
     most: [usize; AXES],
@@ -123,16 +123,6 @@ impl<const F: usize> Interpolant<F> {
             }
             Series { rows }
         })
-    }
-
-    /// Number of points.
-    pub fn len(&self) -> usize {
-        self.surplus.len()
-    }
-
-    /// True before the first point.
-    pub fn is_empty(&self) -> bool {
-        self.surplus.is_empty()
     }
 }
 

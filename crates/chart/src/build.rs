@@ -57,12 +57,12 @@ const CHECKS: usize = 160;
 const TRIES: usize = 5;
 
 /// Default for the most points of a chart.
-const MOST: usize = 2600;
+pub const MOST: usize = 2600;
 
 const CUTS: usize = 16;
 
 /// Default axes to cut, one after the other, where the functions are too rough.
-const ROUGH: [usize; 1] = [TAPER];
+pub const ROUGH: [usize; 1] = [TAPER];
 
 /// New end of such an axis in [−1, 1]: next to the apex, and next to the contact, the rod depends on its place most steeply.
 const SMOOTHER: f64 = 0.6;
@@ -73,18 +73,9 @@ const ENOUGH: f64 = 0.6;
 /// Least share of an axis that a cut leaves.
 const LEAST_SHARE: f64 = 0.15;
 
-/// The series of `ask` over `axes` within `bounds`. Boxes with points without values are cut; `None` if that fails, or the functions are too rough.
+/// The series of `ask` over `axes` within `bounds`, from at most `most` points. Boxes with points without values are cut, and too rough functions have the
+/// axes `cuts` cut, one after the other; `None` if that fails. A first axis other than the taper is also cut before others where points have no values.
 pub fn build<const F: usize>(
-    axes: [Axis; AXES],
-    bounds: &[Bound; F],
-    ask: &mut Ask<'_, F>,
-) -> Result<Option<Built<F>>, SolveError> {
-    build_of(axes, bounds, (MOST, &ROUGH), ask)
-}
-
-/// [`build`] with at most `most` points; too rough functions have the axes `cuts` cut, one after the other. A first axis other than the taper is also
-/// cut before others where points have no values.
-pub fn build_of<const F: usize>(
     axes: [Axis; AXES],
     bounds: &[Bound; F],
     (most, cuts): (usize, &[usize]),
@@ -148,7 +139,7 @@ fn over<const F: usize>(
             if orders.is_empty() {
                 break;
             }
-            if all.len() + orders.len() > most {
+            if all.surplus.len() + orders.len() > most {
                 return Ok(Over::Rough);
             }
             let x: Vec<[f64; AXES]> = orders.iter().map(Interpolant::<F>::point).collect();
@@ -176,13 +167,6 @@ fn over<const F: usize>(
         }
     }
     Ok(Over::Rough)
-}
-
-/// The first `n` points that check a chart over `axes`, as quantities.
-pub fn check_points(axes: &[Axis; AXES], n: usize) -> Vec<[f64; AXES]> {
-    let points = axes.map(|a| a.is_point());
-    let place = |x: [f64; AXES]| std::array::from_fn(|k| axes[k].at(x[k]));
-    (0..n).map(|i| place(check(i, &points))).collect()
 }
 
 /// Check point `i`: the first are corners, the others fill the box evenly (Weyl).

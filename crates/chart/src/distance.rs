@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::DMatrix;
 
 use super::axis::{AXES, Axis, FIRST_PLACE, Quantity};
-use super::build::{Bound, Built, check_points};
+use super::build::{Bound, Built, check};
 pub use super::function::{FUNCTIONS, Function, power, room, solved};
 use super::function::{SHARE, bounds, functions, variables};
 use super::gauge::Rule;
@@ -173,8 +173,10 @@ impl DistanceChart {
     }
 
     fn choice(&mut self, setup: &Setup, stop: &AtomicBool) -> Result<f64, SolveError> {
-        let mut taps = Taps::new(setup, self.a, None, 1e-8).stopping(stop);
-        let points: Vec<[f64; AXES]> = check_points(self.axes(), CHOICES);
+        let mut taps = Taps::new(setup, (self.a, Direction::UPRIGHT, None), None, (1e-8, stop));
+        let flat = self.axes().map(|axis| axis.is_point());
+        let point = |x: [f64; AXES]| std::array::from_fn(|k| self.axes()[k].at(x[k]));
+        let points: Vec<[f64; AXES]> = (0..CHOICES).map(|i| point(check(i, &flat))).collect();
         let found = taps.solve(&points)?;
         self.sweeps.merge(&taps.sweeps);
         let error = |(q, o): (&[f64; AXES], &Outcome)| {
@@ -246,12 +248,12 @@ fn branch(
     let chooses = matches!(grip, Some(Grip::Slide(friction)) if friction != 0.0 || setup.model.contact != Contact::Coulomb(0.0));
     let ends = [Quantity::Drive, Quantity::Place].map(|k| axes[k as usize].range[1]);
     let bounds = bounds(setup, ends, (power, tolerance), chooses);
-    let taps = Taps::new(setup, a, grip, solved(power, chooses)).under_foil(width * a);
+    let taps = Taps::new(setup, (a, direction, grip), Some(width * a), (solved(power, chooses), stop));
     let value = |q: &[f64; AXES], o: &Outcome| {
         let scale = q[Quantity::Drive as usize].powi(power);
         Some(functions(setup, (a, direction), q, o)?.map(|v| v / scale))
     };
-    taps.towards(direction).stopping(stop).built(axes, &bounds, value, sweeps)
+    taps.built(axes, &bounds, value, sweeps)
 }
 
 /// Charts the functions of a tilted pole or a second gauge (model §6) over `axes`: the second gauge's strain, φ and λ, each less its value in linear theory, divided by driveᵉ, e = `power`, each to `error`.
@@ -270,6 +272,6 @@ fn branch_beside(
         let values = std::array::from_fn(|f| rooms[f] * (found[f] - known[f]) / scale);
         (!o.status.has(Status::NO_READING)).then_some(values)
     };
-    let taps = Taps::new(setup, a, None, solved).towards(direction).stopping(stop);
+    let taps = Taps::new(setup, (a, direction, None), None, (solved, stop));
     taps.built(axes, &[Bound::of(error); FUNCTIONS], value, sweeps)
 }

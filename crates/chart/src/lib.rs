@@ -29,7 +29,6 @@ pub mod ranker;
 pub mod reader;
 pub mod scope;
 pub mod series;
-mod statistic;
 pub mod taps;
 pub mod weight;
 

@@ -7,7 +7,7 @@ use super::between::{Between, NODES, nodes, weights};
 use super::build::check;
 use super::distance::DistanceChart;
 use super::function::{FUNCTIONS, Function, bounds, functions, power, room, solved};
-use super::ranges::{factors, holds, scaled, unscaled};
+use super::ranges::{factors, holds, scaled};
 use super::taps::Taps;
 use crate::error::SolveError;
 use crate::progress::NEVER;
@@ -34,13 +34,8 @@ pub(super) struct Maker<'a> {
     pub taps: u64,
 }
 
-struct Check {
-    /// a, mm.
-    a: f64,
-    /// Drive, a length, D, τ and x, in the units of [`Maker::asked`].
-    numbers: [f64; AXES],
-    values: [f64; FUNCTIONS],
-}
+/// a, mm; drive, a length, D, τ and x, in the units of [`Maker::asked`]; and the functions there.
+type Check = (f64, [f64; AXES], [f64; FUNCTIONS]);
 
 pub(super) enum Many {
     Made(Vec<DistanceChart>, Between),
@@ -53,7 +48,8 @@ impl Maker<'_> {
     fn held(&self, chart: &DistanceChart) -> [[f64; 2]; AXES] {
         let mut ranges = chart.axes().map(|axis| axis.range);
         ranges[Quantity::Place as usize][0] -= FIRST_PLACE;
-        unscaled(self.setup.drive, &ranges, chart.a)
+        let factors = factors(self.setup.drive, chart.a);
+        std::array::from_fn(|k| ranges[k].map(|x| x / factors[k]))
     }
 
     pub fn within(&self, charts: &[DistanceChart]) -> [[f64; 2]; AXES] {
@@ -139,13 +135,13 @@ impl Maker<'_> {
         let all: Vec<(f64, [f64; AXES])> = (0..CHECKS).map(point).collect();
         let asked: Vec<(f64, [f64; AXES])> =
             all.iter().map(|(a, numbers)| (*a, quantities(self.setup, numbers, *a))).collect();
-        let mut taps = Taps::new(self.setup, farthest, None, solved(power, false)).under_foil(self.width);
+        let contact = (farthest, Direction::UPRIGHT, None);
+        let mut taps = Taps::new(self.setup, contact, Some(self.width), (solved(power, false), &NEVER));
         let found = taps.solve_at(&asked)?;
         self.taps += taps.sweeps.taps;
         let told = |i: usize| {
             let ((a, numbers), (_, q)) = (all[i], asked[i]);
-            let values = functions(self.setup, (a, Direction::UPRIGHT), &q, &found[i])?;
-            Some(Check { a, numbers, values })
+            Some((a, numbers, functions(self.setup, (a, Direction::UPRIGHT), &q, &found[i])?))
         };
         Ok((0..CHECKS).map(told).collect())
     }
@@ -155,11 +151,11 @@ impl Maker<'_> {
         let power = power(self.setup);
         let nodes: Vec<f64> = charts.iter().map(|chart| chart.a).collect();
         let mut worst = 0.0f64;
-        for check in checks {
-            let q = quantities(self.setup, &check.numbers, check.a);
+        for (a, numbers, wanted) in checks {
+            let q = quantities(self.setup, numbers, *a);
             let mut read = [0.0; FUNCTIONS];
-            for (chart, weight) in charts.iter().zip(weights(&nodes, check.a)) {
-                let own = quantities(self.setup, &check.numbers, chart.a);
+            for (chart, weight) in charts.iter().zip(weights(&nodes, *a)) {
+                let own = quantities(self.setup, numbers, chart.a);
                 let mut values = chart.at(&own);
                 let rooms = room(&q) / room(&own);
                 let like_strain = if chart.gauges.centred { FUNCTIONS } else { 1 };
@@ -170,13 +166,13 @@ impl Maker<'_> {
             let scale = drive.powi(power);
             let ends = [drive, q[Quantity::Place as usize]];
             let bounds = bounds(self.setup, ends, (power, self.tolerance), false);
-            for ((bound, read), value) in bounds.iter().zip(read).zip(check.values) {
+            for ((bound, read), value) in bounds.iter().zip(read).zip(*wanted) {
                 if bound.share(value / scale, (read - value).abs() / scale) > SUMMED {
                     return None;
                 }
             }
             let strain = Function::Strain as usize;
-            worst = worst.max((read[strain] - check.values[strain]).abs());
+            worst = worst.max((read[strain] - wanted[strain]).abs());
         }
         Some(worst)
     }

@@ -102,12 +102,6 @@ pub fn scaled(kind: Drive, numbers: &[[f64; 2]; AXES], a: f64) -> [[f64; 2]; AXE
     std::array::from_fn(|k| numbers[k].map(|x| x * factors[k]))
 }
 
-/// Numbers in mm from ranges of quantities at `a`.
-pub fn unscaled(kind: Drive, ranges: &[[f64; 2]; AXES], a: f64) -> [[f64; 2]; AXES] {
-    let factors = factors(kind, a);
-    std::array::from_fn(|k| ranges[k].map(|x| x / factors[k]))
-}
-
 /// Quantities at `a` over drive, a length of the rig, D, τ and x.
 pub fn factors(kind: Drive, a: f64) -> [f64; AXES] {
     let drive = if kind == Drive::Angle { 1.0 } else { 1.0 / a };

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::lanes::Found;
 pub use super::lanes::Ranker;
-use super::lanes::{Figures, Found};
 use super::ranges::Wanted;
 use super::scope::{Scope, Summary};
 use crate::error::SolveError;
@@ -12,8 +12,6 @@ use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::kernel::ranking::Case;
 use crate::reduce::Sweeps;
 use crate::scene::{Layout, Setup, Study, Tuple};
-
-const ROWS_EACH: usize = 1024;
 
 /// Fewest and most designs of one work item, in whole packs of lanes; in between as many as have about `GRAIN` taps.
 const GRAINS: [u64; 2] = [256, 2048];
@@ -105,19 +103,6 @@ impl Ranker {
     /// The path of the design `t`.
     pub fn case(&self, t: &Tuple) -> Case {
         self.scope.case(t)
-    }
-
-    /// Rows of `tuples`, each at its own drive; `None` of those that must be solved.
-    pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
-        let part = |tuples: &[Tuple]| {
-            let easy: Vec<usize> =
-                (0..tuples.len()).filter(|&i| self.case(&tuples[i]) == Case::Easy).collect();
-            let these: Vec<Tuple> = easy.iter().map(|&i| tuples[i]).collect();
-            let mut all = vec![None; tuples.len()];
-            easy.into_iter().zip(self.easy_figures(&these)).for_each(|(i, figures)| all[i] = figures);
-            all
-        };
-        tuples.par_chunks(ROWS_EACH).flat_map_iter(part).collect()
     }
 
     /// True if the words of taps are right: lanes and devices have f only for cones clamped at their base.

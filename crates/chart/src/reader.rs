@@ -8,7 +8,7 @@ use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, power};
 use super::function::linear_force;
 use super::gauge::asked;
-use super::lanes::{Read, Readings};
+use super::lanes::Readings;
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
@@ -54,40 +54,6 @@ impl Reader {
         Ok((!charts.is_empty()).then(|| Self { charts: Readings::new(charts, setup.drive, has), beside }))
     }
 
-    /// Outcomes of `tasks`; `None` outside the charts.
-    pub fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
-        let part = |tasks: &[Task]| {
-            let mut out = vec![None; tasks.len()];
-            for (i, chart) in self.charts.of.iter().enumerate() {
-                let also = self.beside.as_ref().map(|second| &second.of[i]);
-                let numbers =
-                    |(place, task)| Some((place, Self::numbers(setup, (chart, also), designs, task)?));
-                let (places, taps): (Vec<usize>, Vec<[f64; AXES]>) =
-                    tasks.iter().enumerate().filter_map(numbers).unzip();
-                let found = self.charts.read(i, &taps);
-                let second = self.beside.as_ref().map(|second| second.read(i, &taps));
-                let cos = radians(chart.direction)[0].cos();
-                for (k, place) in places.into_iter().enumerate() {
-                    let task = &tasks[place];
-                    let (design, Read { functions, share }) = (&designs[task.design as usize], found[k]);
-                    let Some(shared) = &design.shared else { continue };
-                    let [strain, arc, force] = functions.map(f64::from);
-                    let force = linear_force(setup, shared, task.a, taps[k][0]) * cos * (1.0 + force);
-                    let friction = match setup.model.contact {
-                        Contact::Coulomb(mu) if mu != 0.0 => f64::from(share) * mu,
-                        _ => 0.0,
-                    };
-                    let sticking = friction != 0.0 && share.abs() < 1.0;
-                    let second = second.as_ref().map(|read| read[k].functions.map(f64::from));
-                    let read = ([strain, arc, force, friction], second);
-                    out[place] = outcome_of_chart(setup, design, task, read, sticking);
-                }
-            }
-            out
-        };
-        tasks.par_chunks(GRAIN).flat_map_iter(part).collect()
-    }
-
     /// Drive (rad or mm), x1/a, D/a, τa and x2/a of `task`, if it is at the distance and direction of `chart`, within it and within `also`.
     fn numbers(
         setup: &Setup,
@@ -116,7 +82,36 @@ impl Reader {
 
 impl Source for Reader {
     fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
-        Self::read(self, setup, designs, tasks)
+        let part = |tasks: &[Task]| {
+            let mut out = vec![None; tasks.len()];
+            for (i, chart) in self.charts.of.iter().enumerate() {
+                let also = self.beside.as_ref().map(|second| &second.of[i]);
+                let numbers =
+                    |(place, task)| Some((place, Self::numbers(setup, (chart, also), designs, task)?));
+                let (places, taps): (Vec<usize>, Vec<[f64; AXES]>) =
+                    tasks.iter().enumerate().filter_map(numbers).unzip();
+                let found = self.charts.read(i, &taps);
+                let second = self.beside.as_ref().map(|second| second.read(i, &taps));
+                let cos = radians(chart.direction)[0].cos();
+                for (k, place) in places.into_iter().enumerate() {
+                    let task = &tasks[place];
+                    let (design, (functions, share)) = (&designs[task.design as usize], found[k]);
+                    let Some(shared) = &design.shared else { continue };
+                    let [strain, arc, force] = functions.map(f64::from);
+                    let force = linear_force(setup, shared, task.a, taps[k][0]) * cos * (1.0 + force);
+                    let friction = match setup.model.contact {
+                        Contact::Coulomb(mu) if mu != 0.0 => f64::from(share) * mu,
+                        _ => 0.0,
+                    };
+                    let sticking = friction != 0.0 && share.abs() < 1.0;
+                    let second = second.as_ref().map(|read| read[k].0.map(f64::from));
+                    let read = ([strain, arc, force, friction], second);
+                    out[place] = outcome_of_chart(setup, design, task, read, sticking);
+                }
+            }
+            out
+        };
+        tasks.par_chunks(GRAIN).flat_map_iter(part).collect()
     }
 }
 
@@ -146,14 +141,8 @@ pub fn charts(
     let chart = |(a, direction): &(f64, Direction)| {
         let Some((ranges, width)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
         let ranges = scaled(setup.drive, &ranges, *a);
-        let job = (power, tolerance, stop);
-        DistanceChart::towards(
-            setup,
-            (*a, *direction),
-            (ranges, width / a, false),
-            job,
-            &mut Sweeps::default(),
-        )
+        let (asked, job) = ((ranges, width / a, false), (power, tolerance, stop));
+        DistanceChart::towards(setup, (*a, *direction), asked, job, &mut Sweeps::default())
     };
     let places: Vec<(f64, Direction)> =
         distances.iter().flat_map(|a| directions.iter().map(move |d| (*a, *d))).collect();

@@ -6,7 +6,6 @@ use super::distance::DistanceChart;
 use super::gauge::asked;
 use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, shaped, slackened};
-use super::statistic::OfErrors;
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
@@ -106,9 +105,10 @@ pub struct Scope {
 impl Scope {
     /// True if charts may rank `study`.
     pub fn fits(study: &Study, layout: &Layout) -> bool {
-        let Some(of_errors) = OfErrors::of(study.output.by) else { return false };
+        let by = study.output.by;
+        let known = !matches!(by, RankBy::StrainMax | RankBy::ForceMax);
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        let ranked = study.setup.built.is_none() || of_errors.is_none();
+        let ranked = known && (study.setup.built.is_none() || by == RankBy::KSd);
         let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         charted(&study.setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
@@ -121,14 +121,9 @@ impl Scope {
         let setup = &study.setup;
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let many = layout.len() / layout.n_distances >= MANY_PAY;
-        let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
-            Some(axis) => axis
-                .iter()
-                .zip(0..)
-                .map(|(drive, place)| (amount(setup.drive, drive), drive, place))
-                .collect(),
-            None => Vec::new(),
-        };
+        let listed = layout.drives().into_iter().flat_map(|axis| axis.iter().zip(0..));
+        let mut drives: Vec<(f64, f64, u32)> =
+            listed.map(|(drive, place)| (amount(setup.drive, drive), drive, place)).collect();
         drives.sort_by(|a, b| a.0.total_cmp(&b.0));
         let shared: Vec<f64> = drives.iter().map(|d| d.0).collect();
         let bounds = (tolerance, MOST_DISTANCES[usize::from(many)]);

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use super::axis::{AXES, Axis, POINT, Quantity};
-use super::build::{Bound, Built, build};
+use super::build::{Bound, Built, MOST, ROUGH, build};
 use super::ranges::shaped;
 use crate::design::{Design, Shared};
 use crate::error::SolveError;
@@ -32,27 +32,19 @@ pub struct Taps<'a> {
 }
 
 impl<'a> Taps<'a> {
-    /// Taps of `setup` at `a` mm with contact `grip`, to `tolerance`.
-    pub fn new(setup: &'a Setup, a: f64, grip: Option<Grip>, tolerance: f64) -> Self {
+    /// Taps of `setup` at `a` mm with contact `grip` on poles of `direction`, to `tolerance`; with grids of `l` mm, if the setup has a
+    /// foil, in place of points. They end once `stop` is set.
+    pub fn new(
+        setup: &'a Setup,
+        (a, direction, grip): (f64, Direction, Option<Grip>),
+        l: Option<f64>,
+        (tolerance, stop): (f64, &'a AtomicBool),
+    ) -> Self {
         let cpu = Box::new(Cpu::new(Precision::F64));
         let method = Method::fast(cpu, Precision::F64, &setup.model.material, tolerance);
-        let (evaluator, sweeps) = (Evaluator::new(setup, method).sparing(usize::MAX), Sweeps::default());
-        Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, grid: None, sweeps }
-    }
-
-    /// Stops once `stop` is set.
-    pub fn stopping(self, stop: &'a AtomicBool) -> Self {
-        Self { evaluator: self.evaluator.stopping(stop), ..self }
-    }
-
-    /// Against poles of `direction`.
-    pub fn towards(self, direction: Direction) -> Self {
-        Self { direction, ..self }
-    }
-
-    /// With grids of `l` mm, if the setup has a foil.
-    pub fn under_foil(self, l: f64) -> Self {
-        Self { grid: self.setup.gauge.foil.map(|_| l), ..self }
+        let evaluator = Evaluator::new(setup, method).sparing(usize::MAX).stopping(stop);
+        let (grid, sweeps) = (l.filter(|_| setup.gauge.foil.is_some()), Sweeps::default());
+        Self { setup, evaluator, a, grip, direction, grid, sweeps }
     }
 
     /// Box and series over `axes`, within `bounds`, of `value` of quantities and their tap; sets `sweeps` to those spent.
@@ -65,7 +57,8 @@ impl<'a> Taps<'a> {
     ) -> Result<Option<Built<F>>, SolveError> {
         let value =
             |(q, o): (&[f64; AXES], &Outcome)| value(q, o).filter(|v| v.iter().all(|v| v.is_finite()));
-        let built = build(axes, bounds, &mut |q| Ok(q.iter().zip(&self.solve(q)?).map(value).collect()))?;
+        let mut ask = |q: &[[f64; AXES]]| Ok(q.iter().zip(&self.solve(q)?).map(value).collect());
+        let built = build(axes, bounds, (MOST, &ROUGH), &mut ask)?;
         sweeps.merge(&self.sweeps);
         Ok(built)
     }

@@ -241,19 +241,12 @@ impl<'a> Reduction<'a> {
 
     /// Between the passes: sets K̄ of every row; None for an invalid whisker.
     pub fn calibrate(&mut self) {
-        let estimator = self.estimator;
-        for row in &mut self.drives {
-            row.k = estimator.and_then(|e| e.calibration(row.deviation.n, row.deviation.mean()));
-        }
+        let known = |row: &DriveRow| self.estimator?.calibration(row.deviation.n, row.deviation.mean());
+        self.drives.iter_mut().for_each(|row| row.k = known(row));
     }
 
-    /// Second pass, with K̄: the estimate of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
-    pub fn estimate(&mut self, place: (usize, usize), at: (f64, f64), tap: &Outcome) -> Estimated {
-        self.estimate_by(place, at, tap, Told::Formula)
-    }
-
-    /// [`Self::estimate`] by the method `told`.
-    pub fn estimate_by(
+    /// Second pass, with K̄: the estimate, by the method `told`, of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
+    pub fn estimate(
         &mut self,
         (i, j): (usize, usize),
         (a, drive): (f64, f64),
@@ -302,10 +295,5 @@ impl<'a> Reduction<'a> {
             }
         }
         estimated
-    }
-
-    /// The value by which `top` ranks the row of drive `j`; `None` of an incomplete row.
-    pub fn rank(&self, j: usize, by: RankBy) -> Option<f64> {
-        self.drives[j].rank(by, self.unit())
     }
 }

@@ -40,12 +40,8 @@ pub fn refuse(setup: &Setup, leaning: [bool; 2]) -> Result<(), InputError> {
     Err(InputError::new(why).key(key).allowed("0, or contact=\"frictionless\""))
 }
 
-struct Worker {
-    method: Method,
-    designs: Vec<Design>,
-    tasks: Vec<Task>,
-    framed: Framed,
-}
+/// A solver and the memory of its last block.
+type Worker = (Method, Vec<Design>, Vec<Task>, Framed);
 
 impl Taps {
     /// For `setup`, on the backend of `options`.
@@ -218,15 +214,7 @@ impl Taps {
 
     fn worker(&self) -> Result<Worker, Error> {
         let waiting = self.idle().pop();
-        let new = || {
-            Ok(Worker {
-                method: self.method()?,
-                designs: Vec::new(),
-                tasks: Vec::new(),
-                framed: Framed::default(),
-            })
-        };
-        waiting.map_or_else(new, Ok)
+        waiting.map_or_else(|| Ok((self.method()?, Vec::new(), Vec::new(), Framed::default())), Ok)
     }
 
     fn lanes(
@@ -235,7 +223,7 @@ impl Taps {
         tap: impl Fn(usize) -> Tuple + Sync,
         out: &mut [f64],
     ) -> Result<(), Error> {
-        let Worker { method, designs, tasks, mut framed } = self.worker()?;
+        let (method, designs, tasks, mut framed) = self.worker()?;
         let dimensions = |i: usize| {
             let t = tap(i);
             let upright = if t.direction().is_upright() { t.a } else { f64::NAN };
@@ -244,7 +232,7 @@ impl Taps {
         framing.frame(out.len(), dimensions, &mut framed);
         let mut evaluator = Evaluator::new(&self.setup, method);
         let open = evaluator.strains(&framed, out)?;
-        self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
+        self.idle().push((evaluator.into_method(), designs, tasks, framed));
         self.open(tap, &open, out)
     }
 
@@ -255,7 +243,7 @@ impl Taps {
         count: usize,
         told: impl FnOnce(&[Design], &[Task], &[Outcome]),
     ) -> Result<(), Error> {
-        let Worker { method, mut designs, mut tasks, framed } = self.worker()?;
+        let (method, mut designs, mut tasks, framed) = self.worker()?;
         let places = || (0..count).into_par_iter().with_min_len(BLOCK);
         places().map(|i| Design::new(&self.setup, tap(i))).collect_into_vec(&mut designs);
         let task = |i: usize| Task::of(i as u32, &designs[i].tuple);
@@ -263,7 +251,7 @@ impl Taps {
         let mut evaluator = Evaluator::new(&self.setup, method);
         let outcomes = evaluator.run(&designs, &tasks)?;
         told(&designs, &tasks, &outcomes);
-        self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
+        self.idle().push((evaluator.into_method(), designs, tasks, framed));
         Ok(())
     }
 }

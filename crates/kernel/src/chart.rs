@@ -16,37 +16,25 @@ const POINTS: [usize; 2] = [18, 14];
 
 /// Polynomials of one law over one range of loads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chart {
-    /// Largest |t|.
-    pub axial: f64,
+pub struct Chart<T = f64> {
+    /// 1/axial, the inverse of the largest |t|.
+    pub scale: T,
     /// b₀, b₁: largest b at t.
-    pub bending: [f64; 2],
+    pub bending: [T; 2],
     /// r(t/axial), ascending powers.
-    pub r: Vec<f64>,
+    pub r: Vec<T>,
     /// c(t/axial), ascending powers.
-    pub c: Vec<f64>,
+    pub c: Vec<T>,
     /// p(2β − 1, t/axial): rows of ascending powers of 2β − 1, each of ascending powers of t/axial.
-    pub p: Vec<Vec<f64>>,
+    pub p: Vec<Vec<T>>,
     /// q, as p.
-    pub q: Vec<Vec<f64>>,
+    pub q: Vec<Vec<T>>,
     /// Bound on the strain error, relative to the strain: the part cut off, and the last coefficients.
     pub error: f64,
     /// True if it covers the whole requested range.
     pub whole: bool,
     /// True if, wherever the bending strain is the chart's largest, some fibre has left the range of the law.
     pub covers: bool,
-}
-
-struct Scaled {
-    law: SectionLaw,
-    unit: f64,
-}
-
-impl Scaled {
-    fn at(&self, t: f64, b: f64) -> Option<(f64, f64)> {
-        let s = self.law.deform(t * self.unit, 0.25 * b * self.unit)?;
-        Some((s.axial, s.bending))
-    }
 }
 
 impl Chart {
@@ -62,10 +50,14 @@ impl Chart {
         if law.is_linear() {
             return None;
         }
-        let scaled = Scaled { law, unit: std::f64::consts::PI * material.e0() };
+        let unit = std::f64::consts::PI * material.e0();
+        let scaled = |t: f64, b: f64| {
+            let strain = law.deform(t * unit, 0.25 * b * unit)?;
+            Some((strain.axial, strain.bending))
+        };
         let shorter = (0..24).filter_map(|k| {
             let share = 0.85f64.powi(k);
-            let chart = Self::fit(&scaled, axial * share, bending.map(|b| b * share), accuracy)?;
+            let chart = Self::fit(scaled, axial * share, bending.map(|b| b * share), accuracy)?;
             Some(Self { whole: k == 0, ..chart })
         });
         let mut best: Option<Self> = None;
@@ -81,26 +73,31 @@ impl Chart {
         best
     }
 
-    fn fit(law: &Scaled, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
+    fn fit(
+        law: impl Fn(f64, f64) -> Option<(f64, f64)>,
+        axial: f64,
+        bending: [f64; 2],
+        accuracy: f64,
+    ) -> Option<Self> {
         let [rows, columns] = POINTS;
         let (betas, ts) = (points(rows), points(columns));
         let (mut r, mut c, mut covers) = (Vec::new(), Vec::new(), true);
         let (mut p, mut q) = (vec![vec![0.0; columns]; rows], vec![vec![0.0; columns]; rows]);
         for (j, &x) in ts.iter().enumerate() {
             let t = axial * x;
-            let (straight, _) = law.at(t, 0.0)?;
+            let (straight, _) = law(t, 0.0)?;
             // χ at b = 0 from two small b: the error is of fourth order.
-            let small = |b: f64| law.at(t, b).map(|(_, k)| k / b - 1.0);
+            let small = |b: f64| law(t, b).map(|(_, k)| k / b - 1.0);
             let chi = (4.0 * small(1e-3)? - small(2e-3)?) / 3.0;
             r.push(if t == 0.0 { 0.0 } else { (straight - t) / (t * t) });
             c.push(if t == 0.0 { 0.0 } else { chi / t });
             for (i, &y) in betas.iter().enumerate() {
                 let b = (bending[0] + bending[1] * t) * (0.5 * (1.0 + y)).sqrt();
-                let (e, k) = law.at(t, b)?;
+                let (e, k) = law(t, b)?;
                 p[i][j] = (e - straight) / (b * b);
                 q[i][j] = (k / b - 1.0 - chi) / (b * b);
             }
-            let (axial, bending) = law.at(t, bending[0] + bending[1] * t)?;
+            let (axial, bending) = law(t, bending[0] + bending[1] * t)?;
             covers &= !SectionStrain { axial, bending }.is_in_range();
         }
         let most = bending[0] + bending[1].abs() * axial;
@@ -110,7 +107,7 @@ impl Chart {
         let (c, cut_c) = trimmed1(coefficients(&c), accuracy / axial);
         let error = cut_p * most + cut_q * most * most + (cut_r + cut_c) * axial;
         Some(Self {
-            axial,
+            scale: 1.0 / axial,
             bending,
             r: monomials(&r),
             c: monomials(&c),

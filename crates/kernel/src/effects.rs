@@ -39,17 +39,6 @@ impl Effects {
         Self { far: side == Side::Far && (effects.law || effects.extension), ..effects }
     }
 
-    /// Its switches in a shader, which the device's compiler folds.
-    pub fn switches(&self) -> [(&'static str, bool); 5] {
-        [
-            ("PLAIN", self.plain()),
-            ("SHEAR", self.shear),
-            ("EXTENSION", self.extension),
-            ("OFFSET", self.offset),
-            ("LAW", self.law),
-        ]
-    }
-
     /// Frictionless, on the centreline, Hooke: everything off that changes the rod.
     pub fn plain(&self) -> bool {
         *self == Self::default()

@@ -67,10 +67,7 @@ impl Rule {
     /// Largest |ψ| (rad) for which `terms` terms of both series suffice; a tap that bends further climbs. Beyond 2 rad a rod has several equilibria,
     /// and only the path from the unloaded one decides.
     pub fn max_angle(&self) -> f64 {
-        match self.terms {
-            ..9 => 1.0,
-            _ => 2.0,
-        }
+        if self.terms < 9 { 1.0 } else { 2.0 }
     }
 
     /// Least 1 − τa that few nodes serve with an offset force: next to the apex the radius enters with a high power.

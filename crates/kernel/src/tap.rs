@@ -6,8 +6,9 @@ use bytemuck::{Pod, Zeroable};
 use super::cpu::Pack;
 use super::onset::Pose;
 use super::rule::limits::{EDGE, HOPELESS};
+use vibrissa_core::design::{Shared, amount};
 use vibrissa_core::physics::linear::StrainCurve;
-use vibrissa_core::scene::{Grip, Model, Side};
+use vibrissa_core::scene::{Grip, Setup};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -173,51 +174,16 @@ pub struct Frame {
     start: f64,
 }
 
-/// Strain, forces and arc of one tap.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
-    /// Strain, positive as on the contact side whichever side the gauge is on.
-    pub strain: f64,
-    /// Strain over that of the first-order solution, less 1, at full relative precision.
-    pub deviation: f64,
-    /// P, N.
-    pub normal: f64,
-    /// T, N.
-    pub tangential: f64,
-    /// c, mm.
-    pub arc: f64,
-}
-
-/// A tap in user units, with the data its design shares.
-#[derive(Debug, Clone, Copy)]
-pub struct Ask<'a> {
-    /// Model of the rod.
-    pub model: &'a Model,
-    /// Side of the gauge.
-    pub side: Side,
-    /// Strain curve of the linear theory of the model.
-    pub curve: &'a StrainCurve,
-    /// Largest value of `curve`.
-    pub peak: f64,
-    /// Contact distance, mm.
-    pub a: f64,
-    /// θ, rad, or δ, mm.
-    pub amount: f64,
-    /// Contact condition.
-    pub grip: Grip,
-    /// Beginning of the rod, mm from the face of its clamp: the contact distance and `curve` are measured from there.
-    pub start: f64,
-}
-
 impl Frame {
-    /// The tap `ask`; `None` where the contact would be at or beyond the virtual apex.
-    pub fn new(ask: &Ask<'_>) -> Option<Self> {
-        let Ask { model, side, curve, peak, a, amount, grip, start } = *ask;
+    /// The tap at `a` mm by `drive` (degrees or mm), held by `grip`; `None` where the contact would be at or beyond the virtual apex.
+    pub fn new(setup: &Setup, shared: &Shared, (a, drive): (f64, f64), grip: Grip) -> Option<Self> {
+        let (model, curve, start) = (&setup.model, &shared.rod(), shared.start);
+        let (a, amount) = (a - start, amount(setup.drive, drive));
         let StrainCurve { taper, gauge, hub, drive, .. } = *curve;
         let lane = |x: f64| Pack::new([x]);
         let pose = Pose {
             model,
-            side,
+            side: setup.gauge.side,
             drive,
             hub,
             taper: taper.with(&taper, |x, _| lane(x)),
@@ -231,7 +197,7 @@ impl Frame {
             return None;
         }
         let linear = amount * curve.value(a);
-        let least = 1e-3 * amount * peak;
+        let least = 1e-3 * amount * shared.peak;
         let weight = if linear > 0.0 { linear / linear.max(least) } else { 0.0 };
         let stiffness = model.material.e0() * std::f64::consts::PI * taper.D.powi(4) / 64.0;
         let friction = match grip {
@@ -248,29 +214,23 @@ impl Frame {
         &self.tap
     }
 
-    /// Reads a solution.
-    pub fn response(&self, s: &Solution) -> Response {
+    /// P and T, N, of a solution.
+    pub fn forces(&self, s: &Solution) -> [f64; 2] {
         let t = &self.tap;
         let (w, h) = (t.force + t.force * s.force, t.along + t.force * s.along);
         let [cos, sin] = self.direction;
         let normal = (w * cos - h * sin) * self.unit;
-        Response {
-            strain: t.strain(s),
-            deviation: s.strain,
-            normal,
-            tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
-            arc: self.start + self.a * (1.0 + self.moved(s)),
-        }
+        [normal, self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal)]
     }
 
-    /// Shift of the contact along the whisker: c/a − 1.
-    pub fn moved(&self, s: &Solution) -> f64 {
-        self.tap.moved(s)
+    /// c of a solution, mm.
+    pub fn arc(&self, s: &Solution) -> f64 {
+        self.start + self.a * (1.0 + self.tap.moved(s))
     }
 
     /// The contact at friction `mu` of a tap that is framed as sticking, to first order in the drive: it sticks or slides.
     pub fn foreseen(&self, mu: f64) -> Grip {
-        let Response { tangential, normal, .. } = self.response(&Solution::default());
+        let [normal, tangential] = self.forces(&Solution::default());
         if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }
     }
 }

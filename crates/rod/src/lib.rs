@@ -40,7 +40,6 @@ use vibrissa_core::physics::nodes::Nodes;
 use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::real::{Dual as One, Real};
 use vibrissa_kernel::Chart;
-use vibrissa_kernel::cpu::law::Law;
 use vibrissa_kernel::cpu::{Instructions, Pack, Set, Vectors};
 
 /// Nodes of a panel and of the stretch between a and c.
@@ -101,8 +100,8 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
         slide: Rule::new(slide),
         turns: Turns::new(TERMS),
         law: job.chart.map(|chart| Charted {
-            law: Law::new(chart),
-            nearby: job.nearby.iter().map(|(weight, chart)| (T::of(*weight), Law::new(chart))).collect(),
+            law: Chart::of(chart),
+            nearby: job.nearby.iter().map(|(weight, chart)| (T::of(*weight), Chart::of(chart))).collect(),
         }),
         gauge: points(if job.effects.long { nodes / 2 + 3 } else { 4 }),
         path: points(8),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use vibrissa_kernel::cpu::law::Law;
+use vibrissa_kernel::Chart;
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 
 use super::Effects;
@@ -28,12 +28,12 @@ pub struct Whisker<P> {
 
 /// A section law, and laws of nearby moduli with their weights in its derivative.
 pub struct Charted<T> {
-    pub law: Law<T>,
-    pub nearby: Vec<(T, Law<T>)>,
+    pub law: Chart<T>,
+    pub nearby: Vec<(T, Chart<T>)>,
 }
 
 impl<T: Scalar> Charted<T> {
-    /// e₀ − t, χ and load of [`Law::section`], with the derivatives by the laws of nearby moduli.
+    /// e₀ − t, χ and load of [`Chart::section`], with the derivatives by the laws of nearby moduli.
     #[inline(always)]
     pub fn section<P: Lane<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
         let [mut extra, mut chi, load] = self.law.section(t, b);

@@ -2,7 +2,7 @@
 
 use super::dispatch::part;
 use super::read::{self, Basis, Flat, Products, Values};
-use super::{Lanes, ORDERS, affine, wide};
+use super::{Lanes, ORDERS, affine, narrow};
 use crate::axis::{AXES, Axis, Map, Quantity};
 use crate::build::{Built, check};
 use crate::distance::{DistanceChart, FUNCTIONS, Function};
@@ -18,12 +18,6 @@ const SIDES: usize = 64;
 pub(super) struct Distance {
     pub a: f32,
     pub inverse: f32,
-}
-
-impl Distance {
-    pub fn new(a: f64) -> Self {
-        Self { a: a as f32, inverse: (1.0 / a) as f32 }
-    }
 }
 
 #[derive(Debug)]
@@ -84,7 +78,7 @@ impl Charted {
             scale: scale as f32,
             affine: axes.each_ref().map(affine),
             maps: axes.each_ref().map(|axis| axis.map),
-            at_points: drives.iter().map(|d| wide(&basis(ORDERS, place(d)))).collect(),
+            at_points: drives.iter().map(|d| narrow(&basis(ORDERS, place(d)))).collect(),
             functions: all
                 .map(|f| products.add(chart.branches.iter().map(|b| &b.series[f as usize]), point(f))),
             products,
@@ -137,7 +131,7 @@ impl Charted {
         basis: &mut Basis,
         products: &mut Values,
     ) {
-        let need = self.products.need(last as usize);
+        let need = &self.products.needs[last as usize];
         let sizes = &need.sizes;
         basis[1][0] = Lanes::of(1.0);
         if OWN {

@@ -5,7 +5,7 @@ use super::tap::{TapSeries, Taps};
 use super::{Distance, Lanes, ORDERS, Ranker};
 use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::FARTHEST;
-use crate::statistic::OfErrors;
+use crate::scene::RankBy;
 
 /// Steps to a root; convergence is cubic.
 const STEPS: usize = 6;
@@ -97,7 +97,7 @@ impl Rows {
 
     /// The value by which a row is ranked, of its distance errors, and 1 where every tap has a distance.
     #[inline(always)]
-    pub fn estimate(&self, ranker: &Ranker, row: &Row, taps: &Taps, by: OfErrors) -> (Lanes, Lanes) {
+    pub fn estimate(&self, ranker: &Ranker, row: &Row, taps: &Taps, by: RankBy) -> (Lanes, Lanes) {
         let of = Lanes::of;
         let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
         let noise = self.noise(ranker, row);
@@ -112,10 +112,10 @@ impl Rows {
         }
         let share = of(1.0 / taps.len() as f64);
         let rank = match by {
-            OfErrors::Rms => (squares * share).sqrt(),
-            OfErrors::Max => largest,
-            OfErrors::Noise => (noises * share).sqrt(),
-            OfErrors::Total => ((squares + noises) * share).sqrt(),
+            RankBy::ErrorRms => (squares * share).sqrt(),
+            RankBy::ErrorMax => largest,
+            RankBy::NoiseRms => (noises * share).sqrt(),
+            _ => ((squares + noises) * share).sqrt(),
         };
         (rank, none.if_less(of(0.5), of(1.0), of(0.0)))
     }
@@ -134,12 +134,8 @@ pub(super) struct Floor {
 
 impl Floor {
     /// True over enough drives for a ranking by a value that it bounds.
-    pub fn pays(ranker: &Ranker, by: OfErrors) -> bool {
-        let is_bounded = match by {
-            OfErrors::Max => false,
-            OfErrors::Rms | OfErrors::Noise | OfErrors::Total => true,
-        };
-        is_bounded && ranker.angles.len() > 2 * ranker.points
+    pub fn pays(ranker: &Ranker, by: RankBy) -> bool {
+        by != RankBy::ErrorMax && ranker.angles.len() > 2 * ranker.points
     }
 
     #[inline(always)]
@@ -174,15 +170,14 @@ impl Floor {
 
     /// Square of the bound of a row.
     #[inline(always)]
-    pub fn at(&self, ranker: &Ranker, row: &Row, by: OfErrors) -> Lanes {
+    pub fn at(&self, ranker: &Ranker, row: &Row, by: RankBy) -> Lanes {
         let m = ranker.points;
         let errors = row.power * row.power * row.read(&self.errors, m);
         let noises = row.read(&self.noises, m) / (row.drive * row.drive);
         match by {
-            OfErrors::Rms => errors,
-            OfErrors::Max => Lanes::of(0.0),
-            OfErrors::Noise => noises,
-            OfErrors::Total => errors + noises,
+            RankBy::ErrorRms => errors,
+            RankBy::NoiseRms => noises,
+            _ => errors + noises,
         }
     }
 }

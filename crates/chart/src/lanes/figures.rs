@@ -1,5 +1,7 @@
 //! All figures of designs rows, each at its design's drive, and the values that a search limits.
 
+use rayon::prelude::*;
+
 use super::dispatch::by_lanes;
 use super::estimate::Told;
 use super::rows::{MOST, Rows};
@@ -7,11 +9,13 @@ use super::tally::Tally;
 use super::words::certain;
 use super::{LANES, Lanes, Ranker, Scratch};
 use crate::kernel::cpu::Packed;
-use crate::kernel::ranking::{COMBINED, combined};
+use crate::kernel::ranking::{COMBINED, Case, combined};
 use crate::reduce::{Errors, Spread};
 use crate::scene::Tuple;
 use crate::statistics::DriveRow;
 use crate::status::Status;
+
+const ROWS_EACH: usize = 1024;
 
 /// Figures of a designs row, from charts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,9 +29,19 @@ pub struct Figures {
 }
 
 impl Ranker {
-    /// Figures of easy `tuples`; `None` of rows to be solved. Slipped-off contacts count as if the taper continued, so that figures are smooth.
-    pub(crate) fn easy_figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
-        by_lanes!(self.has, self.figures_lanes(tuples))
+    /// Rows of `tuples`, each at its own drive; `None` of those that must be solved. Slipped-off contacts count as if the taper continued, so that figures
+    /// are smooth.
+    pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
+        let part = |tuples: &[Tuple]| {
+            let easy: Vec<usize> =
+                (0..tuples.len()).filter(|&i| self.case(&tuples[i]) == Case::Easy).collect();
+            let these: Vec<Tuple> = easy.iter().map(|&i| tuples[i]).collect();
+            let (mut all, found) =
+                (vec![None; tuples.len()], by_lanes!(self.has, self.figures_lanes(&these)));
+            easy.into_iter().zip(found).for_each(|(i, figures)| all[i] = figures);
+            all
+        };
+        tuples.par_chunks(ROWS_EACH).flat_map_iter(part).collect()
     }
 
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]

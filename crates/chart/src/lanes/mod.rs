@@ -52,12 +52,11 @@ use crate::kernel::cpu::{Pack, Packed, Vectors, WIDEST};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
-use crate::scene::{Convention, Drive, Theory};
-use crate::statistic::OfErrors;
+use crate::scene::{Convention, Drive, RankBy, Theory};
 
 pub use crate::kernel::ranking::{Found, Words};
 pub use figures::Figures;
-pub use outcome::{Read, Readings};
+pub use outcome::Readings;
 
 /// Designs of a pack.
 pub const LANES: usize = WIDEST;
@@ -105,8 +104,8 @@ pub struct Ranker {
     strain_limit: f32,
     noise: f32,
     fixed: Option<f32>,
-    /// The statistic that ranks; `None` is the spread of K.
-    by: Option<OfErrors>,
+    /// The statistic of the distance errors that ranks; `None` is the spread of K.
+    by: Option<RankBy>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -146,25 +145,17 @@ fn narrow<const N: usize>(v: &[f64]) -> [f32; N] {
     std::array::from_fn(|k| v.get(k).map_or(0.0, |&x| x as f32))
 }
 
-fn wide(v: &[f64]) -> [f32; ORDERS] {
-    narrow(v)
-}
-
 impl Ranker {
     /// `None` where the drives of `scope` need more orders than lanes have, and on a CPU without lanes.
     pub(crate) fn over(scope: Scope) -> Option<Self> {
         let has = Vectors::found()?;
         let setup = &scope.setup;
-        let by = OfErrors::of(scope.output.by)?;
+        let by = Some(scope.output.by).filter(|by| *by != RankBy::KSd);
         let power = scope.charts.first()?.power;
         // Taps that may stick have no series over the drive.
         let chooses = scope.charts.iter().any(|c| !c.ratios.is_empty());
         let own = scope.drives.is_empty() || chooses;
-        let orders = scope
-            .charts
-            .iter()
-            .map(|c| c.branches.iter().map(|b| b.series[0].sizes()[0]).max().unwrap_or(1))
-            .max()?;
+        let orders = scope.charts.iter().flat_map(|c| &c.branches).map(|b| b.series[0].sizes()[0]).max()?;
         let n = if own { 1 } else { (orders + 1).min(ORDERS) };
         if orders > ORDERS {
             return None;
@@ -181,7 +172,7 @@ impl Ranker {
         let stroke = |drive: f64, t: &[f64]| Stroke {
             drive: drive as f32,
             power: drive.powi(power) as f32,
-            basis: wide(t),
+            basis: narrow(t),
         };
         let angle = |&(drive, asked, place): &(f64, f64, u32)| {
             let t = basis(n, scaled(common, map.of(drive)));
@@ -195,6 +186,7 @@ impl Ranker {
             }
             Angle { asked, stroke: stroke(drive, &t), products, place }
         };
+        let distance = |a: &f64| Distance { a: *a as f32, inverse: (1.0 / a) as f32 };
         let angles: Vec<Angle> = scope.drives.iter().map(angle).collect();
         let unit = Taper { D: 1.0, tau: 0.0, tan_alpha: 0.0 };
         let with_shear = setup.estimate.theory == Theory::Timoshenko;
@@ -202,14 +194,14 @@ impl Ranker {
         let displaced = setup.drive == Drive::Displacement;
         let hub = if displaced { 0.0 } else { setup.hub as f32 };
         Some(Self {
-            distances: scope.distances.iter().map(|a| Distance::new(*a)).collect(),
+            distances: scope.distances.iter().map(distance).collect(),
             rough: if roughly { scope.charts.iter().zip(&charts).map(rough).collect() } else { Vec::new() },
             charts,
             between: scope.between.as_ref().map(|between| Between::new(between, &scope.distances)),
             groups: Group::of(if own { &[] } else { &angles }),
             angles,
             points: n,
-            from_points: matrix(n).iter().map(|row| wide(row)).collect(),
+            from_points: matrix(n).iter().map(|row| narrow(row)).collect(),
             grid: drives.iter().zip(points(n)).map(|(d, x)| stroke(*d, &basis(n, x))).collect(),
             affine: affine(common),
             power,

@@ -9,14 +9,8 @@ use crate::distance::{DistanceChart, FUNCTIONS, Function};
 use crate::kernel::cpu::{Pack, Packed, Vectors};
 use crate::scene::Drive;
 
-/// A tap read from a chart.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Read {
-    /// δ = ε/(θ f) − 1, c/a − 1, and P over that of the linear theory, less 1.
-    pub functions: [f32; FUNCTIONS],
-    /// T/(μP), where the contact chooses.
-    pub share: f32,
-}
+/// A tap read from a chart: δ = ε/(θ f) − 1, c/a − 1, and P over that of the linear theory, less 1; and T/(μP), where the contact chooses.
+pub type Read = ([f32; FUNCTIONS], f32);
 
 /// Charts of some distances, to be read at single taps.
 #[derive(Debug)]
@@ -66,10 +60,7 @@ impl Readings {
             let power = Lanes::splat(chart.scale) * powered(drive, self.of[i].power);
             let [strain, arc, force] = functions;
             let functions = [strain * power, arc * power, force * power];
-            out.extend(
-                (0..part.len())
-                    .map(|lane| Read { functions: functions.map(|f| f.0[lane]), share: share.0[lane] }),
-            );
+            out.extend((0..part.len()).map(|lane| (functions.map(|f| f.0[lane]), share.0[lane])));
         }
         out
     }

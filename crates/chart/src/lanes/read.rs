@@ -49,7 +49,8 @@ pub(super) struct Products {
     inner: Vec<[u8; 2]>,
     /// Orders over drive, width and base.
     outer: Vec<[u8; 3]>,
-    needs: Vec<Need>,
+    /// Of the functions up to each.
+    pub needs: Vec<Need>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -102,11 +103,6 @@ impl Products {
         let flats = series.map(&mut flat).collect();
         self.needs.push(Need { products: [self.inner.len(), self.outer.len()], sizes });
         flats
-    }
-
-    #[inline(always)]
-    pub fn need(&self, last: usize) -> &Need {
-        &self.needs[last]
     }
 
     /// Values of the products; with `OWN` at each lane's drive, else without the polynomials over it.
@@ -188,7 +184,7 @@ impl Flat {
 
     /// With `OWN` its value at each lane's drive, else its coefficients over the drive.
     #[inline(always)]
-    fn sums<const OWN: bool>(&self, values: &Values) -> [Lanes; ORDERS] {
+    pub fn sums<const OWN: bool>(&self, values: &Values) -> [Lanes; ORDERS] {
         let mut sums = [Lanes::of(0.0); ORDERS];
         let (mut blocks, mut terms) = (self.blocks.as_slice(), self.terms.as_slice());
         macro_rules! of_length {
@@ -202,11 +198,6 @@ impl Flat {
         of_length!(1 2 3 4 5 6 7 8);
         debug_assert!(blocks.is_empty() && terms.is_empty());
         sums
-    }
-
-    #[inline(always)]
-    pub fn read(&self, values: &Values) -> [Lanes; ORDERS] {
-        self.sums::<false>(values)
     }
 
     #[inline(always)]

@@ -8,9 +8,8 @@ use crate::axis::{AXES, Quantity};
 use crate::distance::{Function, lobatto, matrix_at};
 use crate::estimate::FAR;
 use crate::kernel::ranking::{BEYOND, FARTHEST, Sheet};
-use crate::scene::{Drive, Per};
+use crate::scene::{Drive, Per, RankBy};
 use crate::series::Series;
-use crate::statistic::OfErrors;
 
 /// Numbers of a distance before the points of its gauge, by their names in the shader: factor of the functions, largest arc over driveᵉ, number of
 /// branches, where their matrix begins after CHOICE, scale and shift of drive, D/a, τa and x/a, a and 1/a.
@@ -185,7 +184,13 @@ impl Ranker {
             ("COMMON_SCALE", self.affine[0].into()),
             ("COMMON_SHIFT", self.affine[1].into()),
         ];
-        let rank = self.by.unwrap_or(OfErrors::Rms).wgsl();
+        // `squares` and `noises` are the mean squares of errors and of noise, `largest` the largest absolute error.
+        let rank = match self.by {
+            Some(RankBy::ErrorMax) => "largest",
+            Some(RankBy::NoiseRms) => "sqrt(noises)",
+            Some(RankBy::TotalRms) => "sqrt(squares + noises)",
+            _ => "sqrt(squares)",
+        };
         let mut constants =
             format!("fn rank_of(squares: f32, largest: f32, noises: f32) -> f32 {{ return {rank}; }}\n");
         for (name, n) in HEAD.into_iter().zip(0..).chain(counts) {

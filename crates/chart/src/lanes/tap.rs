@@ -144,7 +144,7 @@ impl Ranker {
             return;
         }
         let [strain, arc, _] = chart.functions.each_ref().map(|of| &of[0]);
-        let read = strain.read(products);
+        let read = strain.sums::<false>(products);
         (taps.largest[i], taps.slack[i]) = (of(0.0), [of(0.0); 2]);
         // δ is a series, 1/(1 + δ) is not: through the points over the drive.
         let n = self.points;
@@ -157,7 +157,7 @@ impl Ranker {
         }
         self.to_series(&values, into);
         if with_arc {
-            let read = arc.read(products);
+            let read = arc.sums::<false>(products);
             for k in 0..n {
                 values[k] = scale * at_point(chart, k, &read[..arc.orders]);
             }

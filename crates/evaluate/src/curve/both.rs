@@ -51,14 +51,8 @@ pub fn possible(setup: &Setup) -> bool {
 /// Maps the strains of the centreline, the first gauge and the second to two readings, linearly.
 pub type Reading<'r> = &'r dyn Fn([f64; 3]) -> [f64; 2];
 
-/// Two readings, and the start of the search for their tap.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoReadings {
-    /// Start of the search.
-    pub start: Task,
-    /// r₁ > 0 and r₂.
-    pub readings: [f64; 2],
-}
+/// The start of the search for a tap, and its two readings, r₁ > 0 and r₂.
+pub type TwoReadings = (Task, [f64; 2]);
 
 /// The tap of two readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,11 +86,40 @@ impl Inverter<'_, '_> {
             tasks.iter().flat_map(|task| self.around(*task).into_iter().take(taps)).collect();
         self.taps += around.len() as u64;
         let outcomes = self.evaluator.run(self.designs, &around)?;
-        let one = |(taps, outcomes): (&[Task], &[Outcome])| {
-            let design = &self.designs[taps[0].design as usize];
-            seen(self.setup, design, taps, outcomes, self.reading)
-        };
+        let one = |(taps, outcomes): (&[Task], &[Outcome])| self.seen_around(taps, outcomes);
         Ok(around.chunks_exact(taps).zip(outcomes.chunks_exact(taps)).map(one).collect())
+    }
+
+    fn seen_around(&self, taps: &[Task], outcomes: &[Outcome]) -> Option<Seen> {
+        let (setup, reading) = (self.setup, self.reading);
+        let curve = &self.designs[taps[0].design as usize].shared.as_ref()?.model;
+        // Shares of θ f cos β of ε₀, ε₁, ε₂, less 0, cos β, sin β.
+        let shares = |k: usize| {
+            let (sin, cos) = radians(taps[k].direction)[0].sin_cos();
+            let unit = amount(setup.drive, taps[k].drive) * curve.value(taps[k].a) * cos;
+            strains(setup, &outcomes[k])
+                .map(|[axial, e1, e2]| [axial / unit, e1 / unit - cos, e2 / unit - sin])
+        };
+        let here = shares(0)?;
+        // A parabola through two neighbours, or the chord to one.
+        let slope = |k: usize, step: &dyn Fn(usize) -> f64| {
+            let beside = [k, k + 2].into_iter().filter(|i| *i < taps.len());
+            let mut there = beside.filter_map(|i| Some((step(i), shares(i)?)));
+            let (h, one) = there.next()?;
+            let chord = |f: usize| (one[f] - here[f]) / h;
+            let Some((g, more)) = there.next() else { return Some([0, 1, 2].map(chord)) };
+            Some([0, 1, 2].map(|f| (chord(f) * g - (more[f] - here[f]) / g * h) / (g - h)))
+        };
+        let by_a = slope(1, &|i| taps[i].a - taps[0].a)?;
+        let by_tilt = slope(2, &|i| radians(taps[i].direction)[0] - radians(taps[0].direction)[0])?;
+        let (sin, cos) = radians(taps[0].direction)[0].sin_cos();
+        let of_unit = amount(setup.drive, taps[0].drive) * cos;
+        let (f, slope) = (of_unit * curve.value(taps[0].a), of_unit * curve.slope(taps[0].a));
+        let (whole, turn) = ([here[0], here[1] + cos, here[2] + sin], [0.0, -sin, cos]);
+        let along = reading([0, 1, 2].map(|k| slope * whole[k] + f * by_a[k]));
+        let across = reading([0, 1, 2].map(|k| f * (turn[k] + by_tilt[k] - sin / cos * whole[k])));
+        let slopes = [[along[0], across[0]], [along[1], across[1]]];
+        Some((reading(whole.map(|share| f * share)), slopes))
     }
 
     /// A tap, one at another distance, one at another tilt, and one more of each.
@@ -130,7 +153,7 @@ impl Inverter<'_, '_> {
         let still = [STILL.0[0].max(allowed), STILL.0[1].max(allowed.to_degrees())];
         let mut found = vec![None; asked.len()];
         let begin =
-            |(i, one): (usize, &TwoReadings)| Trial { i, at: within(one.start, reach), step: [0.0; 2] };
+            |(i, (start, _)): (usize, &TwoReadings)| Trial { i, at: within(*start, reach), step: [0.0; 2] };
         let mut open: Vec<Trial> = asked.iter().enumerate().map(begin).collect();
         for _ in 0..ROUNDS {
             if open.is_empty() {
@@ -149,7 +172,7 @@ impl Inverter<'_, '_> {
                     }
                     continue;
                 };
-                let target = asked[trial.i].readings;
+                let (_, target) = asked[trial.i];
                 let Some([da, tilt]) = solve(slopes, [target[0] - here[0], target[1] - here[1]]) else {
                     continue;
                 };
@@ -197,42 +220,6 @@ pub fn strains(setup: &Setup, outcome: &Outcome) -> Option<[f64; 3]> {
     let strains = [outcome.axial, outcome.strain, outcome.strain_2].map(|e| sign * e);
     let there = strains[1].is_finite() && strains[2].is_finite() && !outcome.status.has(Status::NO_STRAIN);
     there.then_some(strains)
-}
-
-fn seen(
-    setup: &Setup,
-    design: &Design,
-    taps: &[Task],
-    outcomes: &[Outcome],
-    reading: Reading<'_>,
-) -> Option<Seen> {
-    let curve = &design.shared.as_ref()?.model;
-    // Shares of θ f cos β of ε₀, ε₁, ε₂, less 0, cos β, sin β.
-    let shares = |k: usize| {
-        let (sin, cos) = radians(taps[k].direction)[0].sin_cos();
-        let unit = amount(setup.drive, taps[k].drive) * curve.value(taps[k].a) * cos;
-        strains(setup, &outcomes[k]).map(|[axial, e1, e2]| [axial / unit, e1 / unit - cos, e2 / unit - sin])
-    };
-    let here = shares(0)?;
-    // A parabola through two neighbours, or the chord to one.
-    let slope = |k: usize, step: &dyn Fn(usize) -> f64| {
-        let beside = [k, k + 2].into_iter().filter(|i| *i < taps.len());
-        let mut there = beside.filter_map(|i| Some((step(i), shares(i)?)));
-        let (h, one) = there.next()?;
-        let chord = |f: usize| (one[f] - here[f]) / h;
-        let Some((g, more)) = there.next() else { return Some([0, 1, 2].map(chord)) };
-        Some([0, 1, 2].map(|f| (chord(f) * g - (more[f] - here[f]) / g * h) / (g - h)))
-    };
-    let by_a = slope(1, &|i| taps[i].a - taps[0].a)?;
-    let by_tilt = slope(2, &|i| radians(taps[i].direction)[0] - radians(taps[0].direction)[0])?;
-    let (sin, cos) = radians(taps[0].direction)[0].sin_cos();
-    let of_unit = amount(setup.drive, taps[0].drive) * cos;
-    let (f, slope) = (of_unit * curve.value(taps[0].a), of_unit * curve.slope(taps[0].a));
-    let (whole, turn) = ([here[0], here[1] + cos, here[2] + sin], [0.0, -sin, cos]);
-    let along = reading([0, 1, 2].map(|k| slope * whole[k] + f * by_a[k]));
-    let across = reading([0, 1, 2].map(|k| f * (turn[k] + by_tilt[k] - sin / cos * whole[k])));
-    let slopes = [[along[0], across[0]], [along[1], across[1]]];
-    Some((reading(whole.map(|share| f * share)), slopes))
 }
 
 /// Inverse of a 2 × 2 matrix, given by rows; `None` of a singular one.
@@ -324,7 +311,7 @@ impl Inverter<'_, '_> {
         for ((&i, task), seen) in own.iter().zip(&tasks).zip(self.seen(&tasks, TAPS)?) {
             found[i] = seen.map(|(_, slopes)| Inverted { task: *task, slopes });
         }
-        let asked = |&i: &usize| Some(TwoReadings { start: asks[i].tap, readings: asks[i].strains? });
+        let asked = |&i: &usize| Some((asks[i].tap, asks[i].strains?));
         let starts: Vec<TwoReadings> = blind.iter().filter_map(asked).collect();
         for (&i, inverted) in blind.iter().zip(self.invert(&starts, &reach)?) {
             found[i] = inverted;
@@ -332,7 +319,7 @@ impl Inverter<'_, '_> {
         // On the other side of the peak there may be a tap with the same strains.
         let again = |&i: &usize| {
             let start = self.across(&asks[i], &found[i]?)?;
-            Some((i, TwoReadings { start, readings: asks[i].strains? }))
+            Some((i, (start, asks[i].strains?)))
         };
         let (places, starts): (Vec<usize>, Vec<TwoReadings>) = open.iter().filter_map(again).unzip();
         let mut others: Vec<Option<Inverted>> = vec![None; asks.len()];

@@ -84,10 +84,7 @@ pub fn beside_linear(direction: Direction) -> [f64; 3] {
 
 /// Path of the pole towards the base, mm per unit of the drive: rad, or mm.
 pub fn path(setup: &Setup, a: f64) -> f64 {
-    match setup.drive {
-        Drive::Angle => a + setup.hub,
-        Drive::Displacement => 1.0,
-    }
+    if setup.drive == Drive::Angle { a + setup.hub } else { 1.0 }
 }
 
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
@@ -122,11 +119,10 @@ pub(super) fn by_reference(asked: Asked<'_>) -> Outcome {
         return asked.outcome(if task.is_spatial(setup) { asked.tilted(upright) } else { upright });
     }
     let problem = problem(setup, shared, task.a, amount);
-    let solved = if task.is_spatial(setup) {
-        problem.solve_tilted(radians(task.direction))
-    } else {
-        let none = f64::NAN;
-        problem.solve().map(|tap| TiltedTap { tap, strain_2: none, axial: none, azimuth: none, slide: none })
+    let [strain_2, axial, azimuth, slide] = [f64::NAN; 4];
+    let solved = match task.is_spatial(setup) {
+        true => problem.solve_tilted(radians(task.direction)),
+        false => problem.solve().map(|tap| TiltedTap { tap, strain_2, axial, azimuth, slide }),
     };
     match solved {
         Ok(TiltedTap { tap, strain_2, axial, azimuth, slide }) => {
@@ -174,10 +170,7 @@ pub(super) fn reading(setup: &Setup, wrench: [f64; 3], strain: f64) -> f64 {
 /// Sign of the sensor's reading: a tap turns and pushes the root back.
 #[inline]
 pub(super) fn sign(setup: &Setup) -> f64 {
-    match (setup.signal, setup.gauge.side) {
-        (Signal::Strain, Side::Contact) => 1.0,
-        _ => -1.0,
-    }
+    if (setup.signal, setup.gauge.side) == (Signal::Strain, Side::Contact) { 1.0 } else { -1.0 }
 }
 
 /// A strain as the gauge shows it; never −0.

@@ -5,13 +5,9 @@ use rayon::prelude::*;
 use super::outcome::Asked;
 use super::rod::{Rods, takes_all};
 use super::{Evaluator, Method, Outcome, Task};
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::error::SolveError;
-use crate::kernel::{
-    self, Effects, Solution,
-    rule::limits::ASTRAY,
-    tap::{Ask, Frame},
-};
+use crate::kernel::{self, Effects, Solution, rule::limits::ASTRAY, tap::Frame};
 use crate::scene::{Contact, Grip, Setup};
 
 /// Largest error of the forces of a sticking contact, per error of the strain.
@@ -231,22 +227,22 @@ impl Evaluator<'_> {
 
 /// The kernel's solution `s` of a tap.
 fn of_cone(asked: &Asked<'_>, frame: &Frame, s: &Solution, grip: Grip) -> Solved {
-    let response = frame.response(s);
+    let (tap, [normal_force, tangential_force]) = (frame.tap(), frame.forces(s));
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
-    let ratio = asked.linear / frame.tap().strain - 1.0;
+    let ratio = asked.linear / tap.strain - 1.0;
     let found = Outcome {
-        strain: response.strain,
-        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
-        normal_force: response.normal,
-        tangential_force: response.tangential,
-        arc: response.arc,
+        strain: tap.strain(s),
+        deviation: (ratio - s.strain) / (1.0 + s.strain),
+        normal_force,
+        tangential_force,
+        arc: frame.arc(s),
         sticking: grip == Grip::Stick,
         ..Outcome::NOTHING
     };
     Solved {
         found,
         grip,
-        moved: frame.moved(s),
+        moved: tap.moved(s),
         error: s.error,
         load: s.load,
         sweeps: s.sweeps,
@@ -259,15 +255,5 @@ fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Fram
     let setup = design.setup(setup);
     let inside = task.direction.is_upright() && design.admits(setup, task.a, task.drive);
     let shared = design.shared.as_ref().filter(|_| inside)?;
-    let ask = Ask {
-        model: &setup.model,
-        side: setup.gauge.side,
-        curve: &shared.rod(),
-        peak: shared.peak,
-        a: task.a - shared.start,
-        amount: amount(setup.drive, task.drive),
-        grip,
-        start: shared.start,
-    };
-    Frame::new(&ask)
+    Frame::new(setup, shared, (task.a, task.drive), grip)
 }

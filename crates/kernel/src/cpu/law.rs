@@ -3,36 +3,14 @@
 use super::pack::{Packed, Scalar};
 use crate::Chart;
 
-/// A section chart.
-#[derive(Debug, Clone)]
-pub struct Law<T> {
-    /// Error of the chart, relative to the strain.
-    pub error: f64,
-    /// Same as [`Chart::covers`].
-    covers: bool,
-    /// 1/axial.
-    scale: T,
-    bending: [T; 2],
-    r: Vec<T>,
-    c: Vec<T>,
-    p: Vec<Vec<T>>,
-    q: Vec<Vec<T>>,
-}
-
-impl<T: Scalar> Law<T> {
-    /// The law of `chart`.
-    pub fn new(chart: &Chart) -> Self {
+impl<T: Scalar> Chart<T> {
+    /// `chart` in another precision.
+    pub fn of(chart: &Chart) -> Self {
+        let &Chart { scale, bending, ref r, ref c, ref p, ref q, error, whole, covers } = chart;
         let line = |c: &Vec<f64>| c.iter().map(|&x| T::of(x)).collect::<Vec<T>>();
-        Self {
-            error: chart.error,
-            covers: chart.covers,
-            scale: T::of(1.0 / chart.axial),
-            bending: chart.bending.map(T::of),
-            r: line(&chart.r),
-            c: line(&chart.c),
-            p: chart.p.iter().map(line).collect(),
-            q: chart.q.iter().map(line).collect(),
-        }
+        let plane = |rows: &[Vec<f64>]| rows.iter().map(line).collect();
+        let (scale, bending) = (T::of(scale), bending.map(T::of));
+        Self { scale, bending, r: line(r), c: line(c), p: plane(p), q: plane(q), error, whole, covers }
     }
 
     /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; a load above 1 is outside the chart.

@@ -20,14 +20,8 @@ const KNOWN: f64 = 0.1;
 /// Largest errors of force and arc, in tolerances, which bound the strain.
 const FORCE: f64 = 10.0;
 
-/// A comparison that passed.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Passed {
-    /// Taps compared.
-    pub taps: usize,
-    /// Largest error of the strain, relative to the tolerance.
-    pub worst: f64,
-}
+/// A comparison that passed: taps compared, and the largest error of the strain, relative to the tolerance.
+pub(super) type Passed = (usize, f64);
 
 /// Compares answers with those of the CPU. Fails, with figures, where one is wrong.
 pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result<Passed, SolveError> {
@@ -50,7 +44,7 @@ pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result
     }
     let [strain, force, arc] = worst;
     match apart {
-        0 => Ok(Passed { taps: compared, worst: strain }),
+        0 => Ok((compared, strain)),
         _ => Err(SolveError::Device(format!(
             "answers differ from those of the CPU: {apart} of {compared} are wrong, at worst the strain by {strain:.3e} times the tolerance of \
              {:e}, the force by {force:.3e} times and the contact arc by {arc:.3e} times",

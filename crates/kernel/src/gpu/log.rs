@@ -41,10 +41,10 @@ impl Log {
         *self.told() == Told::default()
     }
 
-    pub(super) fn agreed(&self, passed: Passed) {
+    pub(super) fn agreed(&self, (taps, worst): Passed) {
         let mut told = self.told();
-        told.compared_taps += passed.taps as u64;
-        told.compared_worst = told.compared_worst.max(passed.worst);
+        told.compared_taps += taps as u64;
+        told.compared_worst = told.compared_worst.max(worst);
     }
 
     pub(super) fn handed_over(&self, taps: usize) {

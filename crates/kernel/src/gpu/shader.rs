@@ -122,7 +122,10 @@ fn tables(v: &Variant<'_>, effects: &Effects) -> String {
             writeln!(text, "fn {name}(y: Nodes) -> Nodes {{\n    return Nodes(\n        {});\n}}", rows(m));
     }
     text += &turns(v.precision, v.job.rule.terms);
-    text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects, &v.job) + &section(v.job.chart, &lit)
+    text + &legendre("primitive", n, &lit)
+        + &legendre("legendre", n, &lit)
+        + &switches(effects, &v.job)
+        + &section(v.job.chart, &lit)
 }
 
 fn turns(precision: Precision, terms: usize) -> String {
@@ -140,9 +143,11 @@ fn turns(precision: Precision, terms: usize) -> String {
     text
 }
 
+/// Switches, which the device's compiler folds, and what depends on them.
 fn switches(e: &Effects, job: &Job<'_>) -> String {
-    let rule = job.rule;
-    let list: String = e.switches().iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
+    let (rule, names) = (job.rule, ["PLAIN", "SHEAR", "EXTENSION", "OFFSET", "LAW"]);
+    let switches = names.iter().zip([e.plain(), e.shear, e.extension, e.offset, e.law]);
+    let list: String = switches.map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
     format!(
         "{list}const SIDE: real = {side}1.0;\nconst LEAST_SWEEPS = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
@@ -169,7 +174,7 @@ fn section(chart: Option<&Chart>, lit: &dyn Fn(f64) -> String) -> String {
     let _ = writeln!(
         text,
         "    let b2 = b * b;\n    let beta = b2 / (most * most);\n    let s = t * {};",
-        lit(1.0 / chart.axial)
+        lit(chart.scale)
     );
     let _ = writeln!(text, "    let x = clamp(s, -ONE, ONE);\n    let y = fma(min(beta, ONE), TWO, -ONE);");
     for (name, plane) in [("p", &chart.p), ("q", &chart.q)] {
@@ -186,35 +191,22 @@ fn section(chart: Option<&Chart>, lit: &dyn Fn(f64) -> String) -> String {
     text + &format!("const CHART_ERROR: real = {};\n", lit(chart.error))
 }
 
-fn legendre(n: usize, lit: &dyn Fn(f64) -> String) -> String {
-    let mut text = "fn legendre(series: Nodes, w: real) -> real {\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = series[0] + series[1] * x;\n".to_owned();
-    for k in 2..n {
-        let kf = (k - 1) as f64;
+/// The Legendre series at `w`, or as `primitive` its integral from 0 to `w`.
+fn legendre(name: &str, n: usize, lit: &dyn Fn(f64) -> String) -> String {
+    let primitive = name == "primitive";
+    let first = if primitive { "series[0] * w" } else { "series[0] + series[1] * x" };
+    let mut text = format!(
+        "fn {name}(series: Nodes, w: real) -> real {{\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = {first};\n"
+    );
+    for k in if primitive { 1..n } else { 1..n - 1 } {
+        let (kf, last, next) = (k as f64, k - 1, k + 1);
         let (a, b, c) = (lit(2.0 * kf + 1.0), lit(kf), lit(1.0 / (kf + 1.0)));
-        let _ = writeln!(
-            text,
-            "    let p{k} = ({a} * x * p{} - {b} * p{}) * {c};\n    sum += series[{k}] * p{k};",
-            k - 1,
-            k - 2
-        );
-    }
-    text + "    return sum;\n}\n"
-}
-
-fn primitive(n: usize, lit: &dyn Fn(f64) -> String) -> String {
-    let mut text = "fn primitive(series: Nodes, w: real) -> real {\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = series[0] * w;\n".to_owned();
-    for k in 1..n {
-        let kf = k as f64;
-        let _ = writeln!(
-            text,
-            "    let p{next} = ({a} * x * p{k} - {b} * p{last}) * {c};\n    sum += series[{k}] * (p{next} - p{last}) * {d};",
-            next = k + 1,
-            last = k - 1,
-            a = lit(2.0 * kf + 1.0),
-            b = lit(kf),
-            c = lit(1.0 / (kf + 1.0)),
-            d = lit(0.5 / (2.0 * kf + 1.0)),
-        );
+        let term = match primitive {
+            true => format!("series[{k}] * (p{next} - p{last}) * {}", lit(0.5 / (2.0 * kf + 1.0))),
+            false => format!("series[{next}] * p{next}"),
+        };
+        let _ =
+            writeln!(text, "    let p{next} = ({a} * x * p{k} - {b} * p{last}) * {c};\n    sum += {term};");
     }
     text + "    return sum;\n}\n"
 }

@@ -15,7 +15,7 @@ use crate::evaluate::Outcome;
 use crate::measure::{Data, Groups, Rig};
 use crate::reduce::range;
 use crate::scene::Side;
-use crate::statistics::{DistanceRow, DriveRow, Reduction};
+use crate::statistics::{DistanceRow, DriveRow, Reduction, Told};
 use crate::status::Status;
 use serde::Serialize;
 use vibrissa_learned::rows::rises;
@@ -80,7 +80,8 @@ impl KTable {
             reduced.count((c.i, c.j), (c.a, c.drive), o);
         }
         reduced.calibrate();
-        let estimate = |(c, o): (&Cell, &Outcome)| reduced.estimate((c.i, c.j), (c.a, c.drive), o);
+        let estimate =
+            |(c, o): (&Cell, &Outcome)| reduced.estimate((c.i, c.j), (c.a, c.drive), o, Told::Formula);
         let estimates = cells.iter().zip(&outcomes).map(estimate).collect();
         let Reduction { drives: by_drive, distances: by_distance, .. } = reduced;
         Some(Self { distances, drives, cells, by_drive, by_distance, estimates })

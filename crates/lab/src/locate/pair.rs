@@ -131,10 +131,7 @@ impl Twofold {
         let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(method) = held.take() else { return Ok(Vec::new()) };
         let mut evaluator = Evaluator::new(&pair.setup, method);
-        let start = |s: &Solved| TwoReadings {
-            start: pair.tap(s.found.a, s.tilt.to_degrees(), s.drive),
-            readings: s.readings,
-        };
+        let start = |s: &Solved| (pair.tap(s.found.a, s.tilt.to_degrees(), s.drive), s.readings);
         let asked: Vec<TwoReadings> = asked.iter().flatten().map(start).collect();
         // Of the strains of the centreline, of the first gauge and 90° further.
         let reading: both::Reading<'_> = &|[axial, first, second]| {

@@ -1,7 +1,6 @@
 //! Strain deviation and error estimate from a converged state. Twin of `shaders/gauge.wgsl`.
 
 use super::super::pack::Packed;
-use super::legendre::{legendre, primitive};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
@@ -257,4 +256,36 @@ fn truncation<P: Packed, const N: usize>(
     let bending = of(12.0) * m * m * (of(1.0) + tap.hub) * tap.rest / (g2 * g2) * last;
     let shortening = of(2.0) * g2 * m * (series[n - 1].abs() + series[n - 2].abs());
     of(BENDING_TAIL) * bending * bending.sqrt() + of(SHORTENING_TAIL) * sensitivity * shortening
+}
+
+/// ∫₀^w of a series of shifted Legendre polynomials; unrolled in shaders (`gpu/shader.rs`), as is [`legendre`].
+#[inline(always)]
+fn primitive<P: Packed, const N: usize>(n: usize, series: &[P; N], w: P) -> P {
+    let of = P::of;
+    let x = w.mul_add(of(2.0), of(-1.0));
+    let mut sum = series[0] * w;
+    let (mut before, mut now) = (of(1.0), x);
+    for k in 1..n {
+        let kf = k as f64;
+        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
+        sum = sum + series[k] * (next - before) * of(0.5 / (2.0 * kf + 1.0));
+        (before, now) = (now, next);
+    }
+    sum
+}
+
+/// Their series at `w`.
+#[inline(always)]
+fn legendre<P: Packed, const N: usize>(n: usize, series: &[P; N], w: P) -> P {
+    let of = P::of;
+    let x = w.mul_add(of(2.0), of(-1.0));
+    let mut sum = series[0];
+    let (mut before, mut now) = (of(1.0), x);
+    for k in 1..n {
+        sum = sum + series[k] * now;
+        let kf = k as f64;
+        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
+        (before, now) = (now, next);
+    }
+    sum
 }

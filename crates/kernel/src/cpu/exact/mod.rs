@@ -22,7 +22,6 @@
 
 mod full;
 mod gauge;
-mod legendre;
 mod newton;
 mod sweep;
 mod tables;

@@ -237,10 +237,9 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         a1 = x0 * iv * of(1.0 / 3.0);
         d_a1 = a1 * then(cube, slim);
     }
-    let base = w_force * (psi1 + d_psi1) - lag;
-    let height = w_force * (eta1 + d_eta1) - sigma;
+    let mut base = w_force * (psi1 + d_psi1) - lag;
+    let mut height = w_force * (eta1 + d_eta1) - sigma;
     let (mut a0, mut d_a0, mut b0, mut d_b0, mut f, mut d_f) = (zero, zero, zero, zero, zero, zero);
-    let (mut base, mut height) = (base, height);
     // ψ at the base less that of the first-order solution, where the contact rolls.
     let mut turned =
         if rolls { tap.force * (psi1 * state.force + (one + state.force) * d_psi1) - lag } else { zero };
@@ -271,11 +270,8 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
     let (cosine_b, sine_b) = (tables.one_minus_cos(base), tables.x_minus_sin(base));
     let beta = base - tap.angle;
     let (cosine, sine) = (tables.one_minus_cos(beta), tables.x_minus_sin(beta));
-    let mut short = if PLAIN {
-        ds * dot(n, &tables.weights, &state.shortening)
-    } else {
-        ds * dot(n, &tables.weights, if shear || extension || offset { &pure } else { &state.shortening })
-    };
+    let whole = if shear || extension || offset { &pure } else { &state.shortening };
+    let mut short = ds * dot(n, &tables.weights, whole);
     if offset {
         // Second-order shortening of the angle that has advanced with the lag: without it force and lag oscillate.
         short = short - ds * dot(n, &tables.weights, &nearer);
@@ -337,7 +333,7 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         [first * rounding, second * rounding]
     };
     state.fold = one;
-    let (dw, dx) = if offset || !PLAIN && rule.full {
+    let (mut dw, mut dx) = if offset || !PLAIN && rule.full {
         let bent = Bent {
             y,
             density,
@@ -385,7 +381,6 @@ pub fn sweep<P: Packed, const N: usize, const PLAIN: bool>(
         ((across - m12 * dx) / m11, dx)
     };
     state.steps = [dw, dx];
-    let (mut dw, mut dx) = (dw, dx);
     if !PLAIN && rule.full {
         let share = (of(LONGEST_STEP) * (one + state.force.abs()) / dw.abs().max(of(TINY))).min(one);
         (dw, dx) = (dw * share, dx * share);

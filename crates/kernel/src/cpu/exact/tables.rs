@@ -1,6 +1,6 @@
 //! Constants of a rule in the precision of the kernel.
 
-use super::super::law::{Law, polynomial};
+use super::super::law::polynomial;
 use super::super::pack::{Packed, Scalar};
 use crate::{Chart, Rule, nodes::Nodes};
 
@@ -14,7 +14,7 @@ pub struct Tables<T, const N: usize> {
     pub gauge: Vec<(T, T)>,
     one_minus_cos: Vec<T>,
     x_minus_sin: Vec<T>,
-    law: Option<Law<T>>,
+    law: Option<Chart<T>>,
 }
 
 impl<T: Scalar, const N: usize> Tables<T, N> {
@@ -35,7 +35,7 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
             gauge: gauge.points.iter().zip(&gauge.weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect(),
             one_minus_cos: series(rule.terms, 2).into_iter().map(T::of).collect(),
             x_minus_sin: series(rule.terms, 3).into_iter().map(T::of).collect(),
-            law: chart.map(Law::new),
+            law: chart.map(Chart::of),
         }
     }
 

@@ -43,11 +43,8 @@ pub struct DeviceRanker {
     most: u64,
 }
 
-struct Flight {
-    slot: usize,
-    range: std::ops::Range<u64>,
-    at: wgpu::SubmissionIndex,
-}
+/// Slot and designs of a batch, and its submission.
+type Flight = (usize, std::ops::Range<u64>, wgpu::SubmissionIndex);
 
 struct Slot {
     job: wgpu::Buffer,
@@ -117,7 +114,7 @@ impl DeviceRanker {
     }
 
     fn next_batch(&mut self) -> Result<Batch, SolveError> {
-        let Flight { slot, range, at } = self.flying.pop_front().expect("a batch is under way");
+        let (slot, range, at) = self.flying.pop_front().expect("a batch is under way");
         let slot = &self.slots[slot];
         let tally = self.device.read(&slot.readback, 4 * COUNTERS, at, words)?;
         let count = (range.end - range.start) as usize;
@@ -156,7 +153,7 @@ impl DeviceRanker {
 
     /// Starts a batch that looks for rows below `bound`.
     pub fn start(&mut self, range: std::ops::Range<u64>, bound: f32) {
-        let used: Vec<usize> = self.flying.iter().map(|flight| flight.slot).collect();
+        let used: Vec<usize> = self.flying.iter().map(|(slot, ..)| *slot).collect();
         let free = (0..self.slots.len()).find(|s| !used.contains(s)).expect("a slot is free");
         let slot = &self.slots[free];
         let count = (range.end - range.start) as u32;
@@ -178,7 +175,7 @@ impl DeviceRanker {
             &[&slot.tally, &slot.best, &slot.hard],
             (&slot.tally, &slot.readback, 4 * COUNTERS),
         );
-        self.flying.push_back(Flight { slot: free, range, at });
+        self.flying.push_back((free, range, at));
     }
 
     /// Waits for the oldest batch; `None` when none is in flight.
