@@ -51,9 +51,7 @@ pub struct Bench {
 
 impl Bench {
     /// A full or a `quick` run on all places that `options` leave.
-    ///
-    /// # Errors
-    /// An adapter that is not there, or no place but the reference.
+    /// Errors: an adapter that is not there, or no place but the reference.
     pub fn new(options: &RunOptions, quick: bool) -> Result<Self, Error> {
         let (asked, bare) = (options.tolerance, RunOptions { tolerance: None, ..options.clone() });
         let reference = (BackendChoice::Reference, Precision::F64, None);
@@ -116,9 +114,7 @@ impl Bench {
     }
 
     /// Measures everything, one after the other; each configuration begins with the reference.
-    ///
-    /// # Errors
-    /// A device that fails; [`SolveError::Stopped`] once `stop` is set.
+    /// Errors: a device that fails; [`SolveError::Stopped`] once `stop` is set.
     pub fn measure(&self, stop: &AtomicBool, tell: &mut dyn FnMut(News)) -> Result<(), Error> {
         for (i, c) in self.configurations.iter().enumerate() {
             // Fewer with friction, whose taps take tens of sweeps.

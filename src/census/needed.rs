@@ -35,9 +35,7 @@ const DOUBT: f64 = 2.0;
 const TOGETHER: usize = 1 << 12;
 
 /// The bound that was asked for, if the backend of `choice` is accurate enough to judge effects of this size.
-///
-/// # Errors
-/// A bound by which nothing can be judged; several rigs, whose effects are not one answer.
+/// Errors: a bound by which nothing can be judged; several rigs, whose effects are not one answer.
 pub fn bound(asked: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
     let Some(bound) = asked else { return Ok(None) };
     let least = LEAST.max(2.0 * choice.backend.tolerance.unwrap_or(0.0));
@@ -267,9 +265,7 @@ impl Needed {
 
     /// Whether the model keeps the bound at `rows`, which are kept; where it does not and that is `binding`, the full model is taken. `go_on` is asked
     /// between parts.
-    ///
-    /// # Errors
-    /// A kernel that fails; that of `go_on`.
+    /// Errors: a kernel that fails; that of `go_on`.
     pub fn keeps(
         &mut self,
         rows: &[Row],

@@ -78,9 +78,7 @@ pub struct Source {
 
 impl Source {
     /// Reads `run.json` of `folder` and checks the files that it lists.
-    ///
-    /// # Errors
-    /// No finished result; a damaged run.json; a listed file that is missing or, unless `force`, edited.
+    /// Errors: no finished result; a damaged run.json; a listed file that is missing or, unless `force`, edited.
     pub fn open(folder: &Path, force: bool) -> Result<Self, Error> {
         let refuse = |why: &str, allowed: &str| {
             Err(InputError::new(why).key("DIR").value(folder.display()).allowed(allowed).into())
