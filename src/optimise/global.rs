@@ -36,16 +36,14 @@ pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Res
     }
     // Charts are smooth and accurate to their tolerance: only their best candidates are polished in f64; part of the budget is kept for that.
     session.keep_back();
-    let mut found = match starting(session, goal, seed, starts, (Stage::Swarm, READ, SAME_READ)) {
+    let found = match starting(session, goal, seed, starts, (Stage::Swarm, READ, SAME_READ)) {
         Err(Halt::Ended(Ended::Evaluations)) => session.best[0].into_iter().collect(),
         other => other?,
     };
     let out_of = session.release();
-    found.sort_by(|a, b| goal.order(&a.score).total_cmp(&goal.order(&b.score)));
-    let scored: Vec<(Stage, Found)> = found.into_iter().map(|f| (Stage::Swarm, f)).collect();
     session.take();
-    for (u, j) in pick(session.variables, goal, &scored, FINISHED) {
-        to_the_end(session, goal, (u, j), (Stage::Polish, WARM))?;
+    for at in pick(session.variables, goal, found, FINISHED) {
+        to_the_end(session, goal, at, (Stage::Polish, WARM))?;
     }
     if out_of { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(()) }
 }
@@ -63,13 +61,11 @@ fn starting(
         session.start = start;
         let seeds: Vec<Vec<f64>> = session.variables.start.iter().filter(|_| start == 0).cloned().collect();
         swarm(session, goal, seed, &seeds)?;
-        let picked = pick(session.variables, goal, &session.take(), POLISHED);
-        let mut found: Vec<Found> = Vec::new();
-        for (u, j) in picked {
-            found.push(to_the_end(session, goal, (u, j), (stage, radii))?);
-        }
+        let picked = pick(session.variables, goal, session.take(), POLISHED).into_iter();
+        let found = picked.map(|at| to_the_end(session, goal, at, (stage, radii)));
+        let found: Vec<Found> = found.collect::<Result<_, _>>()?;
         session.take();
-        all.extend(found.into_iter().min_by(|a, b| goal.order(&a.score).total_cmp(&goal.order(&b.score))));
+        all.extend(found.into_iter().min_by(|a, b| goal.compare(&a.score, &b.score)));
         let orders: Vec<f64> = all.iter().map(|f| goal.order(&f.score)).collect();
         let least = orders.iter().copied().fold(f64::INFINITY, f64::min);
         let agreeing = orders.iter().filter(|f| (**f - least).abs() <= same * least.abs()).count();
@@ -84,13 +80,12 @@ fn starting(
 fn to_the_end(
     session: &mut Session<'_>,
     goal: Goal,
-    (u, j): (Vec<f64>, usize),
+    at: (Vec<f64>, usize),
     how: (Stage, Radii),
 ) -> Result<Found, Halt> {
-    let mut best = polish::run(session, goal, (&u, j), how)?;
+    let mut best = polish::run(session, goal, at, how)?;
     for _ in 0..AGAIN {
-        let (u, j) = session.variables.place(&best.point);
-        let next = polish::run(session, goal, (&u, j), how)?;
+        let next = polish::run(session, goal, session.variables.place(&best.point), how)?;
         let (old, new) = (goal.order(&best.score), goal.order(&next.score));
         if new < old {
             best = next;
@@ -105,22 +100,16 @@ fn to_the_end(
 pub fn pick(
     variables: &Variables,
     goal: Goal,
-    scored: &[(Stage, Found)],
+    mut scored: Vec<Found>,
     count: usize,
 ) -> Vec<(Vec<f64>, usize)> {
-    let mut order: Vec<(f64, usize)> =
-        scored.iter().enumerate().map(|(i, (_, f))| (goal.order(&f.score), i)).collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    scored.sort_by(|a, b| goal.compare(&a.score, &b.score));
     let mut picked: Vec<(Vec<f64>, usize)> = Vec::new();
-    for (_, i) in order {
-        let (u, j) = variables.place(&scored[i].1.point);
+    for (u, j) in scored.iter().map(|f| variables.place(&f.point)) {
         let near =
             |(v, k): &(Vec<f64>, usize)| *k == j && v.iter().zip(&u).all(|(a, b)| (a - b).abs() < DISTINCT);
-        if !picked.iter().any(near) {
+        if picked.len() < count && !picked.iter().any(near) {
             picked.push((u, j));
-            if picked.len() == count {
-                break;
-            }
         }
     }
     picked

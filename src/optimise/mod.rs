@@ -129,11 +129,9 @@ pub fn find(
 
     let (ended, front, best) = loop {
         session.stop_by(stop);
-        let (ended, front) = if search.objective == Objective::Pareto {
-            let (result, points) = front::search(&mut session, search.seed)?;
-            (global::ending(result)?, Some(points))
-        } else {
-            (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None)
+        let (ended, front) = match search.objective {
+            Objective::Pareto => front::search(&mut session, search.seed)?,
+            _ => (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None),
         };
         session.stop_by(&NEVER);
         let best = settle(&mut session, ended, goal)?;
@@ -203,18 +201,13 @@ pub fn no_axes() -> InputError {
 fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, Error> {
     let mut best = session.best[1];
     if ended != Ended::Converged {
+        session.archive.retain(|(stage, _)| *stage == Stage::Swarm);
         let mut left = session.take();
-        left.retain(|(stage, _)| *stage == Stage::Swarm);
-        left.sort_by(|a, b| goal.order(&a.1.score).total_cmp(&goal.order(&b.1.score)));
-        let last = session.best[0].filter(|_| best.is_none() && left.is_empty());
-        let points: Vec<Tuple> =
-            left.iter().map(|(_, f)| f.point).take(AGAIN).chain(last.map(|f| f.point)).collect();
-        let scores = session.again(&points)?;
-        for (point, score) in points.into_iter().zip(scores) {
-            if best.is_none_or(|b| goal.order(&score) < goal.order(&b.score)) {
-                best = Some(Found { point, score });
-            }
-        }
+        left.sort_by(|a, b| goal.compare(&a.score, &b.score));
+        left.truncate(AGAIN);
+        left.extend(session.best[0].filter(|_| best.is_none() && left.is_empty()));
+        let again = session.again(&left.iter().map(|f| f.point).collect::<Vec<Tuple>>())?;
+        best = best.into_iter().chain(again).min_by(|a, b| goal.compare(&a.score, &b.score));
     }
     best.ok_or_else(|| Error::Run("the search ended before its first evaluation; nothing was written".into()))
 }

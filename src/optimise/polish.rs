@@ -20,21 +20,14 @@ pub struct Radii {
     pub last: f64,
 }
 
-impl Stage {
-    /// Shortest arm of a stencil in the unit box: below it the rounding of the scores disturbs the curvature.
-    fn arm(self) -> f64 {
-        match self {
-            Self::Swarm => 1e-2,
-            Self::Polish => 1e-3,
-        }
-    }
-}
+/// Shortest arm of a stencil in the unit box, by stage: below it the rounding of the scores disturbs the curvature.
+const ARM: [f64; 2] = [1e-2, 1e-3];
 
 /// Improves the candidate at `u` (drive `j` of the list), scored at `stage`; returns the best found.
 pub fn run(
     session: &mut Session<'_>,
     goal: Goal,
-    (u, j): (&[f64], usize),
+    (mut u, j): (Vec<f64>, usize),
     (stage, radii): (Stage, Radii),
 ) -> Result<Found, Halt> {
     let variables = session.variables;
@@ -42,21 +35,20 @@ pub fn run(
         let points: Vec<_> = places.iter().map(|u| variables.point(u, j)).collect();
         session.scores(stage, &points)
     };
-    let order = |s: &Score| goal.order(s);
-    let first = |all: &[Score]| (0..all.len()).min_by(|&a, &b| order(&all[a]).total_cmp(&order(&all[b])));
-    let (mut u, mut radius) = (u.to_vec(), radii.first);
+    let first = |all: &[Score]| (0..all.len()).min_by(|&a, &b| goal.compare(&all[a], &all[b]));
+    let mut radius = radii.first;
     let mut here = ask(std::slice::from_ref(&u))?[0];
     for _ in 0..STEPS {
         if radius < radii.last {
             break;
         }
-        let stencil = Stencil::new(&u, (0.5 * radius).max(stage.arm()));
+        let stencil = Stencil::new(&u, (0.5 * radius).max(ARM[stage as usize]));
         let mut scores = vec![here];
         scores.extend(ask(&stencil.places[1..])?);
         let steps = steps(goal, radius, &u, &stencil, &scores);
         let tried = ask(&steps)?;
         let (old, near) = (here, first(&scores).unwrap_or_default());
-        let stepped = first(&tried).filter(|&i| order(&tried[i]) < order(&scores[near]));
+        let stepped = first(&tried).filter(|&i| goal.compare(&tried[i], &scores[near]).is_lt());
         match stepped {
             Some(i) => {
                 let length = steps[i].iter().zip(&u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -104,6 +104,11 @@ impl Goal {
         score.violation() == 0.0 && self.cap(score) <= 0.0 && self.value(score).is_finite()
     }
 
+    /// Compares two candidates; the better one is less.
+    pub fn compare(self, a: &Score, b: &Score) -> std::cmp::Ordering {
+        self.order(a).total_cmp(&self.order(b))
+    }
+
     /// Orders candidates by the feasibility rules; smaller is better. Feasible: < 0; infeasible: in (0, 1); not a valid whisker: in (1, 2).
     pub fn order(self, score: &Score) -> f64 {
         if self.feasible(score) {

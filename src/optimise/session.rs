@@ -82,7 +82,7 @@ pub struct Session<'a> {
     pub history: Vec<Step>,
     /// Best of all, and best of those in f64.
     pub best: [Option<Found>; 2],
-    archive: Vec<(Stage, Found)>,
+    pub archive: Vec<(Stage, Found)>,
 }
 
 impl<'a> Session<'a> {
@@ -180,15 +180,16 @@ impl<'a> Session<'a> {
         }
     }
 
-    pub fn take(&mut self) -> Vec<(Stage, Found)> {
-        std::mem::take(&mut self.archive)
+    pub fn take(&mut self) -> Vec<Found> {
+        std::mem::take(&mut self.archive).into_iter().map(|(_, found)| found).collect()
     }
 
     /// Scores `points` in f64, outside the budget, for the report; after a stop only the first ones for which there is time.
-    pub fn again(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+    pub fn again(&mut self, points: &[Tuple]) -> Result<Vec<Found>, Error> {
         let (begun, stop) = (Instant::now(), self.stop);
         let on = || !stop.load(Ordering::Relaxed) || begun.elapsed() < LAST;
-        self.scorers[1].scores_while(points, &on)
+        let scores = self.scorers[1].scores_while(points, &on)?;
+        Ok(points.iter().zip(scores).map(|(&point, score)| Found { point, score }).collect())
     }
 
     pub fn seconds(&self) -> f64 {
