@@ -112,20 +112,9 @@ impl PartialEq for Effect {
 impl Effect {
     /// All, in the order in which they are reported.
     pub fn all() -> impl Iterator<Item = Self> {
-        let rest = [
-            Self::Foil,
-            Self::Root,
-            Self::Curvature,
-            Self::Inner,
-            Self::Profile,
-            Self::Hub,
-            Self::Coulomb,
-            Self::Stick,
-            Self::Rubber,
-            Self::Tilt,
-            Self::Lean,
-            Self::Side,
-        ];
+        use Effect::{Coulomb, Curvature, Foil, Hub, Inner, Lean, Profile, Root, Rubber, Side, Stick, Tilt};
+        let shape = [Foil, Root, Curvature, Inner, Profile, Hub];
+        let rest = shape.into_iter().chain([Coulomb, Stick, Rubber, Tilt, Lean, Side]);
         [Self::Rotation].into_iter().chain(TERMS.iter().map(Self::Term)).chain(rest)
     }
 

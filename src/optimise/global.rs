@@ -150,7 +150,7 @@ struct Particle {
 
 /// Runs one swarm towards `goal`; its scores go to the session's archive. `seeds` are initial positions in the unit box.
 pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
-    let (particles, steps) = size(session.start, session.variables.drives());
+    let (particles, steps) = size(session.start, session.variables.drives.len());
     let k = session.variables.list.len();
     session.swarms += 1;
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -208,7 +208,7 @@ fn pull(random: &mut Xoshiro256PlusPlus, from: &[f64], to: &[f64]) -> Vec<f64> {
 /// The order of each particle at its position, at its best drive.
 fn orders(session: &mut Session<'_>, goal: Goal, swarm: &[Particle]) -> Result<Vec<f64>, Halt> {
     let variables = session.variables;
-    let drives = variables.drives();
+    let drives = variables.drives.len();
     let at = |one: &Particle| (0..drives).map(|j| variables.point(&one.position, j)).collect::<Vec<_>>();
     let points: Vec<Tuple> = swarm.iter().flat_map(at).collect();
     let scores = session.scores(Stage::Swarm, &points)?;

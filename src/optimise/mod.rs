@@ -145,7 +145,7 @@ pub fn find(
         }
         break (ended, front, best);
     };
-    let search_seconds = session.seconds();
+    let search_seconds = session.begun.elapsed().as_secs_f64();
     if !goal.feasible(&best.score) {
         if ended == Ended::Converged {
             return Err(infeasible(setup, search, &best.score).into());

@@ -73,7 +73,7 @@ pub struct Session<'a> {
     pub goal: Goal,
     budget: Budget,
     kept_back: u64,
-    begun: Instant,
+    pub begun: Instant,
     stop: &'a AtomicBool,
     watch: &'a mut dyn Watch,
     pub start: u32,
@@ -191,10 +191,6 @@ impl<'a> Session<'a> {
         let scores = self.scorers[1].scores_while(points, &on)?;
         Ok(points.iter().zip(scores).map(|(&point, score)| Found { point, score }).collect())
     }
-
-    pub fn seconds(&self) -> f64 {
-        self.begun.elapsed().as_secs_f64()
-    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -202,7 +198,7 @@ pub struct Variables {
     pub list: Vec<Variable>,
     base: Tuple,
     /// Drives from which each design takes the best; a single placeholder if the drive is a variable.
-    drives: Vec<f64>,
+    pub drives: Vec<f64>,
     setup: Setup,
     pub start: Option<Vec<f64>>,
 }
@@ -230,10 +226,6 @@ impl Variables {
             .any(|v| v.start.is_some())
             .then(|| list.iter().map(|v| ((middle(v) - v.min) / (v.max - v.min)).clamp(0.0, 1.0)).collect());
         Self { list, base, drives, setup: setup.clone(), start }
-    }
-
-    pub fn drives(&self) -> usize {
-        self.drives.len()
     }
 
     /// The design at `u` in the unit box, with its drive, or drive `j` of the list.
