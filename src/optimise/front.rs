@@ -8,15 +8,15 @@
 use super::global::{COLD, ending, pick, swarm};
 use super::polish::{self, Radii};
 use super::report::Design;
-use super::{Ended, Found, Goal, Halt, Session, Stage};
+use super::{Ended, Found, Goal, Halt, Place, Session, Stage};
 use crate::error::Error;
 use crate::scene::Tuple;
 
 const POINTS: usize = 128;
 /// Gaps below this share of the front's extent are not divided further.
 const GAP: f64 = 0.004;
-const WARM: Radii = Radii { first: 0.01, last: 1e-3 };
-const CHALLENGE: Radii = Radii { first: 0.04, last: 1e-3 };
+const WARM: Radii = Radii { stage: Stage::Polish, first: 0.01, last: 1e-3 };
+const CHALLENGE: Radii = Radii { stage: Stage::Polish, first: 0.04, last: 1e-3 };
 /// A candidate that is better than the front by this share in both figures becomes a start.
 const BETTER: f64 = 1e-3;
 const CHALLENGES: usize = 12;
@@ -138,8 +138,8 @@ impl Scan<'_, '_> {
         Ok(())
     }
 
-    fn polish(&mut self, goal: Goal, at: (Vec<f64>, usize), radii: Radii) -> Result<Found, Halt> {
-        let found = polish::run(self.session, goal, at, (Stage::Polish, radii))?;
+    fn polish(&mut self, goal: Goal, at: Place, radii: Radii) -> Result<Found, Halt> {
+        let found = polish::run(self.session, goal, at, radii)?;
         self.front.push(found);
         Ok(found)
     }

@@ -31,13 +31,12 @@ use crate::progress::NEVER;
 use crate::scene::{BackendChoice, Objective, Precision, RunOptions, Search, Spec, Tuple};
 use evaluate::{batch, wanted};
 use front::Front;
-use global::STARTS;
 use report::{infeasible, shortfall};
 
 pub use evaluate::Scorer;
 pub use report::Report;
 pub use score::{Goal, Limit, Score};
-pub use session::{Ended, Found, Halt, Session, Stage, Step, Variables, Watch};
+pub use session::{Ended, Found, Halt, Place, Session, Stage, Step, Variables, Watch};
 
 pub const TOLERANCE: f64 = 1e-10;
 /// A limit within this distance binds; the second value is for sampled whiskers, whose quantile has kinks.
@@ -56,17 +55,9 @@ fn goal(objective: Objective) -> Goal {
 }
 
 pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
-    let backend = match options.backend {
-        Some(BackendChoice::Reference) => BackendChoice::Reference,
-        _ => BackendChoice::Cpu,
-    };
-    let options = RunOptions {
-        backend: Some(backend),
-        precision: Some(Precision::F64),
-        tolerance: Some(TOLERANCE),
-        ..RunOptions::default()
-    };
-    let mut choice = Choice::new(&options)?;
+    let backend = options.backend.filter(|b| *b == BackendChoice::Reference).or(Some(BackendChoice::Cpu));
+    let (precision, tolerance) = (Some(Precision::F64), Some(TOLERANCE));
+    let mut choice = Choice::new(&RunOptions { backend, precision, tolerance, ..RunOptions::default() })?;
     choice.backend.reason = "f64 for the polish".into();
     Ok(choice)
 }
@@ -125,13 +116,28 @@ pub fn find(
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, watch));
+    let mut session = Session {
+        scorers,
+        variables: &variables,
+        goal,
+        budget: search.budget,
+        kept_back: 0,
+        begun: Instant::now(),
+        stop,
+        watch,
+        start: 0,
+        swarms: 0,
+        evaluations: 0,
+        history: Vec::new(),
+        best: [None; 2],
+        archive: Vec::new(),
+    };
 
     let (ended, front, best) = loop {
         session.stop_by(stop);
         let (ended, front) = match search.objective {
             Objective::Pareto => front::search(&mut session, search.seed)?,
-            _ => (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None),
+            _ => (global::ending(global::run(&mut session, goal, search.seed))?, None),
         };
         session.stop_by(&NEVER);
         let best = settle(&mut session, ended, goal)?;

@@ -126,10 +126,8 @@ impl Goal {
 /// Figures over the samples; limits of the nominal whisker, and the limit that 90 % of the samples keep theirs.
 pub(super) fn gather(robust: &Robust, nominal: &Score, samples: &[Score]) -> Score {
     let mut score = *nominal;
-    let mut worst: Vec<f64> = samples
-        .iter()
-        .map(|s| if s.figures.iter().all(|f| f.is_nan()) { s.worst().max(1.0) } else { s.worst() })
-        .collect();
+    let least = |s: &Score| if s.figures.iter().all(|f| f.is_nan()) { 1.0 } else { f64::NEG_INFINITY };
+    let mut worst: Vec<f64> = samples.iter().map(|s| s.worst().max(least(s))).collect();
     worst.sort_by(f64::total_cmp);
     let kept = (0.9 * worst.len() as f64).ceil() as usize;
     score.set(Limit::Samples, worst[kept - 1]);

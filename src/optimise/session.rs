@@ -71,11 +71,11 @@ pub struct Session<'a> {
     pub scorers: [Scorer<'a>; 2],
     pub variables: &'a Variables,
     pub goal: Goal,
-    budget: Budget,
-    kept_back: u64,
+    pub budget: Budget,
+    pub kept_back: u64,
     pub begun: Instant,
-    stop: &'a AtomicBool,
-    watch: &'a mut dyn Watch,
+    pub stop: &'a AtomicBool,
+    pub watch: &'a mut dyn Watch,
     pub start: u32,
     pub swarms: u32,
     pub evaluations: u64,
@@ -86,31 +86,6 @@ pub struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    pub fn new(
-        scorers: [Scorer<'a>; 2],
-        variables: &'a Variables,
-        goal: Goal,
-        budget: Budget,
-        (stop, watch): (&'a AtomicBool, &'a mut dyn Watch),
-    ) -> Self {
-        Self {
-            scorers,
-            variables,
-            goal,
-            budget,
-            kept_back: 0,
-            begun: Instant::now(),
-            stop,
-            watch,
-            start: 0,
-            swarms: 0,
-            evaluations: 0,
-            history: Vec::new(),
-            best: [None; 2],
-            archive: Vec::new(),
-        }
-    }
-
     pub fn stop_by(&mut self, stop: &'a AtomicBool) {
         self.scorers.iter_mut().for_each(|scorer| scorer.evaluator.stop = stop);
     }
@@ -193,6 +168,9 @@ impl<'a> Session<'a> {
     }
 }
 
+/// A place in the unit box, and the number of its drive.
+pub type Place = (Vec<f64>, usize);
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variables {
     pub list: Vec<Variable>,
@@ -256,13 +234,9 @@ impl Variables {
         }
     }
 
-    pub fn place(&self, point: &Tuple) -> (Vec<f64>, usize) {
-        let u = self
-            .list
-            .iter()
-            .map(|v| (value(&self.setup, point, v.quantity) - v.min) / (v.max - v.min))
-            .collect();
-        (u, self.drives.iter().position(|d| *d == point.drive).unwrap_or(0))
+    pub fn place(&self, point: &Tuple) -> Place {
+        let u = |v: &Variable| (value(&self.setup, point, v.quantity) - v.min) / (v.max - v.min);
+        (self.list.iter().map(u).collect(), self.drives.iter().position(|d| *d == point.drive).unwrap_or(0))
     }
 
     pub fn at_bounds(&self, point: &Tuple) -> Vec<(Quantity, &'static str)> {

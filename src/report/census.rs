@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::designs::front;
 use super::quantity::grouped;
-use super::{Content, Source, answer};
-use crate::error::{Error, InputError};
+use super::{Content, Drawn, Source, answer};
+use crate::error::Error;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, Scale, series};
 use crate::sink::Frame;
 
@@ -23,7 +23,7 @@ pub fn of_bench(source: &Source) -> Result<Content, Error> {
 }
 
 /// Figures of the table `work`, with other programs on the same taps.
-pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, InputError> {
+pub fn figures(work: &Frame, peers: Option<&Frame>) -> Drawn<Vec<Figure>> {
     let mut all = vec![precision(work, peers)?, configurations(work)?];
     all.retain(|f| !f.is_empty());
     Ok(all)
@@ -54,7 +54,7 @@ fn short(adapter: &str) -> &str {
 }
 
 /// For each place the `error` of its kernels in `configuration` over the time: points, and a line through those that none beats, which never turns back.
-fn reached(work: &Frame, mut panel: Panel, configuration: &str, error: &[f64]) -> Result<Panel, InputError> {
+fn reached(work: &Frame, mut panel: Panel, configuration: &str, error: &[f64]) -> Drawn<Panel> {
     let time = work.numbers("ns_per_tap")?;
     for (i, (name, rows)) in places(work).iter().enumerate() {
         let is = |r: &&usize| is_solved(work, **r) && work.word("configuration", **r) == configuration;
@@ -73,7 +73,7 @@ fn is_solved(work: &Frame, row: usize) -> bool {
 }
 
 /// The first configuration only: every kernel, and the peers.
-fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
+fn precision(work: &Frame, peers: Option<&Frame>) -> Drawn {
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
     let (mut panels, mut beyond) = (Vec::new(), BTreeSet::new());
     for (title, column, theirs) in
@@ -121,7 +121,7 @@ fn share(panels: &mut [Panel]) {
     }
 }
 
-fn configurations(work: &Frame) -> Result<Figure, InputError> {
+fn configurations(work: &Frame) -> Drawn {
     let error = work.numbers("strain_error_p99")?;
     let names = grouped(work.rows(|r| is_solved(work, r)), |r| work.word("configuration", r));
     let panel = |c: &String| {
@@ -151,9 +151,9 @@ pub fn of_verify(source: &Source) -> Result<Content, Error> {
             ("bound", "bound", 4, Marker::Cross),
         ] {
             let values = table.numbers(column)?;
-            let points =
-                rows.iter().rev().enumerate().map(|(i, r)| (values[*r], i as f64)).filter(|p| p.0 > 0.0);
-            panel = panel.with(Mark::points(Path::new(name, colour, points), marker));
+            let points = rows.iter().rev().enumerate().map(|(i, r)| (values[*r], i as f64));
+            let points = Path::new(name, colour, points.filter(|p| p.0 > 0.0));
+            panel = panel.with(Mark::points(points, marker));
         }
         panels.push(panel);
     }

@@ -28,6 +28,11 @@ use content::Content;
 
 pub const PAGE: &str = "report.html";
 
+/// What is drawn of a table, unless it lacks a column.
+type Drawn<T = crate::figure::Figure> = Result<T, InputError>;
+/// x and y.
+type Point = (f64, f64);
+
 type Draw = fn(&Source) -> Result<Content, Error>;
 
 const DRAWN: [(&str, Draw); 9] = [
