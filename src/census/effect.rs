@@ -56,10 +56,8 @@ impl Setting {
     /// `task` with the pole of this setting.
     pub fn aimed(&self, task: Task) -> Task {
         let Direction { tilt, lean } = task.direction;
-        Task {
-            direction: Direction { tilt: self.tilt.unwrap_or(tilt), lean: self.lean.unwrap_or(lean) },
-            ..task
-        }
+        let direction = Direction { tilt: self.tilt.unwrap_or(tilt), lean: self.lean.unwrap_or(lean) };
+        Task { direction, ..task }
     }
 
     /// Without `effects`.

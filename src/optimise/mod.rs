@@ -65,10 +65,8 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
 pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error> {
     if search.robust.as_ref().is_some_and(|robust| !robust.properties.is_empty()) {
         let why = "with tolerances of the rig which effects it needs is not one answer";
-        let error = InputError::new(why).key("--model-error").value(bound);
-        return Err(error
-            .allowed("tolerances of D, d, L_a, x_ss, l and the drive alone, or no --model-error")
-            .into());
+        let allowed = "tolerances of D, d, L_a, x_ss, l and the drive alone, or no --model-error";
+        return Err(InputError::new(why).key("--model-error").value(bound).allowed(allowed).into());
     }
     let layout = spec.study.space.layout().ok_or_else(no_axes)?;
     let wanted = wanted(&layout, search, &Variables::new(&spec.study.setup, &layout, search));
@@ -172,11 +170,8 @@ pub fn find(
     let sensitivity = sensitivity::run(&mut session.scorers, &variables, &best.point, search.seed, &on)?;
     let asked_to_stop = stop.load(Ordering::Relaxed);
     let one = search.objective.needs_distance() && both::possible(setup);
-    let other = (one && !asked_to_stop).then(|| {
-        let method = precise.open(&setup.model)?;
-        best::judge((setup, &layout), search, method, (&best.point, goal))
-    });
-    let other = other.transpose()?;
+    let other = || best::judge((setup, &layout), search, precise, (&best.point, goal));
+    let other = (one && !asked_to_stop).then(other).transpose()?;
     let binds = |&l: &Limit| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)];
     Ok(Report {
         value: goal.value(&best.score),

@@ -62,11 +62,8 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
 }
 
 pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<Frame>, Error> {
-    let mut all = vec![history(spec, report)?, sensitivity(spec, report)?];
-    if let Some(front) = &report.front {
-        all.push(pareto(spec, &front.points)?);
-    }
-    Ok(all)
+    let front = report.front.as_ref().map(|front| pareto(spec, &front.points));
+    [history(spec, report), sensitivity(spec, report)].into_iter().chain(front).collect()
 }
 
 pub fn counts(report: &Report) -> Value {

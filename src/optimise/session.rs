@@ -16,7 +16,6 @@ const LAST: Duration = Duration::from_millis(500);
 const KEPT_BACK: u64 = 3000;
 
 vibrissa_core::words! {
-
     Stage {
         /// The swarm, on the backend that was asked for.
         Swarm = "swarm",
@@ -26,7 +25,6 @@ vibrissa_core::words! {
 }
 
 vibrissa_core::words! {
-
     Ended {
         /// Several starts found the same, or all starts were made.
         Converged = "converged",
@@ -40,12 +38,6 @@ vibrissa_core::words! {
 pub enum Halt {
     Ended(Ended),
     Failed(Error),
-}
-
-impl From<Error> for Halt {
-    fn from(e: Error) -> Self {
-        Self::Failed(e)
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,7 +98,7 @@ impl<'a> Session<'a> {
         let on = || !self.stop.load(Ordering::Relaxed) && (first.replace(false) || !late());
         let scores = match self.scorers[stage as usize].scores_while(&points[..take], &on) {
             Err(Error::Solve(SolveError::Stopped)) => return Err(Halt::Ended(Ended::Interrupted)),
-            scores => scores?,
+            scores => scores.map_err(Halt::Failed)?,
         };
         self.evaluations += scores.len() as u64;
         self.note(stage, &points[..scores.len()], &scores);

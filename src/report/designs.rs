@@ -80,12 +80,9 @@ pub fn trade(
         .with(Mark::line(line, 0))
         .with(of("front", 1, &|r| is_best.contains(&r), Marker::Diamond))
         .with(Mark::points(Path::new("chosen design", 4, chosen), Marker::Ring));
+    let ([x, y], all, some) = ([x, y].map(|name| quantity::axis(name).label), table.len(), best.len());
     let caption = format!(
-        "Trade-off of {} and {}, both better when smaller: each point is a row of the table below, the front is of those of all {} rows that keep their limits ({} lie on it).",
-        quantity::axis(x).label,
-        quantity::axis(y).label,
-        table.len(),
-        best.len()
+        "Trade-off of {x} and {y}, both better when smaller: each point is a row of the table below, the front is of those of all {all} rows that keep their limits ({some} lie on it)."
     );
     Ok(Some(Figure::new("front", "Trade-off", caption, vec![panel])))
 }
@@ -119,9 +116,8 @@ pub fn parallel(table: &Frame, rows: &[usize], fine: &[bool], by: &[&str]) -> Dr
         "A line for each row of the table below, coloured by {} (blue is small); grey lines break a limit or miss a value.",
         quantity::axis(names[first]).label
     );
-    let mut figure = Figure::new("parallel", "Parallel coordinates", caption, Vec::new());
-    figure.parallel = Some(parallel);
-    Ok(Some(figure))
+    let figure = Figure::new("parallel", "Parallel coordinates", caption, Vec::new());
+    Ok(Some(Figure { parallel: Some(parallel), ..figure }))
 }
 
 /// Maps of `quantity` over each pair of varying columns: the least value over the other columns, among `fine` rows.

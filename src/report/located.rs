@@ -124,10 +124,9 @@ pub fn of_readings(source: &Source) -> Result<Content, Error> {
         .with(of("distance ± σ", 0, true, Marker::Circle))
         .with(of("with another word than ok", 1, false, Marker::Cross));
     let left = if every > 1 { format!("; one in {every} is shown") } else { String::new() };
+    let (some, all) = (answered.len(), table.len().saturating_sub(zeros));
     let caption = format!(
-        "Distance of each reading, with its standard deviation; {} of {} readings have one (located.csv){left}.",
-        answered.len(),
-        table.len().saturating_sub(zeros)
+        "Distance of each reading, with its standard deviation; {some} of {all} readings have one (located.csv){left}."
     );
     c.figure(Figure::new("located", "Distances", caption, vec![panel]));
     if answered.is_empty() {

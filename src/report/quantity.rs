@@ -132,11 +132,10 @@ impl Bins {
     fn place(&self, x: f64) -> Option<usize> {
         match &self.values {
             Some(values) => values.iter().position(|v| *v == x),
-            None if x.is_finite() => {
+            None => {
                 let (a, b) = (self.edges[0], self.edges[BINS]);
-                Some((((x - a) / (b - a) * BINS as f64) as usize).min(BINS - 1))
+                x.is_finite().then_some((((x - a) / (b - a) * BINS as f64) as usize).min(BINS - 1))
             }
-            None => None,
         }
     }
 }

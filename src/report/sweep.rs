@@ -125,13 +125,9 @@ fn budgets(table: &Frame, whiskers: &[Alike], fine: &[bool], drive: &str, left: 
             .with(Mark::points(broken, Marker::Cross))
     });
     let panels = panels.collect();
-    let none = match without {
-        0 => String::new(),
-        n => format!(
-            "; {n} of {} whiskers shown keep their limits at no tap, and have no ring",
-            whiskers.len()
-        ),
-    };
+    let all = whiskers.len();
+    let none = format!("; {without} of {all} whiskers shown keep their limits at no tap, and have no ring");
+    let none = if without > 0 { &*none } else { "" };
     let caption = format!(
         "Bias of the estimate and noise of the gauge add in quadrature; ringed is the tap with the least total of those that keep every limit{none} (designs.csv){left}."
     );
