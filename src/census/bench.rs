@@ -177,7 +177,8 @@ impl Measured {
 
     /// Its row of work_precision.csv, on this backend. Taps that the reference solved and this did not have failed: what is fast because it fails.
     pub fn fields(&self, backend: &Backend) -> Vec<Field> {
-        let (line, tolerance, failed) = (&self.line, backend.tolerance, self.line.odd(Odd::Unsolved));
+        let (line, tolerance, failed) =
+            (&self.line, backend.tolerance, self.line.odd[Odd::Unsolved as usize]);
         let error = |f: fn(&Figures) -> f64| Field::from(line.errors[0].as_ref().map(f));
         let (kernel, sweeps) =
             (tolerance.map_or("reference", |_| "exact"), tolerance.map(|_| line.sweeps[0]));

@@ -93,10 +93,6 @@ impl<'a> Scorer<'a> {
         Ok(self.evaluator.run(&design, &tasks)?.iter().map(|tap| tap.sticking).collect())
     }
 
-    pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
-        Ok(self.along(point, &[point.drive])?[0].0)
-    }
-
     /// Row and score of the nominal `whisker` at each of `drives`.
     pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         let deviations = std::mem::take(&mut self.judge.deviations);
@@ -113,7 +109,8 @@ impl<'a> Scorer<'a> {
 
     pub fn design(&mut self, Found { point, score }: Found) -> Result<report::Design, Error> {
         let unit = report::unit(self.judge.setup, &point);
-        Ok(report::Design { point, row: self.row(&point)?, score, unit })
+        let row = self.along(&point, &[point.drive])?[0].0;
+        Ok(report::Design { point, row, score, unit })
     }
 
     fn read(&mut self, reader: &Ranker, points: &[Tuple]) -> Result<Vec<Score>, Error> {

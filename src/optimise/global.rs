@@ -29,18 +29,21 @@ const WARM: Radii = Radii { stage: Stage::Polish, first: 5e-3, last: 1e-5 };
 /// Relative difference at which starts on charts agree.
 const SAME_READ: f64 = 1e-4;
 const FINISHED: usize = 2;
+/// Maximum number of evaluations kept for the final polish.
+const KEPT_BACK: u64 = 3000;
 
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64) -> Result<(), Halt> {
     if session.scorers[0].rows.is_none() {
         return starting(session, goal, seed, (COLD, SAME)).map(drop);
     }
     // Charts are smooth and accurate to their tolerance: only their best candidates are polished in f64; part of the budget is kept for that.
-    session.keep_back();
+    session.kept_back = session.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
     let found = match starting(session, goal, seed, (READ, SAME_READ)) {
         Err(Halt::Ended(Ended::Evaluations)) => session.best[0].into_iter().collect(),
         other => other?,
     };
-    let out_of = session.release();
+    let out_of = session.left() == Some(0);
+    session.kept_back = 0;
     session.take();
     for at in pick(session.variables, goal, found, FINISHED) {
         to_the_end(session, goal, at, WARM)?;
@@ -126,7 +129,7 @@ struct Particle {
 /// Runs one swarm towards `goal`; its scores go to the session's archive. `seeds` are initial positions in the unit box.
 pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
     let (particles, steps) = SIZES[session.start.min(3) as usize];
-    let particles = (particles / session.variables.drives.len()).max(PARTICLES);
+    let particles = (particles / session.variables.drives()).max(PARTICLES);
     let k = session.variables.list.len();
     session.swarms += 1;
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -184,7 +187,7 @@ fn pull(random: &mut Xoshiro256PlusPlus, from: &[f64], to: &[f64]) -> Vec<f64> {
 /// The order of each particle at its position, at its best drive.
 fn orders(session: &mut Session<'_>, goal: Goal, swarm: &[Particle]) -> Result<Vec<f64>, Halt> {
     let variables = session.variables;
-    let drives = variables.drives.len();
+    let drives = variables.drives();
     let at = |one: &Particle| (0..drives).map(|j| variables.point(&one.position, j)).collect::<Vec<_>>();
     let points: Vec<Tuple> = swarm.iter().flat_map(at).collect();
     let scores = session.scores(Stage::Swarm, &points)?;

@@ -83,10 +83,6 @@ pub fn seconds(report: &Report) -> Value {
     seconds
 }
 
-pub fn row(spec: &Spec, design: &Design) -> Value {
-    design.at_drive().json(&spec.study.setup)
-}
-
 pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let (s, setup) = (&report.sensitivity, &spec.study.setup);
     let name = |q: &Quantity| q.name(setup.drive).to_owned();
@@ -96,7 +92,7 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let mut value = json!({
         "objective": search.objective.word(),
         "value": report.value,
-        "best": row(spec, &report.best),
+        "best": report.best.at_drive().json(setup),
         "at_bounds": bounds,
         "binding_limits": report.binding.iter().map(|l| l.word()).collect::<Vec<_>>(),
         "why": why(setup, search, report),
@@ -118,7 +114,7 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
             "hypervolume": front.hypervolume,
             "reference": { "K_sd": front.reference[0], "total_rms_mm": front.reference[1] },
             "spread": front.spread,
-            "rows": front.points.iter().map(|d| row(spec, d)).collect::<Vec<_>>(),
+            "rows": front.points.iter().map(|d| d.at_drive().json(setup)).collect::<Vec<_>>(),
         });
     }
     value

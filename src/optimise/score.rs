@@ -168,11 +168,7 @@ pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
     (0..samples).map(one).collect()
 }
 
-pub fn deviation(seed: u64, i: usize, k: u32) -> f64 {
-    normal(seed, i as u32, COLUMNS as u32 + k)
-}
-
-fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
+pub(super) fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
     // Odd, because a seed of 0 does not scramble.
     let seed = seed.wrapping_mul(2).wrapping_add(1);
     let uniform = Sampler::Sobol.uniform(seed, dimension, i);

@@ -12,9 +12,6 @@ use crate::scene::{Budget, Column, Property, Quantity, Search, Setup, Tuple, Var
 /// Time for the last evaluations after a stop; all must be written within two seconds.
 const LAST: Duration = Duration::from_millis(500);
 
-/// Maximum number of evaluations kept for the final polish.
-const KEPT_BACK: u64 = 3000;
-
 vibrissa_core::words! {
     Stage {
         /// The swarm, on the backend that was asked for.
@@ -114,17 +111,6 @@ impl<'a> Session<'a> {
         self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations).saturating_sub(kept))
     }
 
-    pub fn keep_back(&mut self) {
-        self.kept_back = self.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
-    }
-
-    /// Releases the evaluations kept back; true if the rest of the budget is spent.
-    pub fn release(&mut self) -> bool {
-        let spent = self.left() == Some(0);
-        self.kept_back = 0;
-        spent
-    }
-
     fn note(&mut self, stage: Stage, points: &[Tuple], scores: &[Score]) {
         if points.is_empty() {
             return;
@@ -168,7 +154,7 @@ pub struct Variables {
     pub list: Vec<Variable>,
     base: Tuple,
     /// Drives from which each design takes the best; a single placeholder if the drive is a variable.
-    pub drives: Vec<f64>,
+    drives: Vec<f64>,
     setup: Setup,
     pub start: Option<Vec<f64>>,
 }
@@ -196,6 +182,10 @@ impl Variables {
             .any(|v| v.start.is_some())
             .then(|| list.iter().map(|v| ((middle(v) - v.min) / (v.max - v.min)).clamp(0.0, 1.0)).collect());
         Self { list, base, drives, setup: setup.clone(), start }
+    }
+
+    pub fn drives(&self) -> usize {
+        self.drives.len()
     }
 
     /// The design at `u` in the unit box, with its drive, or drive `j` of the list.

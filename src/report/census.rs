@@ -33,8 +33,9 @@ pub fn figures(work: &Frame, peers: Option<&Frame>) -> Drawn<Vec<Figure>> {
 fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
     let rows = grouped(0..table.len(), |r| ["backend", "precision", "adapter"].map(|c| table.word(c, r)));
     let named = |([backend, precision, adapter], rows): ([String; 3], Vec<usize>)| {
-        let name = match (backend.as_str(), is_software(&adapter)) {
-            ("gpu", true) => format!("software GPU {precision} ({})", short(&adapter)),
+        let (lower, short) = (adapter.to_lowercase(), adapter.split(" (").next().unwrap_or(&adapter));
+        let name = match (backend.as_str(), SOFTWARE.iter().any(|word| lower.contains(word))) {
+            ("gpu", true) => format!("software GPU {precision} ({short})"),
             ("gpu", false) => format!("GPU {precision} ({adapter})"),
             ("cpu", _) => format!("CPU {precision}"),
             _ => format!("{backend} {precision}"),
@@ -44,14 +45,8 @@ fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
     rows.into_iter().map(named).collect()
 }
 
-fn is_software(adapter: &str) -> bool {
-    let name = adapter.to_lowercase();
-    ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
-}
-
-fn short(adapter: &str) -> &str {
-    adapter.split(" (").next().unwrap_or(adapter)
-}
+/// Words in the names of adapters that are software.
+const SOFTWARE: [&str; 5] = ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"];
 
 /// For each place the `error` of its kernels in `configuration` over the time: points, and a line through those that none beats, which never turns back.
 fn reached(work: &Frame, mut panel: Panel, configuration: &str, error: &[f64]) -> Drawn<Panel> {

@@ -208,7 +208,3 @@ pub fn budget(title: &str, drive: &str, parts: [Vec<Point>; 3], best: Option<(&s
     }
     panel
 }
-
-pub fn least(points: impl Iterator<Item = Point>) -> Option<Point> {
-    points.filter(|p| p.1.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
-}

@@ -35,7 +35,7 @@ pub fn search(text: &str, place: Place) -> Report {
 pub fn brute(text: &str, goal: Goal, (designs, starts): (u32, usize), place: Place) -> Found {
     let (spec, search) = parse(text);
     let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
-    let (k, drives) = (variables.list.len(), variables.drives.len());
+    let (k, drives) = (variables.list.len(), variables.drives());
     let best_of =
         |scorer: &mut Scorer<'_>, places: &[Vec<f64>], keep: usize| -> Vec<(f64, Vec<f64>, Found)> {
             let points: Vec<_> =
