@@ -51,9 +51,7 @@ pub struct Bench {
 
 impl Bench {
     /// A full or a `quick` run on all places that `options` leave.
-    ///
-    /// # Errors
-    /// An adapter that is not there, or no place but the reference.
+    /// Errors: an adapter that is not there, or no place but the reference.
     pub fn new(options: &RunOptions, quick: bool) -> Result<Self, Error> {
         let (asked, bare) = (options.tolerance, RunOptions { tolerance: None, ..options.clone() });
         let reference = (BackendChoice::Reference, Precision::F64, None);
@@ -116,9 +114,7 @@ impl Bench {
     }
 
     /// Measures everything, one after the other; each configuration begins with the reference.
-    ///
-    /// # Errors
-    /// A device that fails; [`SolveError::Stopped`] once `stop` is set.
+    /// Errors: a device that fails; [`SolveError::Stopped`] once `stop` is set.
     pub fn measure(&self, stop: &AtomicBool, tell: &mut dyn FnMut(News)) -> Result<(), Error> {
         for (i, c) in self.configurations.iter().enumerate() {
             // Fewer with friction, whose taps take tens of sweeps.
@@ -181,7 +177,8 @@ impl Measured {
 
     /// Its row of work_precision.csv, on this backend. Taps that the reference solved and this did not have failed: what is fast because it fails.
     pub fn fields(&self, backend: &Backend) -> Vec<Field> {
-        let (line, tolerance, failed) = (&self.line, backend.tolerance, self.line.odd(Odd::Unsolved));
+        let (line, tolerance, failed) =
+            (&self.line, backend.tolerance, self.line.odd[Odd::Unsolved as usize]);
         let error = |f: fn(&Figures) -> f64| Field::from(line.errors[0].as_ref().map(f));
         let (kernel, sweeps) =
             (tolerance.map_or("reference", |_| "exact"), tolerance.map(|_| line.sweeps[0]));

@@ -129,18 +129,14 @@ pub fn tilt(tuples: &mut [Tuple], seed: u64) {
 pub fn hard(setup: &Setup) -> Vec<Tuple> {
     let base =
         Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0, ..Tuple::default() };
-    let mut taps = Vec::new();
-    for d in [10.0, 10.0 * (1.0 - 1e-7), 10.0 * (1.0 + 1e-7), 12.0] {
-        taps.push(Tuple { d, ..base });
-    }
+    let wide = [10.0, 10.0 * (1.0 - 1e-7), 10.0 * (1.0 + 1e-7), 12.0];
+    let mut taps = wide.map(|d| Tuple { d, ..base }).to_vec();
     taps.push(Tuple { d: 0.2, a: 0.97 * base.L_a, drive: 1.0, ..base });
     taps.push(Tuple { d: 2.0, a: 45.0, drive: 10.0, ..base });
-    for (d, drive) in [(4.0, 0.001), (10.0, 0.001), (4.0, 60.0), (10.0, 60.0), (7.0, 30.0)] {
-        taps.push(Tuple { d, drive, ..base });
-    }
+    let drives = [(4.0, 0.001), (10.0, 0.001), (4.0, 60.0), (10.0, 60.0), (7.0, 30.0)];
+    taps.extend(drives.map(|(d, drive)| Tuple { d, drive, ..base }));
     taps.extend(near_gauge(setup, base));
-    taps.push(Tuple { l: 0.01, ..base });
-    taps.push(Tuple { x_ss: 0.0, ..base });
+    taps.extend([Tuple { l: 0.01, ..base }, Tuple { x_ss: 0.0, ..base }]);
     taps.push(Tuple { x_ss: 0.0, l: 0.01, a: 0.5, drive: 0.5, ..base });
     for drive in [0.5, 10.0] {
         taps.extend([0.999, 1.0].map(|share| Tuple { a: share * base.L_a, drive, ..base }));
@@ -164,19 +160,11 @@ pub fn hard(setup: &Setup) -> Vec<Tuple> {
 fn near_gauge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
     let Some(shared) = Design::new(setup, base).shared else { return Vec::new() };
     let ([x1, x2], peak) = (shared.gauge, shared.theory.peak().0);
-    let places = [
-        0.5 * x1,
-        x1 * (1.0 - 1e-6),
-        x1,
-        x1 * (1.0 + 1e-6),
-        0.5 * (x1 + x2),
-        x2 * (1.0 - 1e-6),
-        x2 * (1.0 + 1e-6),
-        0.9 * peak,
-        peak,
-    ];
-    let at = |drive: f64| places.map(|a| Tuple { a, drive, ..base });
-    [at(0.5), at(4.0)].concat().into_iter().filter(|t| t.a < t.L_a).collect()
+    let [before, beyond] = [1.0 - 1e-6, 1.0 + 1e-6];
+    let gauge = [0.5 * x1, x1 * before, x1, x1 * beyond, 0.5 * (x1 + x2), x2 * before, x2 * beyond];
+    let places = [&gauge[..], &[0.9 * peak, peak]].concat();
+    let at = |drive: f64| places.iter().map(move |&a| Tuple { a, drive, ..base });
+    at(0.5).chain(at(4.0)).filter(|t| t.a < t.L_a).collect()
 }
 
 fn scaled(t: Tuple, k: f64) -> Tuple {

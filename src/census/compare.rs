@@ -147,7 +147,7 @@ pub struct Line {
     /// Taps that both solved, whose errors are below.
     pub compared: usize,
     /// Numbers of the other taps, by [`Odd`].
-    odd: [usize; 5],
+    pub odd: [usize; 5],
     /// Far taps that the reference solves: those left to it, and all.
     far: [usize; 2],
     /// The first of the oddest taps, and the words of reference and backend; none where they agree.
@@ -200,11 +200,6 @@ impl Line {
             errors,
             sweeps: [sweeps().sum::<f64>() / n.max(1) as f64, sweeps().fold(0.0, f64::max)],
         }
-    }
-
-    /// Number of taps that are odd in this way.
-    pub fn odd(&self, kind: Odd) -> usize {
-        self.odd[kind as usize]
     }
 
     /// What is wrong, in words of the table; empty if nothing is.

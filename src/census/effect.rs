@@ -56,10 +56,8 @@ impl Setting {
     /// `task` with the pole of this setting.
     pub fn aimed(&self, task: Task) -> Task {
         let Direction { tilt, lean } = task.direction;
-        Task {
-            direction: Direction { tilt: self.tilt.unwrap_or(tilt), lean: self.lean.unwrap_or(lean) },
-            ..task
-        }
+        let direction = Direction { tilt: self.tilt.unwrap_or(tilt), lean: self.lean.unwrap_or(lean) };
+        Task { direction, ..task }
     }
 
     /// Without `effects`.
@@ -112,20 +110,9 @@ impl PartialEq for Effect {
 impl Effect {
     /// All, in the order in which they are reported.
     pub fn all() -> impl Iterator<Item = Self> {
-        let rest = [
-            Self::Foil,
-            Self::Root,
-            Self::Curvature,
-            Self::Inner,
-            Self::Profile,
-            Self::Hub,
-            Self::Coulomb,
-            Self::Stick,
-            Self::Rubber,
-            Self::Tilt,
-            Self::Lean,
-            Self::Side,
-        ];
+        use Effect::{Coulomb, Curvature, Foil, Hub, Inner, Lean, Profile, Root, Rubber, Side, Stick, Tilt};
+        let shape = [Foil, Root, Curvature, Inner, Profile, Hub];
+        let rest = shape.into_iter().chain([Coulomb, Stick, Rubber, Tilt, Lean, Side]);
         [Self::Rotation].into_iter().chain(TERMS.iter().map(Self::Term)).chain(rest)
     }
 

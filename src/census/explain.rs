@@ -81,7 +81,7 @@ pub struct Explanation {
 
 /// Explains `study`, computed by `choice`.
 pub fn explain(study: &Study, choice: &Choice) -> Result<Explanation, Error> {
-    let (rows, total) = sample::spread(study);
+    let (rows, total) = sample::spread(&study.space, sample::LIMIT);
     let said = Setting::of(&study.setup, rows.iter().map(|row| row.point.direction()));
     // Each setting is solved once.
     let mut known: Vec<(Setting, Vec<Outcome>)> = Vec::new();

@@ -105,9 +105,7 @@ pub struct Place {
 impl Place {
     /// `backend` in `precision`, and what else the `options` say. The bound on its strain error, if nothing else is said, is its tolerance; in f64, whose
     /// tolerance comes near the error of two independent codes, twice that.
-    ///
-    /// # Errors
-    /// A tolerance that the precision cannot reach, an adapter without it.
+    /// Errors: a tolerance that the precision cannot reach, an adapter without it.
     pub fn new(
         options: &RunOptions,
         (backend, precision, adapter): (BackendChoice, Precision, Option<&Adapter>),
@@ -121,9 +119,7 @@ impl Place {
     }
 
     /// This place, not the reference, at `tolerance`.
-    ///
-    /// # Errors
-    /// A tolerance that the precision cannot reach.
+    /// Errors: a tolerance that the precision cannot reach.
     pub fn at(&self, tolerance: f64) -> Result<Self, Error> {
         let options = RunOptions { tolerance: Some(tolerance), ..self.options.clone() };
         let backend = if self.adapter.is_some() { BackendChoice::Gpu } else { BackendChoice::Cpu };
@@ -149,9 +145,7 @@ impl Place {
 
 /// Every fast backend that `options` leave: the CPU kernels and each adapter, in each precision they have. `bound` replaces the
 /// bounds that follow from the tolerance.
-///
-/// # Errors
-/// Where the options leave none, or name one that the machine lacks.
+/// Errors: where the options leave none, or name one that the machine lacks.
 pub fn present(options: &RunOptions, bound: Option<f64>) -> Result<Vec<Place>, Error> {
     if let Some(b) = bound.filter(|b| !(*b > 0.0 && b.is_finite())) {
         let error = InputError::new("a bound on an error must be a positive number");

@@ -35,27 +35,24 @@ const DOUBT: f64 = 2.0;
 const TOGETHER: usize = 1 << 12;
 
 /// The bound that was asked for, if the backend of `choice` is accurate enough to judge effects of this size.
-///
-/// # Errors
-/// A bound by which nothing can be judged; several rigs, whose effects are not one answer.
+/// Errors: a bound by which nothing can be judged; several rigs, whose effects are not one answer.
 pub fn bound(asked: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
     let Some(bound) = asked else { return Ok(None) };
+    let refused = |why: &str| InputError::new(why).key("--model-error").value(bound);
+    if let Some(rigs) = &spec.study.setup.rigs {
+        let why = "differ from design to design: which effects they need is not one answer";
+        return Err(refused(&format!("{} {why}", rigs.names()))
+            .allowed("one rig, or no --model-error")
+            .into());
+    }
     let least = LEAST.max(2.0 * choice.backend.tolerance.unwrap_or(0.0));
-    let (why, allowed) = if let Some(rigs) = &spec.study.setup.rigs {
-        let why = format!(
-            "{} differ from design to design: which effects they need is not one answer",
-            rigs.names()
-        );
-        (why, "one rig, or no --model-error".to_owned())
-    } else if !(bound >= least && bound < 1.0) {
-        let tolerance = choice.backend.tolerance.filter(|t| 2.0 * t > LEAST);
-        let tolerance = tolerance.map_or(String::new(), |t| format!(": at least twice the tolerance, {t:e}"));
-        let allowed = format!("{least:e} ≤ E < 1{tolerance}");
-        ("no effect can be judged by this".to_owned(), allowed)
-    } else {
+    if bound >= least && bound < 1.0 {
         return Ok(Some(bound));
-    };
-    Err(InputError::new(why).key("--model-error").value(bound).allowed(allowed).into())
+    }
+    let tolerance = choice.backend.tolerance.filter(|t| 2.0 * t > LEAST);
+    let tolerance = tolerance.map_or(String::new(), |t| format!(": at least twice the tolerance, {t:e}"));
+    let error = refused("no effect can be judged by this");
+    Err(error.allowed(format!("{least:e} ≤ E < 1{tolerance}")).into())
 }
 
 /// What a model says of the taps of some rows.
@@ -72,11 +69,8 @@ impl Said {
         let Taps { designs, tasks, .. } = &taps;
         let mut evaluator = Evaluator::new(setup, choice.open(&setup.model)?);
         let outcomes = evaluator.run(designs, tasks)?;
-        let ask = |(design, row): (u32, &Row)| Ask {
-            design,
-            drive: row.point.drive,
-            reach: Reach::of(row.point.direction(), row.reach),
-        };
+        let reach = |row: &Row| Reach::of(row.point.direction(), row.reach);
+        let ask = |(design, row): (u32, &Row)| Ask { design, drive: row.point.drive, reach: reach(row) };
         let asks: Vec<Ask> = (0..).zip(rows).map(ask).collect();
         let (own, _) = curve::solve(setup, &mut evaluator, designs, &asks)?;
         let ask =
@@ -227,10 +221,8 @@ impl Needed {
         let mut full = None;
         let part = |effect: Effect| {
             let rest = said.without([effect]);
-            let alone = match allowed(&rest.setup) {
-                false => None,
-                true => Some(self.against(&mut full, &rest.setup, &some)?),
-            };
+            let alone =
+                allowed(&rest.setup).then(|| self.against(&mut full, &rest.setup, &some)).transpose()?;
             let (spec, instead) = (effect.value(said), effect.value(&rest));
             Ok(Part { effect, spec, instead, alone, together: None, left: false })
         };
@@ -267,9 +259,7 @@ impl Needed {
 
     /// Whether the model keeps the bound at `rows`, which are kept; where it does not and that is `binding`, the full model is taken. `go_on` is asked
     /// between parts.
-    ///
-    /// # Errors
-    /// A kernel that fails; that of `go_on`.
+    /// Errors: a kernel that fails; that of `go_on`.
     pub fn keeps(
         &mut self,
         rows: &[Row],

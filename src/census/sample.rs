@@ -13,7 +13,7 @@ use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Sampler, Setup, S
 use crate::statistics::{Reduction, Told};
 
 /// Taps of a spread at most.
-const LIMIT: u64 = 2000;
+pub const LIMIT: u64 = 2000;
 /// The same where a model is chosen by them: at least two thirds of these are there.
 const CHOOSING: u64 = 3000;
 /// Distances and drives of a design that a spread keeps at least, where there are so many.
@@ -84,13 +84,9 @@ pub fn taps(rows: &[Row]) -> usize {
     rows.iter().map(|row| row.distances.len()).sum()
 }
 
-/// Taps of `study`, and how many it has: all, or about `LIMIT` of them, the same ones every time. First and last distance and drive are always
+/// Taps of `space`, and how many it has: all, or about `limit` of them, the same ones every time. First and last distance and drive are always
 /// among them; designs are spread by the golden ratio, which no period of a grid can meet.
-pub fn spread(study: &Study) -> (Vec<Row>, u64) {
-    spread_to(&study.space, LIMIT)
-}
-
-fn spread_to(space: &Space, limit: u64) -> (Vec<Row>, u64) {
+pub fn spread(space: &Space, limit: u64) -> (Vec<Row>, u64) {
     match space {
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
@@ -173,7 +169,7 @@ pub fn random(space: &Space, samples: u32, seed: u64) -> Vec<Tuple> {
 
 /// The rows of `study` by which a model is chosen: all of a small space; of a large one at least 2000 taps spread over it, and its corners.
 pub fn choosing(study: &Study) -> Vec<Row> {
-    let (mut rows, total) = spread_to(&study.space, CHOOSING);
+    let (mut rows, total) = spread(&study.space, CHOOSING);
     if taps(&rows) as u64 == total {
         return rows;
     }

@@ -62,9 +62,7 @@ pub enum CensusNews {
 }
 
 /// Solves every case by the reference and on every place. When `stop` is set, the last lines are those of the taps of their case so far.
-///
-/// # Errors
-/// A backend that fails.
+/// Errors: a backend that fails.
 pub fn run(
     cases: &[Case],
     places: &[Place],

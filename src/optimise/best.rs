@@ -3,8 +3,8 @@
 use super::TOLERANCE;
 use super::report::{Design, why};
 use super::{Found, Goal, Report, Score, Scorer};
+use crate::backend::Choice;
 use crate::error::Error;
-use crate::evaluate::Method;
 use crate::plan::Layout;
 use crate::scene::{Column, Material, Property, Quantity, Search, Setup, Spec, Theory, Tuple};
 
@@ -53,13 +53,10 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
         run.insert("tolerance".into(), TOLERANCE.into());
     }
     best.insert("run".into(), run.into());
+    let (name, objective, n) = (&spec.name, search.objective.word(), report.evaluations);
+    let (ended, why) = (report.ended.word(), why(&spec.study.setup, search, report));
     let head = format!(
-        "# Best design of {} by objective = \"{}\" ({} evaluations, ended by {}). {}\n# [run] as the search computed it: sweep gives the same figures.\n",
-        spec.name,
-        search.objective.word(),
-        report.evaluations,
-        report.ended.word(),
-        why(&spec.study.setup, search, report),
+        "# Best design of {name} by objective = \"{objective}\" ({n} evaluations, ended by {ended}). {why}\n# [run] as the search computed it: sweep gives the same figures.\n"
     );
     Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)
 }
@@ -88,13 +85,13 @@ pub struct Other {
 pub(super) fn judge(
     (setup, layout): (&Setup, &Layout),
     search: &Search,
-    method: Method,
+    choice: &Choice,
     (point, goal): (&Tuple, Goal),
 ) -> Result<Other, Error> {
     let theory = setup.estimate.theory.compared();
     let mut setup = setup.clone();
     setup.estimate.theory = theory;
-    let mut scorer = Scorer::new(&setup, layout, search, method);
+    let mut scorer = Scorer::new(&setup, layout, search, choice.open(&setup.model)?);
     scorer.evaluator.leaves = true;
     let taps = |drives: &[f64]| drives.iter().map(|&drive| Tuple { drive, ..*point }).collect::<Vec<_>>();
     let found = |points: Vec<Tuple>, scores: Vec<Score>| -> Vec<Found> {

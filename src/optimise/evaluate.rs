@@ -9,7 +9,6 @@ use super::score::deviations;
 use super::{Found, Score, Variables, report};
 use crate::backend::{Backend, Choice};
 use crate::chart::between;
-use crate::chart::lanes::Figures;
 use crate::chart::ranges::Wanted;
 use crate::chart::ranker::Ranker;
 use crate::chart::reader::{LEAST_TAPS, Reader, directions};
@@ -94,10 +93,6 @@ impl<'a> Scorer<'a> {
         Ok(self.evaluator.run(&design, &tasks)?.iter().map(|tap| tap.sticking).collect())
     }
 
-    pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
-        Ok(self.along(point, &[point.drive])?[0].0)
-    }
-
     /// Row and score of the nominal `whisker` at each of `drives`.
     pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         let deviations = std::mem::take(&mut self.judge.deviations);
@@ -114,21 +109,18 @@ impl<'a> Scorer<'a> {
 
     pub fn design(&mut self, Found { point, score }: Found) -> Result<report::Design, Error> {
         let unit = report::unit(self.judge.setup, &point);
-        Ok(report::Design { point, row: self.row(&point)?, score, unit })
+        let row = self.along(&point, &[point.drive])?[0].0;
+        Ok(report::Design { point, row, score, unit })
     }
 
     fn read(&mut self, reader: &Ranker, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         let (judge, n) = (&self.judge, self.judge.distances.len());
         let whiskers = 1 + judge.deviations.len();
-        let tuples: Vec<Tuple> = (0..points.len() * whiskers)
-            .into_par_iter()
-            .map(|w| judge.whisker(&points[w / whiskers], w % whiskers))
-            .collect();
+        let whisker = |w: usize| judge.whisker(&points[w / whiskers], w % whiskers);
+        let tuples: Vec<Tuple> = (0..points.len() * whiskers).into_par_iter().map(whisker).collect();
         let found = reader.figures(&tuples);
-        let told = |(tuple, figures): (&Tuple, &Option<Figures>)| {
-            figures.as_ref().map(|f| judge.score_of_chart(tuple, f))
-        };
-        let mut scores: Vec<Option<Score>> = tuples.par_iter().zip(&found).map(told).collect();
+        let told = |w: usize| found[w].as_ref().map(|figures| judge.score_of_chart(&tuples[w], figures));
+        let mut scores: Vec<Option<Score>> = (0..tuples.len()).into_par_iter().map(told).collect();
         let open: Vec<usize> = (0..tuples.len()).filter(|&w| scores[w].is_none()).collect();
         let designs: Vec<Design> = open.par_iter().map(|&w| Design::new(judge.setup, tuples[w])).collect();
         let tasks = judge.tasks(&designs);
@@ -169,13 +161,10 @@ impl<'a> Scorer<'a> {
             true => self.evaluator.run(&designs, &tasks)?,
             false => self.evaluator.read(&designs, &tasks)?,
         };
-        let upright = if judge.blind() {
-            let sampled = tasks.iter().filter(|t| !(t.design as usize).is_multiple_of(whiskers));
-            let tasks: Vec<Task> = sampled.map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
-            self.evaluator.read(&designs, &tasks)?
-        } else {
-            Vec::new()
-        };
+        let sampled = |t: &&Task| judge.blind() && !(t.design as usize).is_multiple_of(whiskers);
+        let calibrating = tasks.iter().filter(sampled).map(|t| Task { direction: Direction::UPRIGHT, ..*t });
+        let asked: Vec<Task> = calibrating.collect();
+        let upright = if asked.is_empty() { Vec::new() } else { self.evaluator.read(&designs, &asked)? };
         let ask = |(w, design): (usize, &Design)| {
             let direction = design.tuple.direction();
             let reach = match kept {

@@ -5,18 +5,18 @@
 //! `moors`, the maintained multi-objective crate, evolves populations (NSGA-II and similar). Such a front lies near the true one, but not on the limits
 //! that bind; pymoo's NSGA-II (`benches/search`) reaches less hypervolume with the same evaluations.
 
-use super::global::{COLD, pick, swarm};
+use super::global::{COLD, ending, pick, swarm};
 use super::polish::{self, Radii};
 use super::report::Design;
-use super::{Found, Goal, Halt, Session, Stage};
+use super::{Ended, Found, Goal, Halt, Place, Session, Stage};
 use crate::error::Error;
 use crate::scene::Tuple;
 
 const POINTS: usize = 128;
 /// Gaps below this share of the front's extent are not divided further.
 const GAP: f64 = 0.004;
-const WARM: Radii = Radii { first: 0.01, last: 1e-3 };
-const CHALLENGE: Radii = Radii { first: 0.04, last: 1e-3 };
+const WARM: Radii = Radii { stage: Stage::Polish, first: 0.01, last: 1e-3 };
+const CHALLENGE: Radii = Radii { stage: Stage::Polish, first: 0.04, last: 1e-3 };
 /// A candidate that is better than the front by this share in both figures becomes a start.
 const BETTER: f64 = 1e-3;
 const CHALLENGES: usize = 12;
@@ -70,16 +70,15 @@ fn gaps(figures: &[[f64; 2]]) -> Vec<f64> {
 }
 
 /// Searches for the front; returns how the search ended, and the front by rising K_sd.
-pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Result<(), Halt>, Vec<Found>), Error> {
-    let mut scan = Scan { front: Vec::new(), pool: Vec::new() };
-    let ended = scan.run(session, seed);
+pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Ended, Option<Vec<Found>>), Error> {
+    let mut scan = Scan { session, front: Vec::new(), pool: Vec::new() };
+    let ended = scan.run(seed);
     if ended.is_err() {
-        scan.gather(session);
+        scan.gather();
         let points: Vec<Tuple> = scan.pool.iter().map(|f| f.point).collect();
-        let scores = session.again(&points)?;
-        scan.front.extend(points.into_iter().zip(scores).map(|(point, score)| Found { point, score }));
+        scan.front.extend(scan.session.again(&points)?);
     }
-    Ok((ended, nondominated(scan.front)))
+    Ok((ending(ended)?, Some(nondominated(scan.front))))
 }
 
 fn figures(f: &Found) -> [f64; 2] {
@@ -105,84 +104,72 @@ pub(crate) fn unbeaten<T>(all: &mut Vec<T>, figures: impl Fn(&T) -> [f64; 2]) {
     });
 }
 
-struct Scan {
+struct Scan<'s, 'a> {
+    session: &'s mut Session<'a>,
     front: Vec<Found>,
     pool: Vec<Found>,
 }
 
-impl Scan {
-    fn run(&mut self, session: &mut Session<'_>, seed: u64) -> Result<(), Halt> {
+impl Scan<'_, '_> {
+    fn run(&mut self, seed: u64) -> Result<(), Halt> {
+        let variables = self.session.variables;
+        let seeds: Vec<Vec<f64>> = variables.start.iter().cloned().collect();
         for (n, (goal, starts)) in SWARMS.into_iter().enumerate() {
             for start in 0..starts {
-                session.start = start;
-                let seeds: Vec<Vec<f64>> = session.variables.start.iter().cloned().collect();
-                swarm(session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
-                let scored = session.take();
-                let picked =
-                    pick(session.variables, goal, &scored, if goal == Goal::Blend(0.2) { 1 } else { 2 });
-                self.pool.extend(scored.into_iter().map(|(_, f)| f));
-                for (u, j) in picked {
-                    self.polish(session, goal, (&u, j), COLD)?;
+                self.session.start = start;
+                swarm(self.session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
+                let scored = self.session.take();
+                self.pool.extend(&scored);
+                for at in pick(variables, goal, scored, if goal == Goal::Blend(0.2) { 1 } else { 2 }) {
+                    self.polish(goal, at, COLD)?;
                 }
-                self.gather(session);
+                self.gather();
             }
         }
         // The end with the least K_sd may still allow a smaller total.
         if let Some(end) = nondominated(self.front.clone()).first() {
-            let (u, j) = session.variables.place(&end.point);
-            self.polish(session, Goal::Capped(figures(end)[0] * (1.0 + 1e-6)), (&u, j), COLD)?;
+            let goal = Goal::Capped(figures(end)[0] * (1.0 + 1e-6));
+            self.polish(goal, variables.place(&end.point), COLD)?;
         }
-        self.challenge(session)?;
-        self.fill(session)?;
-        self.challenge(session)?;
-        self.fill(session)
-    }
-
-    fn polish(
-        &mut self,
-        session: &mut Session<'_>,
-        goal: Goal,
-        at: (&[f64], usize),
-        radii: Radii,
-    ) -> Result<Found, Halt> {
-        let found = polish::run(session, goal, at, (Stage::Polish, radii))?;
-        self.front.push(found);
-        Ok(found)
-    }
-
-    fn gather(&mut self, session: &mut Session<'_>) {
-        self.pool.extend(session.take().into_iter().map(|(_, f)| f));
-        self.pool = nondominated(std::mem::take(&mut self.pool));
-    }
-
-    fn challenge(&mut self, session: &mut Session<'_>) -> Result<(), Halt> {
-        self.gather(session);
-        for _ in 0..CHALLENGES {
-            let front = nondominated(self.front.clone());
-            let beaten = |p: &Found| {
-                let [sd, distance] = figures(p).map(|x| x * (1.0 + BETTER));
-                !front.iter().any(|f| figures(f)[0] <= sd && figures(f)[1] <= distance)
-            };
-            // A point inside a gap is not better: some point of the front must lose to it in both figures.
-            let loses = |p: &Found| {
-                front.iter().any(|f| {
-                    let ([a, b], [sd, distance]) = (figures(f), figures(p).map(|x| x * (1.0 + BETTER)));
-                    a > sd && b > distance
-                })
-            };
-            let Some(p) = self.pool.iter().copied().find(|p| beaten(p) && (front.is_empty() || loses(p)))
-            else {
-                break;
-            };
-            let (u, j) = session.variables.place(&p.point);
-            self.polish(session, Goal::Capped(figures(&p)[0]), (&u, j), CHALLENGE)?;
-            self.pool.retain(|q| q.point != p.point);
-            self.gather(session);
+        for _ in 0..2 {
+            self.challenge()?;
+            self.fill()?;
         }
         Ok(())
     }
 
-    fn fill(&mut self, session: &mut Session<'_>) -> Result<(), Halt> {
+    fn polish(&mut self, goal: Goal, at: Place, radii: Radii) -> Result<Found, Halt> {
+        let found = polish::run(self.session, goal, at, radii)?;
+        self.front.push(found);
+        Ok(found)
+    }
+
+    fn gather(&mut self) {
+        self.pool.extend(self.session.take());
+        self.pool = nondominated(std::mem::take(&mut self.pool));
+    }
+
+    fn challenge(&mut self) -> Result<(), Halt> {
+        self.gather();
+        for _ in 0..CHALLENGES {
+            let front = nondominated(self.front.clone());
+            // No point of the front is as good, and some loses to it in both figures: a point inside a gap is not better.
+            let better = |p: &&Found| {
+                let [sd, distance] = figures(p).map(|x| x * (1.0 + BETTER));
+                let good = |f: &Found| [figures(f)[0] <= sd, figures(f)[1] <= distance];
+                let loses = front.is_empty() || front.iter().any(|f| good(f) == [false; 2]);
+                loses && !front.iter().any(|f| good(f) == [true; 2])
+            };
+            let Some(p) = self.pool.iter().find(better).copied() else { break };
+            let at = self.session.variables.place(&p.point);
+            self.polish(Goal::Capped(figures(&p)[0]), at, CHALLENGE)?;
+            self.pool.retain(|q| q.point != p.point);
+            self.gather();
+        }
+        Ok(())
+    }
+
+    fn fill(&mut self) -> Result<(), Halt> {
         let mut closed: Vec<[u64; 2]> = Vec::new();
         loop {
             let front = nondominated(self.front.clone());
@@ -196,18 +183,18 @@ impl Scan {
             let Some(i) = open.max_by(|&a, &b| gaps[a].total_cmp(&gaps[b])) else { return Ok(()) };
             closed.push(key(i));
             let cap = 0.5 * (all[i][0] + all[i + 1][0]);
-            let ends = [i, i + 1].map(|k| session.variables.place(&front[k].point));
+            let ends = [i, i + 1].map(|k| self.session.variables.place(&front[k].point));
             let middle: Vec<f64> = ends[0].0.iter().zip(&ends[1].0).map(|(a, b)| 0.5 * (a + b)).collect();
-            let found = self.polish(session, Goal::Capped(cap), (&middle, ends[0].1), WARM)?;
+            let found = self.polish(Goal::Capped(cap), (middle, ends[0].1), WARM)?;
             // No design between two branches: start again from either end.
             let inside = |f: &Found| Goal::Capped(cap).feasible(&f.score) && figures(f)[1] < all[i][1];
             if !inside(&found) {
-                for (u, j) in &ends {
-                    self.polish(session, Goal::Capped(cap), (u, *j), CHALLENGE)?;
+                for at in ends {
+                    self.polish(Goal::Capped(cap), at, CHALLENGE)?;
                 }
             }
             if self.pool.len() > 4096 {
-                self.gather(session);
+                self.gather();
             }
         }
     }

@@ -4,7 +4,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 use super::polish::{self, Radii};
-use super::{Ended, Found, Goal, Halt, Score, Session, Stage, Variables};
+use super::{Ended, Found, Goal, Halt, Place, Score, Session, Stage, Variables};
 use crate::scene::{Sampler, Tuple};
 
 pub const STARTS: u32 = 12;
@@ -20,56 +20,49 @@ const POLISHED: usize = 3;
 const DISTINCT: f64 = 0.08;
 
 /// Radii of a polish from a swarm's candidate to an optimum.
-pub const COLD: Radii = Radii { first: 0.04, last: 1e-5 };
+pub const COLD: Radii = Radii { stage: Stage::Polish, first: 0.04, last: 1e-5 };
 
 /// Radii of a polish on charts; at smaller radii the charts' errors show.
-const READ: Radii = Radii { first: 0.04, last: 2e-3 };
+const READ: Radii = Radii { stage: Stage::Swarm, first: 0.04, last: 2e-3 };
 /// Radii of the f64 polish after the one on charts.
-const WARM: Radii = Radii { first: 5e-3, last: 1e-5 };
+const WARM: Radii = Radii { stage: Stage::Polish, first: 5e-3, last: 1e-5 };
 /// Relative difference at which starts on charts agree.
 const SAME_READ: f64 = 1e-4;
 const FINISHED: usize = 2;
+/// Maximum number of evaluations kept for the final polish.
+const KEPT_BACK: u64 = 3000;
 
-pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Result<(), Halt> {
+pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64) -> Result<(), Halt> {
     if session.scorers[0].rows.is_none() {
-        return starting(session, goal, seed, starts, (Stage::Polish, COLD, SAME)).map(drop);
+        return starting(session, goal, seed, (COLD, SAME)).map(drop);
     }
     // Charts are smooth and accurate to their tolerance: only their best candidates are polished in f64; part of the budget is kept for that.
-    session.keep_back();
-    let mut found = match starting(session, goal, seed, starts, (Stage::Swarm, READ, SAME_READ)) {
+    session.kept_back = session.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
+    let found = match starting(session, goal, seed, (READ, SAME_READ)) {
         Err(Halt::Ended(Ended::Evaluations)) => session.best[0].into_iter().collect(),
         other => other?,
     };
-    let out_of = session.release();
-    found.sort_by(|a, b| goal.order(&a.score).total_cmp(&goal.order(&b.score)));
-    let scored: Vec<(Stage, Found)> = found.into_iter().map(|f| (Stage::Swarm, f)).collect();
+    let out_of = session.left() == Some(0);
+    session.kept_back = 0;
     session.take();
-    for (u, j) in pick(session.variables, goal, &scored, FINISHED) {
-        to_the_end(session, goal, (u, j), (Stage::Polish, WARM))?;
+    for at in pick(session.variables, goal, found, FINISHED) {
+        to_the_end(session, goal, at, WARM)?;
     }
     if out_of { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(()) }
 }
 
 /// Runs the starts: a swarm and the polish of its best candidates each. Returns the best of each start.
-fn starting(
-    session: &mut Session<'_>,
-    goal: Goal,
-    seed: u64,
-    starts: u32,
-    (stage, radii, same): (Stage, Radii, f64),
-) -> Result<Vec<Found>, Halt> {
-    let mut all: Vec<Found> = Vec::new();
-    for start in 0..starts {
+fn starting(session: &mut Session<'_>, goal: Goal, seed: u64, how: (Radii, f64)) -> Result<Vec<Found>, Halt> {
+    let ((radii, same), mut all) = (how, Vec::<Found>::new());
+    for start in 0..STARTS {
         session.start = start;
         let seeds: Vec<Vec<f64>> = session.variables.start.iter().filter(|_| start == 0).cloned().collect();
         swarm(session, goal, seed, &seeds)?;
-        let picked = pick(session.variables, goal, &session.take(), POLISHED);
-        let mut found: Vec<Found> = Vec::new();
-        for (u, j) in picked {
-            found.push(to_the_end(session, goal, (u, j), (stage, radii))?);
-        }
+        let picked = pick(session.variables, goal, session.take(), POLISHED).into_iter();
+        let found = picked.map(|at| to_the_end(session, goal, at, radii));
+        let found: Vec<Found> = found.collect::<Result<_, _>>()?;
         session.take();
-        all.extend(found.into_iter().min_by(|a, b| goal.order(&a.score).total_cmp(&goal.order(&b.score))));
+        all.extend(found.into_iter().min_by(|a, b| goal.compare(&a.score, &b.score)));
         let orders: Vec<f64> = all.iter().map(|f| goal.order(&f.score)).collect();
         let least = orders.iter().copied().fold(f64::INFINITY, f64::min);
         let agreeing = orders.iter().filter(|f| (**f - least).abs() <= same * least.abs()).count();
@@ -81,16 +74,10 @@ fn starting(
 }
 
 /// Repeats the polish while it helps: where limits of many samples meet, its models stop too early.
-fn to_the_end(
-    session: &mut Session<'_>,
-    goal: Goal,
-    (u, j): (Vec<f64>, usize),
-    how: (Stage, Radii),
-) -> Result<Found, Halt> {
-    let mut best = polish::run(session, goal, (&u, j), how)?;
+fn to_the_end(session: &mut Session<'_>, goal: Goal, at: Place, radii: Radii) -> Result<Found, Halt> {
+    let mut best = polish::run(session, goal, at, radii)?;
     for _ in 0..AGAIN {
-        let (u, j) = session.variables.place(&best.point);
-        let next = polish::run(session, goal, (&u, j), how)?;
+        let next = polish::run(session, goal, session.variables.place(&best.point), radii)?;
         let (old, new) = (goal.order(&best.score), goal.order(&next.score));
         if new < old {
             best = next;
@@ -102,25 +89,13 @@ fn to_the_end(
     Ok(best)
 }
 
-pub fn pick(
-    variables: &Variables,
-    goal: Goal,
-    scored: &[(Stage, Found)],
-    count: usize,
-) -> Vec<(Vec<f64>, usize)> {
-    let mut order: Vec<(f64, usize)> =
-        scored.iter().enumerate().map(|(i, (_, f))| (goal.order(&f.score), i)).collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut picked: Vec<(Vec<f64>, usize)> = Vec::new();
-    for (_, i) in order {
-        let (u, j) = variables.place(&scored[i].1.point);
-        let near =
-            |(v, k): &(Vec<f64>, usize)| *k == j && v.iter().zip(&u).all(|(a, b)| (a - b).abs() < DISTINCT);
-        if !picked.iter().any(near) {
+pub fn pick(variables: &Variables, goal: Goal, mut scored: Vec<Found>, count: usize) -> Vec<Place> {
+    scored.sort_by(|a, b| goal.compare(&a.score, &b.score));
+    let mut picked: Vec<Place> = Vec::new();
+    for (u, j) in scored.iter().map(|f| variables.place(&f.point)) {
+        let near = |(v, k): &Place| *k == j && v.iter().zip(&u).all(|(a, b)| (a - b).abs() < DISTINCT);
+        if picked.len() < count && !picked.iter().any(near) {
             picked.push((u, j));
-            if picked.len() == count {
-                break;
-            }
         }
     }
     picked
@@ -136,16 +111,8 @@ pub fn ending(result: Result<(), Halt>) -> Result<Ended, crate::error::Error> {
 
 const PARTICLES: usize = 24;
 
-/// A small first start, so that a small budget still gives a result. A particle with several drives counts several times.
-fn size(k: u32, drives: usize) -> (usize, u64) {
-    let (particles, steps) = match k {
-        0 => (24, 12),
-        1 => (48, 20),
-        2 => (96, 30),
-        _ => (192, 40),
-    };
-    ((particles / drives).max(PARTICLES), steps)
-}
+/// Particles and steps of the starts: a small first one, so that a small budget still gives a result. A particle with several drives counts several times.
+const SIZES: [(usize, u64); 4] = [(24, 12), (48, 20), (96, 30), (192, 40)];
 
 /// Weights of a particle's velocity, and of the ways to its own best place and to that of all (M. Clerc, Standard Particle Swarm Optimisation, 2012).
 const INERTIA: f64 = 0.5 / std::f64::consts::LN_2;
@@ -161,7 +128,8 @@ struct Particle {
 
 /// Runs one swarm towards `goal`; its scores go to the session's archive. `seeds` are initial positions in the unit box.
 pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
-    let (particles, steps) = size(session.start, session.variables.drives());
+    let (particles, steps) = SIZES[session.start.min(3) as usize];
+    let particles = (particles / session.variables.drives()).max(PARTICLES);
     let k = session.variables.list.len();
     session.swarms += 1;
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::score::{self, Seen, continued, deviation, gather, over};
+use super::score::{self, Seen, continued, gather, normal, over};
 use super::{Limit, Score};
 use crate::census::Row;
 use crate::chart::lanes::Figures;
@@ -70,11 +70,11 @@ impl Judge<'_> {
         else {
             return Design::nothing(tuple);
         };
-        for (dimension, (property, sd)) in (0..).zip(&robust.properties) {
+        for (dimension, (property, sd)) in (COLUMNS as u32..).zip(&robust.properties) {
             let scale =
                 rigs.filter(|_| *property == Property::Scale).map(|rigs| rigs.value(point.rig, *property));
             let nominal = scale.filter(|scale| !scale.is_nan()).unwrap_or_else(|| property.get(&own));
-            let value = inside(*property, nominal + sd * deviation(self.search.seed, w - 1, dimension));
+            let value = inside(*property, nominal + sd * normal(self.search.seed, w as u32 - 1, dimension));
             if !property.about().range.holds(value) {
                 return Design::nothing(tuple);
             }

@@ -31,13 +31,12 @@ use crate::progress::NEVER;
 use crate::scene::{BackendChoice, Objective, Precision, RunOptions, Search, Spec, Tuple};
 use evaluate::{batch, wanted};
 use front::Front;
-use global::STARTS;
 use report::{infeasible, shortfall};
 
 pub use evaluate::Scorer;
 pub use report::Report;
 pub use score::{Goal, Limit, Score};
-pub use session::{Ended, Found, Halt, Session, Stage, Step, Variables, Watch};
+pub use session::{Ended, Found, Halt, Place, Session, Stage, Step, Variables, Watch};
 
 pub const TOLERANCE: f64 = 1e-10;
 /// A limit within this distance binds; the second value is for sampled whiskers, whose quantile has kinks.
@@ -56,17 +55,9 @@ fn goal(objective: Objective) -> Goal {
 }
 
 pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
-    let backend = match options.backend {
-        Some(BackendChoice::Reference) => BackendChoice::Reference,
-        _ => BackendChoice::Cpu,
-    };
-    let options = RunOptions {
-        backend: Some(backend),
-        precision: Some(Precision::F64),
-        tolerance: Some(TOLERANCE),
-        ..RunOptions::default()
-    };
-    let mut choice = Choice::new(&options)?;
+    let backend = options.backend.filter(|b| *b == BackendChoice::Reference).or(Some(BackendChoice::Cpu));
+    let (precision, tolerance) = (Some(Precision::F64), Some(TOLERANCE));
+    let mut choice = Choice::new(&RunOptions { backend, precision, tolerance, ..RunOptions::default() })?;
     choice.backend.reason = "f64 for the polish".into();
     Ok(choice)
 }
@@ -74,10 +65,8 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
 pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error> {
     if search.robust.as_ref().is_some_and(|robust| !robust.properties.is_empty()) {
         let why = "with tolerances of the rig which effects it needs is not one answer";
-        let error = InputError::new(why).key("--model-error").value(bound);
-        return Err(error
-            .allowed("tolerances of D, d, L_a, x_ss, l and the drive alone, or no --model-error")
-            .into());
+        let allowed = "tolerances of D, d, L_a, x_ss, l and the drive alone, or no --model-error";
+        return Err(InputError::new(why).key("--model-error").value(bound).allowed(allowed).into());
     }
     let layout = spec.study.space.layout().ok_or_else(no_axes)?;
     let wanted = wanted(&layout, search, &Variables::new(&spec.study.setup, &layout, search));
@@ -125,15 +114,28 @@ pub fn find(
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, watch));
+    let mut session = Session {
+        scorers,
+        variables: &variables,
+        goal,
+        budget: search.budget,
+        kept_back: 0,
+        begun: Instant::now(),
+        stop,
+        watch,
+        start: 0,
+        swarms: 0,
+        evaluations: 0,
+        history: Vec::new(),
+        best: [None; 2],
+        archive: Vec::new(),
+    };
 
     let (ended, front, best) = loop {
         session.stop_by(stop);
-        let (ended, front) = if search.objective == Objective::Pareto {
-            let (result, points) = front::search(&mut session, search.seed)?;
-            (global::ending(result)?, Some(points))
-        } else {
-            (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None)
+        let (ended, front) = match search.objective {
+            Objective::Pareto => front::search(&mut session, search.seed)?,
+            _ => (global::ending(global::run(&mut session, goal, search.seed))?, None),
         };
         session.stop_by(&NEVER);
         let best = settle(&mut session, ended, goal)?;
@@ -147,7 +149,7 @@ pub fn find(
         }
         break (ended, front, best);
     };
-    let search_seconds = session.seconds();
+    let search_seconds = session.begun.elapsed().as_secs_f64();
     if !goal.feasible(&best.score) {
         if ended == Ended::Converged {
             return Err(infeasible(setup, search, &best.score).into());
@@ -168,11 +170,8 @@ pub fn find(
     let sensitivity = sensitivity::run(&mut session.scorers, &variables, &best.point, search.seed, &on)?;
     let asked_to_stop = stop.load(Ordering::Relaxed);
     let one = search.objective.needs_distance() && both::possible(setup);
-    let other = (one && !asked_to_stop).then(|| {
-        let method = precise.open(&setup.model)?;
-        best::judge((setup, &layout), search, method, (&best.point, goal))
-    });
-    let other = other.transpose()?;
+    let other = || best::judge((setup, &layout), search, precise, (&best.point, goal));
+    let other = (one && !asked_to_stop).then(other).transpose()?;
     let binds = |&l: &Limit| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)];
     Ok(Report {
         value: goal.value(&best.score),
@@ -203,18 +202,13 @@ pub fn no_axes() -> InputError {
 fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, Error> {
     let mut best = session.best[1];
     if ended != Ended::Converged {
+        session.archive.retain(|(stage, _)| *stage == Stage::Swarm);
         let mut left = session.take();
-        left.retain(|(stage, _)| *stage == Stage::Swarm);
-        left.sort_by(|a, b| goal.order(&a.1.score).total_cmp(&goal.order(&b.1.score)));
-        let last = session.best[0].filter(|_| best.is_none() && left.is_empty());
-        let points: Vec<Tuple> =
-            left.iter().map(|(_, f)| f.point).take(AGAIN).chain(last.map(|f| f.point)).collect();
-        let scores = session.again(&points)?;
-        for (point, score) in points.into_iter().zip(scores) {
-            if best.is_none_or(|b| goal.order(&score) < goal.order(&b.score)) {
-                best = Some(Found { point, score });
-            }
-        }
+        left.sort_by(|a, b| goal.compare(&a.score, &b.score));
+        left.truncate(AGAIN);
+        left.extend(session.best[0].filter(|_| best.is_none() && left.is_empty()));
+        let again = session.again(&left.iter().map(|f| f.point).collect::<Vec<Tuple>>())?;
+        best = best.into_iter().chain(again).min_by(|a, b| goal.compare(&a.score, &b.score));
     }
     best.ok_or_else(|| Error::Run("the search ended before its first evaluation; nothing was written".into()))
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Found, Goal, Halt, Score, Session, Stage};
+use super::{Found, Goal, Halt, Place, Score, Session, Stage};
 
 const LARGEST: f64 = 0.25;
 /// Limits are tightened by these multiples of the squared radius.
@@ -13,50 +13,38 @@ const MARGINS: [f64; 3] = [0.0, 0.02, 0.3];
 const FAR: f64 = -0.9;
 const STEPS: u32 = 80;
 
-/// Trust radii at the start and at the end of a polish.
+/// Stage by which a polish scores, and its trust radii at the start and at the end.
 #[derive(Debug, Clone, Copy)]
 pub struct Radii {
+    pub stage: Stage,
     pub first: f64,
     pub last: f64,
 }
 
-impl Stage {
-    /// Shortest arm of a stencil in the unit box: below it the rounding of the scores disturbs the curvature.
-    fn arm(self) -> f64 {
-        match self {
-            Self::Swarm => 1e-2,
-            Self::Polish => 1e-3,
-        }
-    }
-}
+/// Shortest arm of a stencil in the unit box, by stage: below it the rounding of the scores disturbs the curvature.
+const ARM: [f64; 2] = [1e-2, 1e-3];
 
-/// Improves the candidate at `u` (drive `j` of the list), scored at `stage`; returns the best found.
-pub fn run(
-    session: &mut Session<'_>,
-    goal: Goal,
-    (u, j): (&[f64], usize),
-    (stage, radii): (Stage, Radii),
-) -> Result<Found, Halt> {
-    let variables = session.variables;
+/// Improves the candidate at `u` (drive `j` of the list); returns the best found.
+pub fn run(session: &mut Session<'_>, goal: Goal, (mut u, j): Place, radii: Radii) -> Result<Found, Halt> {
+    let (variables, stage) = (session.variables, radii.stage);
     let mut ask = |places: &[Vec<f64>]| {
         let points: Vec<_> = places.iter().map(|u| variables.point(u, j)).collect();
         session.scores(stage, &points)
     };
-    let order = |s: &Score| goal.order(s);
-    let first = |all: &[Score]| (0..all.len()).min_by(|&a, &b| order(&all[a]).total_cmp(&order(&all[b])));
-    let (mut u, mut radius) = (u.to_vec(), radii.first);
+    let first = |all: &[Score]| (0..all.len()).min_by(|&a, &b| goal.compare(&all[a], &all[b]));
+    let mut radius = radii.first;
     let mut here = ask(std::slice::from_ref(&u))?[0];
     for _ in 0..STEPS {
         if radius < radii.last {
             break;
         }
-        let stencil = Stencil::new(&u, (0.5 * radius).max(stage.arm()));
+        let stencil = Stencil::new(&u, (0.5 * radius).max(ARM[stage as usize]));
         let mut scores = vec![here];
         scores.extend(ask(&stencil.places[1..])?);
         let steps = steps(goal, radius, &u, &stencil, &scores);
         let tried = ask(&steps)?;
         let (old, near) = (here, first(&scores).unwrap_or_default());
-        let stepped = first(&tried).filter(|&i| order(&tried[i]) < order(&scores[near]));
+        let stepped = first(&tried).filter(|&i| goal.compare(&tried[i], &scores[near]).is_lt());
         match stepped {
             Some(i) => {
                 let length = steps[i].iter().zip(&u).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -83,10 +71,8 @@ pub fn run(
 /// Places to try, from the models around `u`; empty if a value is missing.
 fn steps(goal: Goal, radius: f64, u: &[f64], stencil: &Stencil, scores: &[Score]) -> Vec<Vec<f64>> {
     let model = |f: &dyn Fn(&Score) -> f64| stencil.model(&scores.iter().map(f).collect::<Vec<_>>());
-    let mut limits: Vec<Quadratic> = (0..scores[0].limits.len())
-        .filter(|&i| scores[0].limits[i] > FAR)
-        .map(|i| model(&|s| s.limits[i]))
-        .collect();
+    let near = (0..scores[0].limits.len()).filter(|&i| scores[0].limits[i] > FAR);
+    let mut limits: Vec<Quadratic> = near.map(|i| model(&|s| s.limits[i])).collect();
     if matches!(goal, Goal::Capped(_)) {
         limits.push(model(&|s| goal.cap(s)));
     }
@@ -101,11 +87,8 @@ fn steps(goal: Goal, radius: f64, u: &[f64], stencil: &Stencil, scores: &[Score]
     let hi: Vec<f64> = u.iter().map(|x| radius.min(1.0 - x)).collect();
     let mut steps: Vec<Vec<f64>> = Vec::new();
     for margin in MARGINS {
-        let drawn: Vec<Quadratic> = limits
-            .iter()
-            .map(|l| Quadratic { value: l.value + margin * radius * radius, ..l.clone() })
-            .collect();
-        let p = step(&aim, &drawn, [&lo, &hi]);
+        let drawn = |l: &Quadratic| Quadratic { value: l.value + margin * radius * radius, ..l.clone() };
+        let p = step(&aim, &limits.iter().map(drawn).collect::<Vec<_>>(), [&lo, &hi]);
         let place = u.iter().zip(&p).map(|(u, p)| snapped(u + p)).collect();
         if !steps.contains(&place) {
             steps.push(place);

@@ -62,11 +62,8 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
 }
 
 pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<Frame>, Error> {
-    let mut all = vec![history(spec, report)?, sensitivity(spec, report)?];
-    if let Some(front) = &report.front {
-        all.push(pareto(spec, &front.points)?);
-    }
-    Ok(all)
+    let front = report.front.as_ref().map(|front| pareto(spec, &front.points));
+    [history(spec, report), sensitivity(spec, report)].into_iter().chain(front).collect()
 }
 
 pub fn counts(report: &Report) -> Value {
@@ -86,32 +83,24 @@ pub fn seconds(report: &Report) -> Value {
     seconds
 }
 
-pub fn row(spec: &Spec, design: &Design) -> Value {
-    design.at_drive().json(&spec.study.setup)
-}
-
 pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
-    let s = &report.sensitivity;
+    let (s, setup) = (&report.sensitivity, &spec.study.setup);
+    let name = |q: &Quantity| q.name(setup.drive).to_owned();
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
-    let local: Value =
-        s.local.iter().map(|(c, p)| (c.name(spec.study.setup.drive).to_owned(), pair(p))).collect();
-    let bounds: Value = report
-        .at_bounds
-        .iter()
-        .map(|(q, end)| (q.name(spec.study.setup.drive).to_owned(), json!(end)))
-        .collect();
+    let local: Value = s.local.iter().map(|(q, p)| (name(q), pair(p))).collect();
+    let bounds: Value = report.at_bounds.iter().map(|(q, end)| (name(q), json!(end))).collect();
     let mut value = json!({
         "objective": search.objective.word(),
         "value": report.value,
-        "best": row(spec, &report.best),
+        "best": report.best.at_drive().json(setup),
         "at_bounds": bounds,
         "binding_limits": report.binding.iter().map(|l| l.word()).collect::<Vec<_>>(),
-        "why": why(&spec.study.setup, search, report),
+        "why": why(setup, search, report),
         "ended_by": report.ended.word(),
-        "estimator": spec.study.setup.estimate.theory.estimator(),
-        "other": report.other.as_ref().map(|o| other(&spec.study.setup, o)),
+        "estimator": setup.estimate.theory.estimator(),
+        "other": report.other.as_ref().map(|o| other(setup, o)),
         "sensitivity": {
-            "elasticity": local, "sobol": shares(&spec.study.setup, s), "scale": SCALE, "confidence": CONFIDENCE,
+            "elasticity": local, "sobol": shares(setup, s), "scale": SCALE, "confidence": CONFIDENCE,
             "samples": s.samples, "samples_complete": { "K_sd": s.complete[0], "total_rms_mm": s.complete[1] },
         },
     });
@@ -125,7 +114,7 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
             "hypervolume": front.hypervolume,
             "reference": { "K_sd": front.reference[0], "total_rms_mm": front.reference[1] },
             "spread": front.spread,
-            "rows": front.points.iter().map(|d| row(spec, d)).collect::<Vec<_>>(),
+            "rows": front.points.iter().map(|d| d.at_drive().json(setup)).collect::<Vec<_>>(),
         });
     }
     value
@@ -171,12 +160,10 @@ fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
             continue;
         }
         let (p, s) = (&step.best.point, &step.best.score);
-        let mut row: Vec<Field> =
-            vec![step.evaluations.into(), u64::from(step.start).into(), step.stage.word().into()];
-        let [sd, total, weighted] = s.figures;
-        let figures = [sd, total, weighted, s.violation()];
-        row.extend(quantities(setup).map(|q| value(setup, p, q)).chain(figures).map(Field::Number));
-        table.row(row)?;
+        let begin = [step.evaluations.into(), u64::from(step.start).into(), step.stage.word().into()];
+        let figures = s.figures.into_iter().chain([s.violation()]);
+        let numbers = quantities(setup).map(|q| value(setup, p, q)).chain(figures).map(Field::Number);
+        table.row(begin.into_iter().chain(numbers))?;
     }
     Ok(table)
 }
@@ -218,10 +205,10 @@ pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError
         Limit::Strain => (limits.strain_key, more(limits.strain, "")),
         Limit::Force => ("optimise.limits.force_N", more(limits.force.unwrap_or(f64::NAN), " N")),
         Limit::Unambiguous => {
-            ("optimise.limits.unambiguous", "false, larger distances, or other bounds".to_owned())
+            ("optimise.limits.unambiguous", "false, larger distances, or other bounds".into())
         }
-        Limit::Tip => ("optimise.limits.tip_not_wider", "false, or other bounds of D and d".to_owned()),
-        _ => ("optimise.variables", "wider bounds, other distances, or wider limits".to_owned()),
+        Limit::Tip => ("optimise.limits.tip_not_wider", "false, or other bounds of D and d".into()),
+        _ => ("optimise.variables", "wider bounds, other distances, or wider limits".into()),
     };
     InputError::new(message).key(key).allowed(allowed)
 }
@@ -241,39 +228,31 @@ pub fn shortfall(setup: &Setup, search: &Search, score: &Score) -> String {
 }
 
 fn phrase(setup: &Setup, search: &Search, score: &Score, limit: Limit) -> String {
-    let value = score.limit(limit);
-    let times = |least: f64, unit: &str| {
-        let reached = reached(score, limit, least);
-        format!("{reached}{unit} at the closest design, {:.3} times the limit of {least}{unit}", 1.0 + value)
+    let (value, at) = (score.limit(limit), "at the closest design");
+    let times = format!("{:.4} times", 1.0 + value);
+    let of = |most: f64, unit: &str| {
+        let reached = reached(score, limit, most);
+        format!("{reached}{unit} {at}, {:.3} times the limit of {most}{unit}", 1.0 + value)
     };
     match limit {
-        Limit::Strain => format!("the gauge strain is {}", times(search.limits.strain, "")),
-        Limit::Force => {
-            format!("the contact force is {}", times(search.limits.force.unwrap_or(f64::NAN), " N"))
+        Limit::Strain => format!("the gauge strain is {}", of(search.limits.strain, "")),
+        Limit::Force => format!("the contact force is {}", of(search.limits.force.unwrap_or(f64::NAN), " N")),
+        Limit::Unambiguous if value < 1.0 => {
+            let from = setup.estimate.range.map_or("the smallest a".to_owned(), |r| format!("{} mm", r[0]));
+            let far = 1.0 / (1.0 - value);
+            format!(
+                "the peak of the strain curve lies {far:.3} times as far as the range begins ({from}) {at}"
+            )
         }
         Limit::Unambiguous => {
-            let from = setup.estimate.range.map_or("the smallest a".to_owned(), |r| format!("{} mm", r[0]));
-            match value {
-                v if v < 1.0 => format!(
-                    "the peak of the strain curve lies {:.3} times as far as the range begins ({from}) at the closest design",
-                    1.0 / (1.0 - v)
-                ),
-                _ => "the strain curve of the closest design has no peak before its range ends".to_owned(),
-            }
+            "the strain curve of the closest design has no peak before its range ends".to_owned()
         }
-        Limit::Tip => format!("d is {:.4} times D at the closest design", 1.0 + value),
-        Limit::Gauge => format!("the gauge ends at {:.4} times L_a", 1.0 + value),
-        Limit::Reach => format!("the largest a is {:.4} times L_a", 1.0 + value),
-        Limit::NoStrain => {
-            "a contact lies at or before the gauge (no_strain) at the closest design".to_owned()
-        }
-        Limit::Slipped => {
-            format!("the contact runs to {:.4} times L_a (slipped_off) at the closest design", 1.0 + value)
-        }
-        Limit::Root => format!(
-            "the largest reading is {:.4} times the peak of the strain curve (no_root) at the closest design",
-            1.0 + value
-        ),
+        Limit::Tip => format!("d is {times} D {at}"),
+        Limit::Gauge => format!("the gauge ends at {times} L_a"),
+        Limit::Reach => format!("the largest a is {times} L_a"),
+        Limit::NoStrain => format!("a contact lies at or before the gauge (no_strain) {at}"),
+        Limit::Slipped => format!("the contact runs to {times} L_a (slipped_off) {at}"),
+        Limit::Root => format!("the largest reading is {times} the peak of the strain curve (no_root) {at}"),
         Limit::Solved => {
             "taps of the closest design have no solution (not_converged or material_limit)".to_owned()
         }

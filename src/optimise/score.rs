@@ -104,6 +104,11 @@ impl Goal {
         score.violation() == 0.0 && self.cap(score) <= 0.0 && self.value(score).is_finite()
     }
 
+    /// Compares two candidates; the better one is less.
+    pub fn compare(self, a: &Score, b: &Score) -> std::cmp::Ordering {
+        self.order(a).total_cmp(&self.order(b))
+    }
+
     /// Orders candidates by the feasibility rules; smaller is better. Feasible: < 0; infeasible: in (0, 1); not a valid whisker: in (1, 2).
     pub fn order(self, score: &Score) -> f64 {
         if self.feasible(score) {
@@ -121,10 +126,8 @@ impl Goal {
 /// Figures over the samples; limits of the nominal whisker, and the limit that 90 % of the samples keep theirs.
 pub(super) fn gather(robust: &Robust, nominal: &Score, samples: &[Score]) -> Score {
     let mut score = *nominal;
-    let mut worst: Vec<f64> = samples
-        .iter()
-        .map(|s| if s.figures.iter().all(|f| f.is_nan()) { s.worst().max(1.0) } else { s.worst() })
-        .collect();
+    let least = |s: &Score| if s.figures.iter().all(|f| f.is_nan()) { 1.0 } else { f64::NEG_INFINITY };
+    let mut worst: Vec<f64> = samples.iter().map(|s| s.worst().max(least(s))).collect();
     worst.sort_by(f64::total_cmp);
     let kept = (0.9 * worst.len() as f64).ceil() as usize;
     score.set(Limit::Samples, worst[kept - 1]);
@@ -165,11 +168,7 @@ pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
     (0..samples).map(one).collect()
 }
 
-pub fn deviation(seed: u64, i: usize, k: u32) -> f64 {
-    normal(seed, i as u32, COLUMNS as u32 + k)
-}
-
-fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
+pub(super) fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
     // Odd, because a seed of 0 does not scramble.
     let seed = seed.wrapping_mul(2).wrapping_add(1);
     let uniform = Sampler::Sobol.uniform(seed, dimension, i);

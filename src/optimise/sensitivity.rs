@@ -146,16 +146,15 @@ pub fn level(i: usize, j: usize) -> f64 {
 /// Shares of the variable along which `lines` lie; `None` if the values do not vary.
 pub fn shares(lines: &[Line]) -> Option<Shares> {
     let whole: Vec<usize> = (0..lines.len()).collect();
-    let found = Squares::of(lines, &whole)?;
-    let halves: Vec<Squares> = [&whole[..half(lines)], &whole[half(lines)..]]
-        .iter()
-        .filter_map(|h| Squares::half(lines, h))
-        .collect();
-    let resampled: Vec<Squares> =
-        (0..RESAMPLES).filter_map(|r| Squares::of(lines, &resample(lines, r))).collect();
+    let parts = whole.split_at(lines.len().min(LINES / 2));
+    let parts = [parts.0, parts.1];
+    let found = ratios(lines, &parts)?;
+    let halves = parts.map(|part| ratios(lines, &[part]));
+    let drawn = |r: usize| ratios(lines, &parts.map(|part| resample(part, r)));
+    let resampled: Vec<[f64; 2]> = (0..RESAMPLES).filter_map(drawn).collect();
     let share = |k: usize| {
-        let value = found.shares()[k];
-        let mut drawn: Vec<f64> = resampled.iter().map(|s| s.shares()[k]).collect();
+        let value = found[k];
+        let mut drawn: Vec<f64> = resampled.iter().map(|shares| shares[k]).collect();
         drawn.sort_by(f64::total_cmp);
         let beyond = BEYOND.min(drawn.len().saturating_sub(1) / 2);
         let [low, high] = match drawn.len() {
@@ -163,8 +162,8 @@ pub fn shares(lines: &[Line]) -> Option<Shares> {
             n => [drawn[beyond], drawn[n - 1 - beyond]],
         };
         // Resampling overestimates a share next to 0: its mirror image is included. The difference of the halves shows the error from few levels.
-        let apart = match halves.as_slice() {
-            [a, b] => 0.5 * (a.shares()[k] - b.shares()[k]).abs(),
+        let apart = match halves {
+            [Some(a), Some(b)] => 0.5 * (a[k] - b[k]).abs(),
             _ => 0.0,
         };
         let (low, high) = (low.min(2.0 * value - high), high.max(2.0 * value - low));
@@ -173,62 +172,45 @@ pub fn shares(lines: &[Line]) -> Option<Shares> {
     Some(Shares { first: share(0), total: share(1) })
 }
 
-fn half(lines: &[Line]) -> usize {
-    lines.len().min(LINES / 2)
-}
-
-fn resample(lines: &[Line], r: usize) -> Vec<usize> {
-    let drawn = |i: usize| {
-        let (from, n) =
-            if i < half(lines) { (0, half(lines)) } else { (half(lines), lines.len() - half(lines)) };
-        let chance = u64::from(Sampler::Random.coordinate(1, r as u32, i as u32));
-        from + ((chance * n as u64) >> 32) as usize
+/// Lines of `part` drawn at random, as many as it has.
+fn resample(part: &[usize], r: usize) -> Vec<usize> {
+    let drawn = |i: &usize| {
+        let chance = u64::from(Sampler::Random.coordinate(1, r as u32, *i as u32));
+        part[((chance * part.len() as u64) >> 32) as usize]
     };
-    (0..lines.len()).map(drawn).collect()
+    part.iter().map(drawn).collect()
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-struct Squares {
-    levels: [f64; 2],
-    lines: [f64; 2],
+/// First-order and total share, from the sums over the lines of each part; `None` if the values do not vary.
+fn ratios(lines: &[Line], parts: &[impl AsRef<[usize]>]) -> Option<[f64; 2]> {
+    let sums = parts.iter().filter_map(|part| squares(lines, part.as_ref()));
+    let [of, rest, other, within] = sums.reduce(|a, b| std::array::from_fn(|i| a[i] + b[i]))?;
+    Some([of / (of + rest), within / (other + within)])
 }
 
-impl Squares {
-    /// Sums over the lines `chosen`, each half separately; `None` if the values do not vary.
-    fn of(lines: &[Line], chosen: &[usize]) -> Option<Self> {
-        let (first, second) = chosen.split_at(half(lines));
-        let both = [Self::half(lines, first), Self::half(lines, second)];
-        both.into_iter().flatten().reduce(|a, b| Self {
-            levels: [a.levels[0] + b.levels[0], a.levels[1] + b.levels[1]],
-            lines: [a.lines[0] + b.lines[0], a.lines[1] + b.lines[1]],
-        })
-    }
-
-    fn half(lines: &[Line], chosen: &[usize]) -> Option<Self> {
-        let mut squares = Self::default();
-        let (mut of_lines, mut of_levels) = (Weighted::default(), Weighted::default());
-        let mut levels = [Weighted::default(); LEVELS];
-        for i in chosen {
-            let mut line = Weighted::default();
-            for (x, level) in lines[*i].iter().zip(&mut levels).filter(|(x, _)| x.is_finite()) {
-                line.push(*x, 1.0);
-                level.push(*x, 1.0);
-            }
-            of_lines.push(line.mean, line.weight);
-            squares.lines[1] += line.squares;
+/// Sums of squares between levels, within levels, between lines and within lines; `None` if the values do not vary.
+fn squares(lines: &[Line], part: &[usize]) -> Option<[f64; 4]> {
+    let (mut of_lines, mut of_levels, mut within) = (Weighted::default(), Weighted::default(), [0.0; 2]);
+    let mut levels = [Weighted::default(); LEVELS];
+    for i in part {
+        let mut line = Weighted::default();
+        for (x, level) in lines[*i].iter().zip(&mut levels).filter(|(x, _)| x.is_finite()) {
+            line.push(*x, 1.0);
+            level.push(*x, 1.0);
         }
-        for level in levels {
-            of_levels.push(level.mean, level.weight);
-            squares.levels[1] += level.squares;
-        }
-        (squares.lines[0], squares.levels[0]) = (of_lines.squares, of_levels.squares);
-        (squares.lines[0] + squares.lines[1] > 0.0).then_some(squares)
+        of_lines.push(line.mean, line.weight);
+        within[1] += line.squares;
     }
-
-    fn shares(&self) -> [f64; 2] {
-        let ([of, rest], [other, within]) = (self.levels, self.lines);
-        [of / (of + rest), within / (other + within)]
+    for level in levels {
+        of_levels.push(level.mean, level.weight);
+        within[0] += level.squares;
     }
+    (of_lines.squares + within[1] > 0.0).then_some([
+        of_levels.squares,
+        within[0],
+        of_lines.squares,
+        within[1],
+    ])
 }
 
 /// Weighted mean and sum of squared deviations (B. P. Welford 1962; D. H. D. West 1979).

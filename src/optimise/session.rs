@@ -12,11 +12,7 @@ use crate::scene::{Budget, Column, Property, Quantity, Search, Setup, Tuple, Var
 /// Time for the last evaluations after a stop; all must be written within two seconds.
 const LAST: Duration = Duration::from_millis(500);
 
-/// Maximum number of evaluations kept for the final polish.
-const KEPT_BACK: u64 = 3000;
-
 vibrissa_core::words! {
-
     Stage {
         /// The swarm, on the backend that was asked for.
         Swarm = "swarm",
@@ -26,7 +22,6 @@ vibrissa_core::words! {
 }
 
 vibrissa_core::words! {
-
     Ended {
         /// Several starts found the same, or all starts were made.
         Converged = "converged",
@@ -40,12 +35,6 @@ vibrissa_core::words! {
 pub enum Halt {
     Ended(Ended),
     Failed(Error),
-}
-
-impl From<Error> for Halt {
-    fn from(e: Error) -> Self {
-        Self::Failed(e)
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,46 +60,21 @@ pub struct Session<'a> {
     pub scorers: [Scorer<'a>; 2],
     pub variables: &'a Variables,
     pub goal: Goal,
-    budget: Budget,
-    kept_back: u64,
-    begun: Instant,
-    stop: &'a AtomicBool,
-    watch: &'a mut dyn Watch,
+    pub budget: Budget,
+    pub kept_back: u64,
+    pub begun: Instant,
+    pub stop: &'a AtomicBool,
+    pub watch: &'a mut dyn Watch,
     pub start: u32,
     pub swarms: u32,
     pub evaluations: u64,
     pub history: Vec<Step>,
     /// Best of all, and best of those in f64.
     pub best: [Option<Found>; 2],
-    archive: Vec<(Stage, Found)>,
+    pub archive: Vec<(Stage, Found)>,
 }
 
 impl<'a> Session<'a> {
-    pub fn new(
-        scorers: [Scorer<'a>; 2],
-        variables: &'a Variables,
-        goal: Goal,
-        budget: Budget,
-        (stop, watch): (&'a AtomicBool, &'a mut dyn Watch),
-    ) -> Self {
-        Self {
-            scorers,
-            variables,
-            goal,
-            budget,
-            kept_back: 0,
-            begun: Instant::now(),
-            stop,
-            watch,
-            start: 0,
-            swarms: 0,
-            evaluations: 0,
-            history: Vec::new(),
-            best: [None; 2],
-            archive: Vec::new(),
-        }
-    }
-
     pub fn stop_by(&mut self, stop: &'a AtomicBool) {
         self.scorers.iter_mut().for_each(|scorer| scorer.evaluator.stop = stop);
     }
@@ -131,7 +95,7 @@ impl<'a> Session<'a> {
         let on = || !self.stop.load(Ordering::Relaxed) && (first.replace(false) || !late());
         let scores = match self.scorers[stage as usize].scores_while(&points[..take], &on) {
             Err(Error::Solve(SolveError::Stopped)) => return Err(Halt::Ended(Ended::Interrupted)),
-            scores => scores?,
+            scores => scores.map_err(Halt::Failed)?,
         };
         self.evaluations += scores.len() as u64;
         self.note(stage, &points[..scores.len()], &scores);
@@ -145,17 +109,6 @@ impl<'a> Session<'a> {
     pub fn left(&self) -> Option<u64> {
         let kept = self.kept_back;
         self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations).saturating_sub(kept))
-    }
-
-    pub fn keep_back(&mut self) {
-        self.kept_back = self.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
-    }
-
-    /// Releases the evaluations kept back; true if the rest of the budget is spent.
-    pub fn release(&mut self) -> bool {
-        let spent = self.left() == Some(0);
-        self.kept_back = 0;
-        spent
     }
 
     fn note(&mut self, stage: Stage, points: &[Tuple], scores: &[Score]) {
@@ -180,21 +133,21 @@ impl<'a> Session<'a> {
         }
     }
 
-    pub fn take(&mut self) -> Vec<(Stage, Found)> {
-        std::mem::take(&mut self.archive)
+    pub fn take(&mut self) -> Vec<Found> {
+        std::mem::take(&mut self.archive).into_iter().map(|(_, found)| found).collect()
     }
 
     /// Scores `points` in f64, outside the budget, for the report; after a stop only the first ones for which there is time.
-    pub fn again(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+    pub fn again(&mut self, points: &[Tuple]) -> Result<Vec<Found>, Error> {
         let (begun, stop) = (Instant::now(), self.stop);
         let on = || !stop.load(Ordering::Relaxed) || begun.elapsed() < LAST;
-        self.scorers[1].scores_while(points, &on)
-    }
-
-    pub fn seconds(&self) -> f64 {
-        self.begun.elapsed().as_secs_f64()
+        let scores = self.scorers[1].scores_while(points, &on)?;
+        Ok(points.iter().zip(scores).map(|(&point, score)| Found { point, score }).collect())
     }
 }
+
+/// A place in the unit box, and the number of its drive.
+pub type Place = (Vec<f64>, usize);
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variables {
@@ -263,13 +216,9 @@ impl Variables {
         }
     }
 
-    pub fn place(&self, point: &Tuple) -> (Vec<f64>, usize) {
-        let u = self
-            .list
-            .iter()
-            .map(|v| (value(&self.setup, point, v.quantity) - v.min) / (v.max - v.min))
-            .collect();
-        (u, self.drives.iter().position(|d| *d == point.drive).unwrap_or(0))
+    pub fn place(&self, point: &Tuple) -> Place {
+        let u = |v: &Variable| (value(&self.setup, point, v.quantity) - v.min) / (v.max - v.min);
+        (self.list.iter().map(u).collect(), self.drives.iter().position(|d| *d == point.drive).unwrap_or(0))
     }
 
     pub fn at_bounds(&self, point: &Tuple) -> Vec<(Quantity, &'static str)> {

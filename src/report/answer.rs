@@ -28,10 +28,7 @@ fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: 
 
 /// Spread of K: as a share of its mean, or in mm for elongation.
 fn spread(sd: &str, x: f64, mean: f64) -> String {
-    match sd {
-        "K_sd_mm" => format!("{} mm", rounded(x)),
-        _ => percent(x / mean),
-    }
+    if sd == "K_sd_mm" { format!("{} mm", rounded(x)) } else { percent(x / mean) }
 }
 
 /// Error of the distance and spread of K of a row, where known.
@@ -174,15 +171,11 @@ pub fn of_calibration(source: &Source) -> String {
     let errors = sides.iter().filter_map(|s| s["estimators"][name]["held_out_rms_mm"].as_f64());
     let number = |v: &Value| v.as_u64().unwrap_or(0);
     let used = format!("{} of {} used", number(&counts["used"]), count(number(&counts["taps"]), "tap"));
-    match range(errors, rounded, " mm") {
-        Some(error) => {
-            let within = within(&result["coverage"]["all"]["within_1"]);
-            format!(
-                "The estimator “{name}” tells distances that it has not seen to {error} rms{within} ({used})."
-            )
-        }
-        None => format!("No estimator could be judged on distances that it has not seen ({used})."),
-    }
+    let Some(error) = range(errors, rounded, " mm") else {
+        return format!("No estimator could be judged on distances that it has not seen ({used}).");
+    };
+    let within = within(&result["coverage"]["all"]["within_1"]);
+    format!("The estimator “{name}” tells distances that it has not seen to {error} rms{within} ({used}).")
 }
 
 /// A calibration of several channels.
@@ -193,12 +186,11 @@ pub fn of_channels(source: &Source) -> String {
         format!("{} to {} mm", c["name"].as_str().unwrap_or_default(), number(&c["held_out_rms_mm"]))
     };
     let channels: Vec<String> = result["channels"].as_array().into_iter().flatten().map(alone).collect();
+    let (channels, rms) = (channels.join(", "), number(&result["rms_mm"]));
     let taps = count(result["taps"].as_u64().unwrap_or(0), "calibrated tap");
     let within = within(&result["within_sigma"]);
     format!(
-        "All channels together tell the distances of {taps} to {} mm rms{within}. Each alone tells distances that it has not seen: {}.",
-        number(&result["rms_mm"]),
-        channels.join(", ")
+        "All channels together tell the distances of {taps} to {rms} mm rms{within}. Each alone tells distances that it has not seen: {channels}."
     )
 }
 
@@ -265,13 +257,10 @@ pub fn of_bench(work: &Frame) -> Result<String, InputError> {
     let Some(best) = of.iter().copied().min_by(|a, b| time[*a].total_cmp(&time[*b])) else {
         return Ok("No kernel has a time and an error.".to_owned());
     };
+    let [backend, precision] = ["backend", "precision"].map(|name| work.word(name, best));
+    let (ns, millions, off) = (rounded(time[best]), rounded(1e3 / time[best]), percent(error[best]));
     Ok(format!(
-        "The fastest, {} {}, solves a tap in {} ns ({} million taps a second) with 99 of 100 strains accurate to {}.",
-        work.word("backend", best),
-        work.word("precision", best),
-        rounded(time[best]),
-        rounded(1e3 / time[best]),
-        percent(error[best])
+        "The fastest, {backend} {precision}, solves a tap in {ns} ns ({millions} million taps a second) with 99 of 100 strains accurate to {off}."
     ))
 }
 

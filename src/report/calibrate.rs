@@ -3,7 +3,7 @@
 use super::content::points_of;
 use super::designs::{DRIVES, SD};
 use super::quantity::{self, distinct, grouped};
-use super::{Content, Source, answer};
+use super::{Content, Drawn, Point, Source, answer};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 use crate::sink::Frame;
@@ -25,7 +25,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     c.figure(curves(&rows, &cells, drive, signal, &drives)?);
     c.figure(residuals(&rows, signal)?);
     c.figure(held_out(&rows)?);
-    let seen = ("held_out_error_mm", "distances left out", "rows.csv");
+    let seen = ["held_out_error_mm", "distances left out", "rows.csv"];
     c.figure(coverage(&rows, &used(&rows)[0], seen)?);
     if let Some(designs) = source.maybe("designs.csv")?
         && let Some(sd) = designs.first(&SD)
@@ -73,7 +73,7 @@ fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
         "Error of the distance that all channels tell together, of calibrated taps, with the standard deviation that is given for it (channels.csv). {CUT}"
     );
     c.figure(Figure::new("errors", "Errors of all channels together", caption, vec![panel]));
-    c.figure(coverage(taps, &groups[0].1, ("error_mm", "calibrated distances", "channels.csv"))?);
+    c.figure(coverage(taps, &groups[0].1, ["error_mm", "calibrated distances", "channels.csv"])?);
     for channel in &channels {
         let name = channel["name"].as_str().unwrap_or_default();
         c.fact(&format!("noise of {name}"), &channel["noise"]);
@@ -96,9 +96,8 @@ impl Drives {
             return Ok(Self { names: vec!["one drive (not recorded)".to_owned()], centres: Vec::new() });
         }
         let groups = &result["grouped"][1];
-        let told = groups["centres"].as_array().map(|all| distinct(all.iter().filter_map(|x| x.as_f64())));
-        let centres = match told {
-            Some(centres) => centres,
+        let centres = match groups["centres"].as_array() {
+            Some(all) => distinct(all.iter().filter_map(|x| x.as_f64())),
             None => distinct(cells.numbers(drive)?.iter().copied()),
         };
         let mut names = quantity::told_apart(drive, &centres);
@@ -118,13 +117,7 @@ impl Drives {
     }
 }
 
-fn curves(
-    rows: &Frame,
-    cells: &Frame,
-    drive: &str,
-    signal: &str,
-    drives: &Drives,
-) -> Result<Figure, InputError> {
+fn curves(rows: &Frame, cells: &Frame, drive: &str, signal: &str, drives: &Drives) -> Drawn {
     let (a, at, mean) = (cells.numbers("a_mm")?, cells.numbers(drive)?, cells.numbers(signal)?);
     let sd = cells.numbers(&format!("{signal}_sd"))?;
     let (ra, rd, expected) = (rows.numbers("a_mm")?, rows.numbers(drive)?, rows.numbers("expected")?);
@@ -133,11 +126,8 @@ fn curves(
     let some = (0..n).map(|i| if n < 2 { 0 } else { i * (all - 1) / (n - 1) });
     let mut panel = Panel::new("", quantity::axis("a_mm"), quantity::axis(signal));
     for (i, d) in some.enumerate() {
-        let mut line: Vec<(f64, f64)> = rows
-            .rows(|r| drives.place(rd[r]) == Some(d) && expected[r].is_finite())
-            .into_iter()
-            .map(|r| (ra[r], expected[r]))
-            .collect();
+        let there = rows.rows(|r| drives.place(rd[r]) == Some(d) && expected[r].is_finite());
+        let mut line: Vec<Point> = there.into_iter().map(|r| (ra[r], expected[r])).collect();
         line.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
         line.dedup_by(|p, q| p.0 == q.0);
         let here = cells.rows(|r| drives.place(at[r]) == Some(d));
@@ -167,7 +157,7 @@ fn over_distance(
     (title, y): (&str, Axis),
     (values, error): (&[f64], &[f64]),
     groups: &[(String, Vec<usize>)],
-) -> Result<Panel, InputError> {
+) -> Drawn<Panel> {
     let a = table.numbers("a_mm")?;
     let note = |r: usize| {
         let reason = table.word("reason", r);
@@ -183,7 +173,7 @@ fn over_distance(
     Ok(quantity::cut(panel, &groups[0].0))
 }
 
-fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
+fn residuals(rows: &Frame, signal: &str) -> Drawn {
     let [used, suspect] = used(rows);
     let y = Axis::new(&format!("{signal} − expected"), &quantity::axis(signal).unit);
     let reason = |r| rows.word("reason", r).split([':', ',']).next().unwrap_or_default().trim().to_owned();
@@ -197,7 +187,7 @@ fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
     Ok(Figure::new("residuals", "Residuals by distance", caption, vec![panel]))
 }
 
-fn held_out(rows: &Frame) -> Result<Figure, InputError> {
+fn held_out(rows: &Frame) -> Drawn {
     let [used, _] = used(rows);
     let errors = (rows.numbers("held_out_error_mm")?, rows.numbers("sigma_mm")?);
     let groups = [("error ± σ".to_owned(), used)];
@@ -209,11 +199,7 @@ fn held_out(rows: &Frame) -> Result<Figure, InputError> {
 }
 
 /// Share of taps whose |error|/σ is below x, compared with the normal distribution.
-fn coverage(
-    rows: &Frame,
-    used: &[usize],
-    (column, distances, file): (&str, &str, &str),
-) -> Result<Option<Figure>, InputError> {
+fn coverage(rows: &Frame, used: &[usize], [column, distances, file]: [&str; 3]) -> Drawn<Option<Figure>> {
     let (error, sigma) = (rows.numbers(column)?, rows.numbers("sigma_mm")?);
     let mut ratios: Vec<f64> =
         used.iter().map(|r| error[*r].abs() / sigma[*r]).filter(|x| x.is_finite()).collect();

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::designs::front;
 use super::quantity::grouped;
-use super::{Content, Source, answer};
-use crate::error::{Error, InputError};
+use super::{Content, Drawn, Source, answer};
+use crate::error::Error;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, Scale, series};
 use crate::sink::Frame;
 
@@ -23,7 +23,7 @@ pub fn of_bench(source: &Source) -> Result<Content, Error> {
 }
 
 /// Figures of the table `work`, with other programs on the same taps.
-pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, InputError> {
+pub fn figures(work: &Frame, peers: Option<&Frame>) -> Drawn<Vec<Figure>> {
     let mut all = vec![precision(work, peers)?, configurations(work)?];
     all.retain(|f| !f.is_empty());
     Ok(all)
@@ -33,8 +33,9 @@ pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, Input
 fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
     let rows = grouped(0..table.len(), |r| ["backend", "precision", "adapter"].map(|c| table.word(c, r)));
     let named = |([backend, precision, adapter], rows): ([String; 3], Vec<usize>)| {
-        let name = match (backend.as_str(), is_software(&adapter)) {
-            ("gpu", true) => format!("software GPU {precision} ({})", short(&adapter)),
+        let (lower, short) = (adapter.to_lowercase(), adapter.split(" (").next().unwrap_or(&adapter));
+        let name = match (backend.as_str(), SOFTWARE.iter().any(|word| lower.contains(word))) {
+            ("gpu", true) => format!("software GPU {precision} ({short})"),
             ("gpu", false) => format!("GPU {precision} ({adapter})"),
             ("cpu", _) => format!("CPU {precision}"),
             _ => format!("{backend} {precision}"),
@@ -44,17 +45,11 @@ fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
     rows.into_iter().map(named).collect()
 }
 
-fn is_software(adapter: &str) -> bool {
-    let name = adapter.to_lowercase();
-    ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
-}
-
-fn short(adapter: &str) -> &str {
-    adapter.split(" (").next().unwrap_or(adapter)
-}
+/// Words in the names of adapters that are software.
+const SOFTWARE: [&str; 5] = ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"];
 
 /// For each place the `error` of its kernels in `configuration` over the time: points, and a line through those that none beats, which never turns back.
-fn reached(work: &Frame, mut panel: Panel, configuration: &str, error: &[f64]) -> Result<Panel, InputError> {
+fn reached(work: &Frame, mut panel: Panel, configuration: &str, error: &[f64]) -> Drawn<Panel> {
     let time = work.numbers("ns_per_tap")?;
     for (i, (name, rows)) in places(work).iter().enumerate() {
         let is = |r: &&usize| is_solved(work, **r) && work.word("configuration", **r) == configuration;
@@ -73,7 +68,7 @@ fn is_solved(work: &Frame, row: usize) -> bool {
 }
 
 /// The first configuration only: every kernel, and the peers.
-fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
+fn precision(work: &Frame, peers: Option<&Frame>) -> Drawn {
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
     let (mut panels, mut beyond) = (Vec::new(), BTreeSet::new());
     for (title, column, theirs) in
@@ -121,7 +116,7 @@ fn share(panels: &mut [Panel]) {
     }
 }
 
-fn configurations(work: &Frame) -> Result<Figure, InputError> {
+fn configurations(work: &Frame) -> Drawn {
     let error = work.numbers("strain_error_p99")?;
     let names = grouped(work.rows(|r| is_solved(work, r)), |r| work.word("configuration", r));
     let panel = |c: &String| {
@@ -151,9 +146,9 @@ pub fn of_verify(source: &Source) -> Result<Content, Error> {
             ("bound", "bound", 4, Marker::Cross),
         ] {
             let values = table.numbers(column)?;
-            let points =
-                rows.iter().rev().enumerate().map(|(i, r)| (values[*r], i as f64)).filter(|p| p.0 > 0.0);
-            panel = panel.with(Mark::points(Path::new(name, colour, points), marker));
+            let points = rows.iter().rev().enumerate().map(|(i, r)| (values[*r], i as f64));
+            let points = Path::new(name, colour, points.filter(|p| p.0 > 0.0));
+            panel = panel.with(Mark::points(points, marker));
         }
         panels.push(panel);
     }

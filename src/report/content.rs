@@ -53,12 +53,9 @@ impl Content {
     /// Adds `rows` of `table`; `how` describes the choice.
     pub fn table(&mut self, table: &Frame, rows: Vec<usize>, how: &str, linked: bool) {
         let file = table.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
-        if rows.len() < table.len() {
-            self.notes.push(format!(
-                "{file}: {} of {} rows are in this page, {how}",
-                rows.len(),
-                table.len()
-            ));
+        let (some, all) = (rows.len(), table.len());
+        if some < all {
+            self.notes.push(format!("{file}: {some} of {all} rows are in this page, {how}"));
         }
         let column = |c: &Cow<'static, str>| {
             let axis = quantity::axis(c);
@@ -68,7 +65,7 @@ impl Content {
         let values: Vec<Value> =
             rows.iter().map(|r| (0..table.columns.len()).map(|c| table.json(c, *r)).collect()).collect();
         self.tables.push(json!({
-            "file": file, "of": table.len(), "how": how, "linked": linked, "columns": columns, "rows": values, "at": rows,
+            "file": file, "of": all, "how": how, "linked": linked, "columns": columns, "rows": values, "at": rows,
         }));
     }
 

@@ -2,9 +2,9 @@
 
 use serde::Deserialize;
 
-use super::Source;
 use super::content::SHOWN;
 use super::quantity::{self, distinct, grouped, map};
+use super::{Drawn, Point, Source};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 use crate::optimise::front::unbeaten;
@@ -59,8 +59,8 @@ pub fn trade(
     [x, y]: [&str; 2],
     rows: &[usize],
     fine: &[bool],
-    chosen: Option<(f64, f64)>,
-) -> Result<Option<Figure>, InputError> {
+    chosen: Option<Point>,
+) -> Drawn<Option<Figure>> {
     if !table.has(x) || !table.has(y) || table.len() < 3 {
         return Ok(None);
     }
@@ -80,37 +80,27 @@ pub fn trade(
         .with(Mark::line(line, 0))
         .with(of("front", 1, &|r| is_best.contains(&r), Marker::Diamond))
         .with(Mark::points(Path::new("chosen design", 4, chosen), Marker::Ring));
+    let ([x, y], all, some) = ([x, y].map(|name| quantity::axis(name).label), table.len(), best.len());
     let caption = format!(
-        "Trade-off of {} and {}, both better when smaller: each point is a row of the table below, the front is of those of all {} rows that keep their limits ({} lie on it).",
-        quantity::axis(x).label,
-        quantity::axis(y).label,
-        table.len(),
-        best.len()
+        "Trade-off of {x} and {y}, both better when smaller: each point is a row of the table below, the front is of those of all {all} rows that keep their limits ({some} lie on it)."
     );
     Ok(Some(Figure::new("front", "Trade-off", caption, vec![panel])))
 }
 
 /// Parallel coordinates of `rows`, coloured by the first available column of `by`; rows that are not `fine` in grey.
-pub fn parallel(
-    table: &Frame,
-    rows: &[usize],
-    fine: &[bool],
-    by: &[&str],
-) -> Result<Option<Figure>, InputError> {
+pub fn parallel(table: &Frame, rows: &[usize], fine: &[bool], by: &[&str]) -> Drawn<Option<Figure>> {
     let mut names: Vec<&str> = varying(table)?;
-    let Some(colour) = by.iter().position(|n| table.has(n)) else { return Ok(None) };
     let first = names.len();
-    names.extend(by[colour..].iter().filter(|n| table.has(n)));
-    names.extend(["strain_max", "signal_max", "force_max_N"].into_iter().filter(|n| table.has(n)));
-    if first < 2 || rows.len() < 3 {
+    if !by.iter().any(|n| table.has(n)) || first < 2 || rows.len() < 3 {
         return Ok(None);
     }
+    let beside = by.iter().copied().chain(["strain_max", "signal_max", "force_max_N"]);
+    names.extend(beside.filter(|n| table.has(n)));
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let missing = |r: usize| columns.iter().any(|c| !c[r].is_finite());
-    let short = |n: &str| named().any(|s| s == n);
     let axis = |n: &&str| {
         let mut axis = quantity::axis(n);
-        if short(n) {
+        if named().any(|short| short == *n) {
             axis.label = axis.label.rsplit(' ').next().unwrap_or_default().to_owned();
         }
         axis
@@ -126,13 +116,12 @@ pub fn parallel(
         "A line for each row of the table below, coloured by {} (blue is small); grey lines break a limit or miss a value.",
         quantity::axis(names[first]).label
     );
-    let mut figure = Figure::new("parallel", "Parallel coordinates", caption, Vec::new());
-    figure.parallel = Some(parallel);
-    Ok(Some(figure))
+    let figure = Figure::new("parallel", "Parallel coordinates", caption, Vec::new());
+    Ok(Some(Figure { parallel: Some(parallel), ..figure }))
 }
 
 /// Maps of `quantity` over each pair of varying columns: the least value over the other columns, among `fine` rows.
-pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figure>, InputError> {
+pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Drawn<Option<Figure>> {
     let axes = varying(table)?;
     if !table.has(quantity) || axes.len() < 2 {
         return Ok(None);
@@ -150,11 +139,8 @@ pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figur
         }
     }
     let rest = if axes.len() > 2 { ", the best over all other axes" } else { "" };
-    let bins = if binned {
-        format!("; axes with more than {} values in as many bins", quantity::BINS)
-    } else {
-        String::new()
-    };
+    let bins = format!("; axes with more than {} values in as many bins", quantity::BINS);
+    let bins = if binned { &*bins } else { "" };
     let (label, all) = (quantity::axis(quantity).label, table.len());
     let caption = format!(
         "Least {label} in each cell{rest}, of the rows that keep their limits, of all {all} rows{bins}; cells without such a row are empty."
@@ -164,12 +150,7 @@ pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figur
 }
 
 /// Rows grouped by whisker and direction, and the number of groups. At most `most`, those with the least `by` in a `fine` row.
-pub fn whiskers(
-    table: &Frame,
-    fine: &[bool],
-    by: &str,
-    most: usize,
-) -> Result<(Vec<Alike>, usize), InputError> {
+pub fn whiskers(table: &Frame, fine: &[bool], by: &str, most: usize) -> Drawn<(Vec<Alike>, usize)> {
     let beside = properties().chain(DIRECTIONS).filter(|name| table.has(name));
     let names: Vec<&str> = WHISKER.into_iter().chain(beside).collect();
     let values = table.numbers(by)?;
@@ -184,13 +165,13 @@ pub fn alike(
     rows: impl IntoIterator<Item = usize>,
     rank: impl Fn(usize) -> f64,
     most: usize,
-) -> Result<(Vec<Alike>, usize), InputError> {
+) -> Drawn<(Vec<Alike>, usize)> {
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let key = |r: usize| columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect::<Vec<_>>();
     let mut all: Vec<Vec<usize>> = grouped(rows, key).into_values().collect();
     let count = all.len();
     let values =
-        |k: usize, all: &[Vec<usize>]| all.iter().map(|rows| columns[k][rows[0]]).collect::<Vec<_>>();
+        |k: usize, all: &[Vec<usize>]| -> Vec<f64> { all.iter().map(|rows| columns[k][rows[0]]).collect() };
     // Before dropping groups, so that a name also contains values that the remaining groups share.
     let differ: Vec<usize> = (0..names.len()).filter(|k| distinct(values(*k, &all)).len() > 1).collect();
     if count > most {

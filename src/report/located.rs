@@ -1,8 +1,8 @@
 //! Figures of answered readings, and of a traced object.
 
 use super::content::{SHOWN, points_of};
-use super::{Content, Source, answer, quantity};
-use crate::error::{Error, InputError};
+use super::{Content, Drawn, Point, Source, answer, quantity};
+use crate::error::Error;
 use crate::figure::{Figure, Mark, Marker, Panel, Path};
 use crate::sink::Frame;
 
@@ -26,10 +26,10 @@ pub fn of_contour(source: &Source) -> Result<Content, Error> {
 }
 
 /// The figure of the tables; `outline` is the known object.
-pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -> Result<Figure, InputError> {
-    let [x, y, major, minor, axis] =
-        ["x_mm", "y_mm", "sigma_major_mm", "sigma_minor_mm", "axis_deg"].map(|n| points.numbers(n));
-    let (x, y, major, minor, axis) = (x?, y?, major?, minor?, axis?);
+pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -> Drawn {
+    let [x, y] = [points.numbers("x_mm")?, points.numbers("y_mm")?];
+    let axes = [points.numbers("sigma_major_mm")?, points.numbers("sigma_minor_mm")?];
+    let axis = points.numbers("axis_deg")?;
     let there = points.rows(|r| x[r].is_finite() && y[r].is_finite());
     let mut panel = Panel::new("", quantity::axis("x_mm"), quantity::axis("y_mm"));
     panel.to_scale = true;
@@ -38,7 +38,7 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
     }
     let every = there.len().div_ceil(ELLIPSES).max(1);
     for r in there.iter().copied().step_by(every) {
-        let edge = ellipse([x[r], y[r]], [WIDE * major[r], WIDE * minor[r]], axis[r], CORNERS);
+        let edge = ellipse([x[r], y[r]], axes.map(|half| WIDE * half[r]), axis[r], CORNERS);
         panel = panel.with(Mark::Area { path: Path::new("", 0, edge), outlined: false });
     }
     let [cx, cy, direction, sigma] = ["x_mm", "y_mm", "direction_deg", "sigma_mm"].map(|n| curve.numbers(n));
@@ -84,14 +84,14 @@ pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -
 /// The edge of an ellipse about `centre` with these half axes, the first at `degrees` from x, in `corners` pieces.
 pub fn ellipse(
     [x, y]: [f64; 2],
-    [first, second]: [f64; 2],
+    axes: [f64; 2],
     degrees: f64,
     corners: usize,
-) -> impl Iterator<Item = (f64, f64)> {
+) -> impl Iterator<Item = Point> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     (0..=corners).map(move |k| {
         let (v, u) = (std::f64::consts::TAU * k as f64 / corners as f64).sin_cos();
-        let (u, v) = (first * u, second * v);
+        let (u, v) = (axes[0] * u, axes[1] * v);
         (x + cos * u - sin * v, y + sin * u + cos * v)
     })
 }
@@ -109,8 +109,8 @@ pub fn of_readings(source: &Source) -> Result<Content, Error> {
     let table = source.table("located.csv")?;
     let zeros = source.run["counts"]["zero_readings"].as_u64().map_or(0, |n| n as usize);
     c.answer = answer::of_readings(&table, zeros)?;
-    let (line, distance, sigma) =
-        (table.numbers("line")?, table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
+    let [line, distance, sigma] = ["line", "distance_mm", "sigma_mm"].map(|n| table.numbers(n));
+    let (line, distance, sigma) = (line?, distance?, sigma?);
     let answered = table.rows(|r| distance[r].is_finite());
     let every = answered.len().div_ceil(DRAWN).max(1);
     let drawn: Vec<usize> = answered.iter().copied().step_by(every).collect();
@@ -124,10 +124,9 @@ pub fn of_readings(source: &Source) -> Result<Content, Error> {
         .with(of("distance ± σ", 0, true, Marker::Circle))
         .with(of("with another word than ok", 1, false, Marker::Cross));
     let left = if every > 1 { format!("; one in {every} is shown") } else { String::new() };
+    let (some, all) = (answered.len(), table.len().saturating_sub(zeros));
     let caption = format!(
-        "Distance of each reading, with its standard deviation; {} of {} readings have one (located.csv){left}.",
-        answered.len(),
-        table.len().saturating_sub(zeros)
+        "Distance of each reading, with its standard deviation; {some} of {all} readings have one (located.csv){left}."
     );
     c.figure(Figure::new("located", "Distances", caption, vec![panel]));
     if answered.is_empty() {

@@ -28,6 +28,11 @@ use content::Content;
 
 pub const PAGE: &str = "report.html";
 
+/// What is drawn of a table, unless it lacks a column.
+type Drawn<T = crate::figure::Figure> = Result<T, InputError>;
+/// x and y.
+type Point = (f64, f64);
+
 type Draw = fn(&Source) -> Result<Content, Error>;
 
 const DRAWN: [(&str, Draw); 9] = [
@@ -78,9 +83,7 @@ pub struct Source {
 
 impl Source {
     /// Reads `run.json` of `folder` and checks the files that it lists.
-    ///
-    /// # Errors
-    /// No finished result; a damaged run.json; a listed file that is missing or, unless `force`, edited.
+    /// Errors: no finished result; a damaged run.json; a listed file that is missing or, unless `force`, edited.
     pub fn open(folder: &Path, force: bool) -> Result<Self, Error> {
         let refuse = |why: &str, allowed: &str| {
             Err(InputError::new(why).key("DIR").value(folder.display()).allowed(allowed).into())

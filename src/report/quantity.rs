@@ -5,7 +5,7 @@ use std::hash::Hash;
 
 use indexmap::IndexMap;
 
-use crate::digits::{DIGITS, short, short_to};
+use crate::digits::{DIGITS, short_to};
 use crate::figure::{Axis, Cells, Mark, Panel};
 use crate::reduce::range;
 use crate::sink::heading::{Fact, fact};
@@ -55,9 +55,8 @@ pub fn told_apart(column: &str, values: &[f64]) -> Vec<String> {
     apart(values, |x, digits| said_to(column, x, digits))
 }
 
-/// Numbers with enough digits to distinguish them.
-pub fn numbers_apart(values: &[f64]) -> Vec<String> {
-    apart(values, |x, digits| format!("{}{}", if x < 0.0 { "−" } else { "" }, short_to(x.abs(), digits)))
+fn signed(x: f64, digits: i32) -> String {
+    format!("{}{}", if x < 0.0 { "−" } else { "" }, short_to(x.abs(), digits))
 }
 
 fn apart(values: &[f64], say: impl Fn(f64, i32) -> String) -> Vec<String> {
@@ -74,8 +73,7 @@ fn said_to(column: &str, value: f64, digits: i32) -> String {
         "" | "°" => axis.unit.clone(),
         unit => format!(" {unit}"),
     };
-    let sign = if value < 0.0 { "−" } else { "" };
-    format!("{symbol} = {sign}{}{unit}", short_to(value.abs(), digits))
+    format!("{symbol} = {}{unit}", signed(value, digits))
 }
 
 pub const BINS: usize = 40;
@@ -123,7 +121,7 @@ impl Bins {
         let axis = axis(column);
         match &self.values {
             Some(few) if (1..=FEW).contains(&few.len()) => {
-                Axis { words: numbers_apart(few), log: false, ..axis }
+                Axis { words: apart(few, signed), log: false, ..axis }
             }
             _ => axis,
         }
@@ -132,11 +130,10 @@ impl Bins {
     fn place(&self, x: f64) -> Option<usize> {
         match &self.values {
             Some(values) => values.iter().position(|v| *v == x),
-            None if x.is_finite() => {
+            None => {
                 let (a, b) = (self.edges[0], self.edges[BINS]);
-                Some((((x - a) / (b - a) * BINS as f64) as usize).min(BINS - 1))
+                x.is_finite().then_some((((x - a) / (b - a) * BINS as f64) as usize).min(BINS - 1))
             }
-            None => None,
         }
     }
 }
@@ -239,11 +236,10 @@ pub fn cut(mut panel: Panel, name: &str) -> Panel {
     let farthest = taps.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
     let unit = if panel.y.unit.is_empty() { String::new() } else { format!(" {}", panel.y.unit) };
     let mut words = Vec::new();
-    if let Some(far) = farthest {
-        let sign = if far < 0.0 { "−" } else { "" };
+    if let Some(far) = farthest.map(|far| signed(far, DIGITS)) {
         words.push(match taps.len() {
-            1 => format!("1 tap, at {sign}{}{unit}", short(far.abs())),
-            n => format!("{n} taps, the farthest at {sign}{}{unit}", short(far.abs())),
+            1 => format!("1 tap, at {far}{unit}"),
+            n => format!("{n} taps, the farthest at {far}{unit}"),
         });
     }
     if bars > 0 {

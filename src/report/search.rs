@@ -2,8 +2,8 @@
 
 use super::designs::{self, DRIVES, Limits, SD, WHISKER};
 use super::quantity::{self, distinct, said};
-use super::{Content, Source, answer};
-use crate::error::{Error, InputError};
+use super::{Content, Drawn, Point, Source, answer};
+use crate::error::Error;
 use crate::figure::{Along, Axis, Figure, Mark, Marker, Panel, Path};
 use crate::scene::RankBy;
 use crate::sink::Frame;
@@ -13,8 +13,7 @@ pub fn of_optimise(source: &Source) -> Result<Content, Error> {
     let result = &source.run["result"];
     let history = source.table("history.csv")?;
     let sd = history.one_of(&SD)?;
-    let best = (result["best"][sd].as_f64(), result["best"]["total_rms_mm"].as_f64());
-    let best = best.0.zip(best.1);
+    let best = result["best"][sd].as_f64().zip(result["best"]["total_rms_mm"].as_f64());
     let front = source.maybe("pareto.csv")?;
     c.answer = answer::of_search(source, front.as_ref(), sd)?;
     if let Some(front) = front {
@@ -24,8 +23,7 @@ pub fn of_optimise(source: &Source) -> Result<Content, Error> {
         c.figure(designs::parallel(&front, &rows, &fine, &[sd, "total_rms_mm"])?);
         c.table(&front, rows, &how, true);
     }
-    let objective = result["objective"].as_str().unwrap_or("sd");
-    let column = match objective {
+    let column = match result["objective"].as_str().unwrap_or("sd") {
         // The starts of a front minimise the total error.
         "distance" | "pareto" => "total_rms_mm",
         "weighted" => "weighted",
@@ -54,10 +52,9 @@ pub fn of_optimise(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-fn convergence(history: &Frame, column: &str) -> Result<Figure, InputError> {
-    let (n, start, value) =
-        (history.numbers("evaluations")?, history.numbers("start")?, history.numbers(column)?);
-    let broken = history.numbers("violation")?;
+fn convergence(history: &Frame, column: &str) -> Drawn {
+    let (n, start) = (history.numbers("evaluations")?, history.numbers("start")?);
+    let (value, broken) = (history.numbers(column)?, history.numbers("violation")?);
     let starts = distinct(start.iter().copied());
     let mut panel = Panel::new("", Axis::log("evaluations", ""), quantity::axis(column));
     for (i, s) in starts.iter().enumerate() {
@@ -72,41 +69,32 @@ fn convergence(history: &Frame, column: &str) -> Result<Figure, InputError> {
     Ok(Figure::new("convergence", "Convergence", caption, vec![panel]))
 }
 
-/// Title, axis label, and (name, column) of each series.
-type Bars = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
-
-fn sensitivity(table: &Frame) -> Result<Figure, InputError> {
-    let names: Vec<String> = (0..table.len()).map(|r| table.word("parameter", r)).collect();
+fn sensitivity(table: &Frame) -> Drawn {
+    let parameters: Vec<String> = (0..table.len()).map(|r| table.word("parameter", r)).collect();
     let mut panels = Vec::new();
-    let sets: [Bars; 3] = [
+    let share = |of: &str| format!("share of the variance of ln {of}");
+    let (both, orders) = (["spread of K", "total error"], ["first order", "total"]);
+    let sets = [
         (
             "at the optimum",
-            "elasticity, % per %",
-            &[("spread of K", "K_sd_elasticity"), ("total error", "total_rms_elasticity")],
+            "elasticity, % per %".to_owned(),
+            both,
+            ["K_sd_elasticity", "total_rms_elasticity"],
         ),
-        (
-            "spread of K, over the box",
-            "share of the variance of ln K_sd",
-            &[("first order", "K_sd_first"), ("total", "K_sd_total")],
-        ),
-        (
-            "total error, over the box",
-            "share of the variance of ln total",
-            &[("first order", "total_rms_first"), ("total", "total_rms_total")],
-        ),
+        ("spread of K, over the box", share("K_sd"), orders, ["K_sd_first", "K_sd_total"]),
+        ("total error, over the box", share("total"), orders, ["total_rms_first", "total_rms_total"]),
     ];
-    for (k, (title, label, columns)) in sets.into_iter().enumerate() {
-        let mut panel = Panel::new(title, Axis::new(label, ""), Axis::words("", names.clone()));
-        let there: Vec<_> = columns.iter().filter(|(_, column)| table.has(column)).collect();
+    for (title, label, names, columns) in sets {
+        let mut panel = Panel::new(title, Axis::new(&label, ""), Axis::words("", parameters.clone()));
+        let there: Vec<_> = names.into_iter().zip(columns).filter(|(_, column)| table.has(column)).collect();
         for (i, (name, column)) in there.iter().enumerate() {
             let points = table.numbers(column)?.iter().enumerate().map(|(r, x)| (*x, r as f64));
-            let path = Path::new(*name, if k == 0 { i } else { i + 2 }, points);
+            let path = Path::new(*name, if names == both { i } else { i + 2 }, points);
             panel = panel.with(Mark::Bars { path, among: [i, there.len()] });
         }
-        if !panel.marks.is_empty() {
-            panels.push(panel);
-        }
+        panels.push(panel);
     }
+    panels.retain(|panel| !panel.marks.is_empty());
     let caption = "How much each parameter moves the result: elasticities ∂ln/∂ln at the optimum, and shares of the variance of the logarithm over the box of the variables (Sobol’ indices; sensitivity.csv).";
     Ok(Figure::new("sensitivity", "Sensitivity", caption, panels))
 }
@@ -119,8 +107,7 @@ fn robust(source: &Source, sd: &str) -> Option<Figure> {
     let panels = both.into_iter().filter_map(|(key, column)| {
         let over = robust.get(key)?.as_f64()?;
         let at = result["best"][column].as_f64().unwrap_or(f64::NAN);
-        let mut axis = quantity::axis(column);
-        axis.log = false;
+        let axis = Axis { log: false, ..quantity::axis(column) };
         Some(bars(axis, &[("as designed", at), ("over the samples", over)]))
     });
     let n = robust.get("samples").and_then(serde_json::Value::as_u64).unwrap_or(0);
@@ -155,9 +142,8 @@ pub fn of_tap(source: &Source) -> Result<Content, Error> {
     let table = source.table("tap.csv")?;
     let (drive, sd) = (table.one_of(&DRIVES)?, table.one_of(&SD)?);
     let result = &source.run["result"];
-    let at =
-        |which: &str, column: &str| Some((result[which][drive].as_f64()?, result[which][column].as_f64()?));
-    let column = |name: &str| -> Result<Vec<(f64, f64)>, InputError> {
+    let at = |of: &str, column: &str| result[of][drive].as_f64().zip(result[of][column].as_f64());
+    let column = |name: &str| -> Drawn<Vec<Point>> {
         Ok(table.numbers(drive)?.iter().copied().zip(table.numbers(name)?.iter().copied()).collect())
     };
     let free = |panel: Panel, column: &str| {
@@ -207,14 +193,9 @@ pub fn of_tap(source: &Source) -> Result<Content, Error> {
 }
 
 /// Bias, noise and total of one whisker as (drive, mm) by ascending drive, and the ringed tap with its name.
-pub fn budget(
-    title: &str,
-    drive: &str,
-    [bias, noise, total]: [Vec<(f64, f64)>; 3],
-    best: Option<(&str, (f64, f64))>,
-) -> Panel {
-    let mut y = quantity::axis("total_rms_mm");
-    y.label = "error of the distance, rms".to_owned();
+pub fn budget(title: &str, drive: &str, parts: [Vec<Point>; 3], best: Option<(&str, Point)>) -> Panel {
+    let [bias, noise, total] = parts;
+    let y = Axis { label: "error of the distance, rms".to_owned(), ..quantity::axis("total_rms_mm") };
     let mut panel = Panel::new(title, quantity::axis(drive), y)
         .with(Mark::dotted(Path::new("bias", 0, bias), Marker::Circle))
         .with(Mark::dotted(Path::new("noise", 1, noise), Marker::Square))
@@ -226,8 +207,4 @@ pub fn budget(
             .with(Mark::Note { x, y, text: said(drive, x) });
     }
     panel
-}
-
-pub fn least(points: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
-    points.filter(|p| p.1.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
 }

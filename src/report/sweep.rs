@@ -3,7 +3,7 @@
 use super::answer::{self, Recommended};
 use super::designs::{self, Alike, DRIVES, Limits, SD, WHISKER};
 use super::quantity::{self, distinct};
-use super::search::{budget, least};
+use super::search::budget;
 use super::{Content, Source};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Mark, Marker, Panel, Path};
@@ -29,9 +29,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
             c.answer = answer(source, designs)?;
         }
         Some(_) => c.notes.push("designs.csv has no rows".to_owned()),
-        None if tuples.is_none() => {
-            source.table("designs.csv")?;
-        }
+        None if tuples.is_none() => drop(source.table("designs.csv")?),
         None => {}
     }
     if let Some(tuples) = tuples {
@@ -117,7 +115,7 @@ fn budgets(table: &Frame, whiskers: &[Alike], fine: &[bool], drive: &str, left: 
         let total = |keeps: bool| {
             w.rows.iter().filter(move |r| fine[**r] == keeps).map(|r| point("total_rms_mm", *r))
         };
-        let best = least(total(true));
+        let best = total(true).filter(|p| p.1.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1));
         without += usize::from(best.is_none());
         let parts = ["error_rms_mm", "noise_rms_mm", "total_rms_mm"].map(column);
         let broken = Path::new("a limit is broken", 7, sorted(total(false)));
@@ -125,13 +123,9 @@ fn budgets(table: &Frame, whiskers: &[Alike], fine: &[bool], drive: &str, left: 
             .with(Mark::points(broken, Marker::Cross))
     });
     let panels = panels.collect();
-    let none = match without {
-        0 => String::new(),
-        n => format!(
-            "; {n} of {} whiskers shown keep their limits at no tap, and have no ring",
-            whiskers.len()
-        ),
-    };
+    let all = whiskers.len();
+    let none = format!("; {without} of {all} whiskers shown keep their limits at no tap, and have no ring");
+    let none = if without > 0 { &*none } else { "" };
     let caption = format!(
         "Bias of the estimate and noise of the gauge add in quadrature; ringed is the tap with the least total of those that keep every limit{none} (designs.csv){left}."
     );
