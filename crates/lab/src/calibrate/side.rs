@@ -13,7 +13,7 @@ use crate::estimator::taps::{Cell, Tap, grouped};
 use crate::estimator::{Estimator, Opener, Parameter, SideRecord, exact::ExactRecord};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Groups, Rig};
-use crate::reduce::range;
+use crate::reduce::{Errors, range};
 use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
 use crate::status::Status;
@@ -22,9 +22,6 @@ use vibrissa_learned::rows::rises;
 
 /// Fewest distances for which errors at the ends can be ignored.
 const BETWEEN: usize = 5;
-
-/// Data, their rig with the measured noise, and all taps.
-type Measured<'a> = (&'a Data, &'a Rig, &'a [Tap]);
 
 /// A calibrated side.
 #[derive(Debug, Clone)]
@@ -59,8 +56,12 @@ pub struct KTable {
 }
 
 impl KTable {
-    fn new(of: Measured<'_>, sign: f64, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
-        let (data, rig, taps) = of;
+    /// Of the `wanted` taps; `rig` has the measured noise.
+    fn new(
+        (data, rig, taps): (&Data, &Rig, &[Tap]),
+        sign: f64,
+        wanted: impl Fn(&Tap) -> bool,
+    ) -> Option<Self> {
         let ([distances, drives], cells) = grouped(taps, rig, wanted);
         if cells.is_empty() {
             return None;
@@ -212,7 +213,13 @@ impl SideResult {
 
     /// RMS error of `estimator` on distances left out at each drive, mm.
     pub fn rms_by_drive(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
-        Some(self.held_out(estimator)?.rms_by_drive(&self.table.cells, self.table.drives.len()))
+        let (held, mut errors) =
+            (self.held_out(estimator)?, vec![Errors::default(); self.table.drives.len()]);
+        for cell in &self.table.cells {
+            let known = cell.taps.iter().map(|k| held.taps[*k][0]).filter(|e| e.is_finite());
+            known.for_each(|e| errors[cell.j].push(e));
+        }
+        Some(errors.iter().map(Errors::rms).collect())
     }
 
     /// Mean of K̄ over the drives.
