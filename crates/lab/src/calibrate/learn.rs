@@ -206,7 +206,7 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
         ("a_offset", Term::OffsetA, [size_a, 0.0], "mm", "taps nearer to the base"),
         ("zero", Term::Zero, [c.unit, c.zero], "signal", "zero readings"),
     ];
-    let number = |(name, term, [scale, more], unit, tells)| {
+    let number = |(name, term, [scale, more], unit, tells): (_, _, [f64; 2], _, _)| {
         let [x, sd] = c.coefficient(term).filter(|_| known || term == Term::Zero)?;
         let alike = gain.zip(place(term)).is_some_and(|(gain, k)| correlated(gain, k)).then_some(tells);
         Some(Number { name, value: x * scale + more, standard_error: sd * scale, unit, alike })

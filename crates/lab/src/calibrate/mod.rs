@@ -32,7 +32,7 @@ use crate::reduce::range;
 
 use crate::error::{Error, InputError};
 use crate::estimator::taps::{Sorted, Tap, ZeroReading};
-use crate::estimator::{Estimator, Extent};
+use crate::estimator::{Estimator, Extent, Opener};
 use crate::fields::plain;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::{Parameter, opener};
@@ -280,9 +280,9 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     crate::estimator::parameter::check(rig, &options.fit)
 }
 
-fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
+fn extent<'a>(of: (&'a Rig, Opener<'a>), taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent<'a>> {
     let here = || taps.iter().filter(|t| t.is_of(sign));
     here().next()?;
-    let (distances, drives) = (range(here().map(|t| t.a)), range(here().map(|t| t.drive)));
-    Some(Extent::around(rig, gauge, distances, drives, rig.before))
+    let ends = [range(here().map(|t| t.a)), range(here().map(|t| t.drive))];
+    Some(Extent::around(of, gauge, ends, of.0.before))
 }

@@ -116,8 +116,8 @@ pub(super) fn calibrate(
     let mut no_exact = prepared.no_exact.clone();
     let mut fit = None;
     if prepared.recorded && rig.known && no_exact.is_none() {
-        let at = super::extent(rig, taps, sign, gauge).expect("there are cells");
-        match (Task { rig, at, cells, noise, sought: false, open }).fit(fitted) {
+        let at = super::extent((rig, open), taps, sign, gauge).expect("there are cells");
+        match (Task { at, cells, noise, sought: false }).fit(fitted) {
             Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),

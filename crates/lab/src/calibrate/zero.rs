@@ -26,11 +26,10 @@ pub(super) fn of_model(
     open: Opener<'_>,
 ) -> Result<Option<[f64; 2]>, Error> {
     let ([distances, _], cells) = grouped(taps, rig, |t| t.is_of(sign));
-    let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
+    let Some(at) = super::extent((rig, open), taps, sign, gauge).filter(|_| distances.len() > 1) else {
         return Ok(None);
     };
-    let task = Task { rig, at, cells: &cells, noise, sought: true, open };
-    let found = match task.fit(fit) {
+    let found = match (Task { at, cells: &cells, noise, sought: true }).fit(fit) {
         Ok(found) if found.undetermined.is_empty() => found,
         Err(why) if !why.is_of_whisker() => return Err(why.into()),
         _ => return Ok(None),

@@ -139,8 +139,8 @@ impl LearnedRecord {
                 (Base::Power(Power { offset, p, q, end: self.power_end.unwrap_or(0.0) }), EVERYWHERE)
             }
             None => {
-                let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), rig.before);
-                let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)
+                let at = Extent::around((rig, open), record.gauge(), record.ranges(), rig.before);
+                let exact = Exact::new(spec_values(&rig.setup), Vec::new(), at)
                     .map_err(|why| unsolved(rig, record, why))?;
                 let (curve, reach) = whisker(exact);
                 (Base::Known(curve, self.whisker_drive_offset.unwrap_or(0.0)), reach)

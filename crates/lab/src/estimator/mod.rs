@@ -135,6 +135,11 @@ impl SideRecord {
         self.drive_ends.map_or([first, last], |[lo, hi]| [lo.min(first), hi.max(last)])
     }
 
+    /// Smallest and largest calibrated distance (mm) and drive.
+    pub fn ranges(&self) -> [[f64; 2]; 2] {
+        [self.distances_mm, self.ends()]
+    }
+
     /// Errors: the first key at fault, what is wrong with its value, and allowed values.
     pub fn check(&self) -> Result<(), [&'static str; 3]> {
         let [lo, hi] = self.distances_mm;

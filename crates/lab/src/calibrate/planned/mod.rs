@@ -131,9 +131,8 @@ pub fn plan(
             return Err(error.key("gauge.noise_strain").allowed(allowed).into());
         }
     };
-    let at = Extent::around(rig, rig.setup.gauge.side, [first, last], ends(&drives), 0.0);
-    let physical = apart::parameters(rig);
-    let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open);
+    let at = Extent::around((rig, open), rig.setup.gauge.side, [[first, last], ends(&drives)], 0.0);
+    let exact = Exact::new(spec_values(&rig.setup), apart::parameters(rig), at);
     let exact = exact.map_err(|why| {
         let message = format!("the model cannot be solved over these distances and drives: {why}");
         let error = InputError::new(message).key("tap").allowed("nearer distances, smaller drives");
