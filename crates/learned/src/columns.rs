@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
-use crate::base::{About, Base};
-use crate::evidence::Hyper;
+use crate::fit::{Start, slopes};
 use crate::rows::{Cell, Row, TOGETHER};
+use crate::{base::About, evidence::Hyper};
 use vibrissa_core::reduce::{range, sorted};
 
 const DEGREE: usize = 2;
@@ -156,14 +156,9 @@ impl Columns {
         self.columns.len() - terms.len()..self.columns.len()
     }
 
-    /// Columns of `cells` for `base` / `unit`; `slopes` are ∂ signal/∂ ln a of each cell in the unit of the signal.
-    pub fn new(
-        cells: &[Cell],
-        (base, unit): (&Base, f64),
-        slopes: &[f64],
-        scales: &Scales,
-        effects: Effects,
-    ) -> Self {
+    /// Columns of `cells` for the base and the units of `start`.
+    pub fn new(cells: &[Cell], start: &Start, scales: &Scales, effects: Effects) -> Self {
+        let (base, [.., unit], slopes) = (&start.base, start.numbers, slopes(cells, start, scales));
         let taps: Vec<usize> = (0..cells.len()).filter(|k| cells[*k].row.touches()).collect();
         let runs = cells.iter().map(|c| c.row.run).max().unwrap_or(0) + 1;
         let several = scales.u[1] > 0.0;

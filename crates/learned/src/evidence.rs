@@ -6,7 +6,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::columns::{Column, Columns, Term, WAVES, frequency};
-use crate::rows::Cell;
+use crate::{fit::Start, rows::Cell};
 
 /// Least variance of a reading, in units of the signal squared: curves are solved to a relative 1e-7.
 const LEAST: f64 = 1e-14;
@@ -64,13 +64,9 @@ impl Solved {
 }
 
 impl Problem {
-    /// Problem of `cells` with signals (y − `zero`)/`unit`; `step` is that of the converter, `position` the prior of errors of labels.
-    pub fn new(
-        model: Columns,
-        cells: &[Cell],
-        [unit, zero, step]: [f64; 3],
-        (known, position): (bool, Prior),
-    ) -> Self {
+    /// Problem of `cells` with signals (y − zero)/unit; `step` is that of the converter, `position` the prior of errors of labels.
+    pub fn new(model: Columns, cells: &[Cell], start: &Start, step: f64, position: Prior) -> Self {
+        let ([unit, zero, _], known) = (start.numbers, start.power.is_none());
         let mut priors: Vec<Prior> = model.hypers.iter().map(|h| Prior::new(h.prior(known))).collect();
         if let Some(k) = model.hypers.iter().position(|h| *h == Hyper::Position) {
             priors[k] = position;

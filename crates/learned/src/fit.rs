@@ -95,10 +95,9 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
         false => task.zero.is_finite().then(|| task.zero / unit),
     };
     let effects = Effects { known, zero: of_zero, drift: task.drift };
-    let slopes = slopes(&merged, &start, &scales);
-    let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
+    let model = Columns::new(&merged, &start, &scales, effects);
     let of_labels = position(&merged, known, start.labels);
-    let problem = Problem::new(model, &merged, [unit, zero, task.step], (known, of_labels));
+    let problem = Problem::new(model, &merged, &start, task.step, of_labels);
     let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
         let kept = |k: &usize| !merged[*k].row.touches() || k.is_multiple_of(every);

@@ -53,7 +53,12 @@ pub fn side(
     let runs: BTreeSet<usize> = rows.iter().map(|r| r.run).collect();
     let apart = 1 + sorted.zeros.windows(2).filter(|w| w[1].place > w[0].place + 1).count();
     let usual = usual(&recorded);
-    let step = quantum(&usual.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&usual);
+    let width = |k: usize| {
+        let [lo, hi] = range(usual.iter().map(|r| r[k]).filter(|x| x.is_finite()));
+        hi - lo
+    };
+    let scale = if width(0) > 0.0 { width(1) / width(0) } else { 0.0 };
+    let step = quantum(&usual.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale;
     let drift = zero_read && apart >= APART && apart > runs.len();
     // Taps beyond or near the limit of the model are not of this whisker; if they are many, the model is not used.
     let known =
@@ -105,14 +110,6 @@ fn usual(recorded: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let off = sorted(recorded.iter().map(|r| (r[0] - middle).abs()));
     let most = WILD * off.get(3 * off.len() / 4).copied().unwrap_or(f64::INFINITY);
     recorded.iter().copied().filter(|r| most == 0.0 || (r[0] - middle).abs() <= most).collect()
-}
-
-fn scale(recorded: &[[f64; 2]]) -> f64 {
-    let width = |k: usize| {
-        let [lo, hi] = range(recorded.iter().map(|r| r[k]).filter(|x| x.is_finite()));
-        hi - lo
-    };
-    if width(0) > 0.0 { width(1) / width(0) } else { 0.0 }
 }
 
 /// True if taps were repeated with others between: otherwise drift and curve are indistinguishable.
