@@ -32,7 +32,7 @@ use crate::reduce::range;
 
 use crate::error::{Error, InputError};
 use crate::estimator::taps::{Sorted, Tap, ZeroReading};
-use crate::estimator::{Estimator, Extent, Opener};
+use crate::estimator::{Estimator, Extent, Solver};
 use crate::fields::plain;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::{Parameter, opener};
@@ -280,7 +280,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     crate::estimator::parameter::check(rig, &options.fit)
 }
 
-fn extent<'a>(of: (&'a Rig, Opener<'a>), taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent<'a>> {
+fn extent<'a>(of: Solver<'a>, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent<'a>> {
     let here = || taps.iter().filter(|t| t.is_of(sign));
     here().next()?;
     let ends = [range(here().map(|t| t.a)), range(here().map(|t| t.drive))];

@@ -51,18 +51,13 @@ impl ExactRecord {
             && self.fitted.iter().all(named)
     }
 
-    pub(super) fn open(
-        &self,
-        rig: &Rig,
-        record: &SideRecord,
-        side: Side,
-        open: Opener<'_>,
-    ) -> Result<Inverted, Error> {
+    pub(super) fn open(&self, of: Solver<'_>, record: &SideRecord, side: Side) -> Result<Inverted, Error> {
+        let rig = of.0;
         let (values, kind) = (self.values(rig), rig.setup.drive);
         let fitted = self.fitted.iter().filter_map(|name| Parameter::named(name, kind)).collect();
         // Room for the offset's uncertainty, and for readings a little beyond the calibrated drives.
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
-        let at = Extent::around((rig, open), side, record.ranges(), ahead);
+        let at = Extent::around(of, side, record.ranges(), ahead);
         let exact = Exact::new(values, fitted, at).map_err(|why| unsolved(rig, record, why))?;
         let exact = Exact { covariance: self.covariance.clone(), ..exact };
         Ok(Inverted { exact, last: Mutex::default() })
@@ -151,6 +146,8 @@ impl Answers for Inverted {
 }
 
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
+/// A rig, and what opens the backend for its model.
+pub type Solver<'a> = (&'a Rig, Opener<'a>);
 
 /// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
 const HARD: [usize; 2] = [48, 1024];
@@ -170,8 +167,8 @@ pub struct Extent<'a> {
 
 impl<'a> Extent<'a> {
     /// Domain around the `ends` of calibrated distances and drives: a little beyond the tip for noise; several drives with room for an offset, or for `ahead`.
-    pub fn around(of: (&'a Rig, Opener<'a>), side: Side, ends: [[f64; 2]; 2], ahead: f64) -> Self {
-        let ((rig, open), [[lo, hi], drives]) = (of, ends);
+    pub fn around((rig, open): Solver<'a>, side: Side, ends: [[f64; 2]; 2], ahead: f64) -> Self {
+        let [[lo, hi], drives] = ends;
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
         let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
         // Taps next to a real tip slip off.

@@ -5,10 +5,10 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Answers, Exact, Extent, Found, Known, Opener, SideRecord, exact::unsolved, held_out::Side,
+    Answers, Exact, Extent, Found, Known, SideRecord, Solver, exact::unsolved, held_out::Side,
     parameter::spec_values,
 };
-use crate::{error::Error, measure::Rig, status::Status};
+use crate::{error::Error, status::Status};
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, PARTS, Spread, Tails};
@@ -127,19 +127,15 @@ impl LearnedRecord {
             && numbers.all(|x| x.is_finite())
     }
 
-    pub(super) fn open(
-        &self,
-        rig: &Rig,
-        record: &SideRecord,
-        open: Opener<'_>,
-    ) -> Result<Option<LearnedCurve>, Error> {
+    pub(super) fn open(&self, of: Solver<'_>, record: &SideRecord) -> Result<Option<LearnedCurve>, Error> {
+        let rig = of.0;
         let Some(curve) = self.curve() else { return Ok(None) };
         let base = match self.power {
             Some([offset, p, q]) => {
                 (Base::Power(Power { offset, p, q, end: self.power_end.unwrap_or(0.0) }), EVERYWHERE)
             }
             None => {
-                let at = Extent::around((rig, open), record.gauge(), record.ranges(), rig.before);
+                let at = Extent::around(of, record.gauge(), record.ranges(), rig.before);
                 let exact = Exact::new(spec_values(&rig.setup), Vec::new(), at)
                     .map_err(|why| unsolved(rig, record, why))?;
                 let (curve, reach) = whisker(exact);
