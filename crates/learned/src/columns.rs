@@ -256,10 +256,8 @@ fn of_positions(cells: &[Cell], taps: &[usize], scales: &Scales, runs: usize) ->
     let near = |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
     // Nearly equal labels are jitter of one setting, or several settings with separate errors.
     let same = |i: usize, k: usize| (row(i).a - row(k).a).abs() <= SAME * row(i).a;
-    let visited = |i: usize, k: usize| match row(i).run == row(k).run {
-        true => 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 },
-        false => 0.0,
-    };
+    let both = |i: usize, k: usize| 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 };
+    let visited = |i: usize, k: usize| if row(i).run == row(k).run { both(i, k) } else { 0.0 };
     let mut labels = sorted((0..n).map(|i| row(i).a));
     labels.dedup_by(|a, b| *a - *b <= SAME * *b);
     let place = |a: f64| scales.place(a, row(0).u)[0];

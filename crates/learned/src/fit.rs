@@ -260,10 +260,8 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
 /// Argument of the minimum between two ends: beside the lowest of so many `looks` by golden section, to 1e-5 of a look.
 pub fn lowest(of: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], looks: usize) -> f64 {
     let at = |k: usize| lo + (hi - lo) * k as f64 / looks as f64;
-    let best = match looks {
-        1 => 0,
-        _ => (0..=looks).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0),
-    };
+    let lowest = || (0..=looks).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k))));
+    let best = if looks == 1 { 0 } else { lowest().unwrap_or(0) };
     let [mut lo, mut hi] = [at(best.saturating_sub(1)), at((best + 1).min(looks))];
     for _ in 0..24 {
         let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));

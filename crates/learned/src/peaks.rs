@@ -216,11 +216,8 @@ impl<'a> Proposal<'a> {
         let along = |(k, [below, above]): (usize, &[f64; 2])| {
             let u = Sampler::Sobol.uniform(SEED, k as u32 % MAX_DIMENSIONS, index as u32);
             let both = below + above;
-            if u * both < *below {
-                below * quantile(u * both / (2.0 * below))
-            } else {
-                -above * quantile((1.0 - u) * both / (2.0 * above))
-            }
+            let half = |share: f64, width: f64| width * quantile(share * both / (2.0 * width));
+            if u * both < *below { half(u, *below) } else { -half(1.0 - u, *above) }
         };
         self.at(&DVector::from_iterator(self.widths.len(), self.widths.iter().enumerate().map(along)))
     }

@@ -136,13 +136,8 @@ impl Point {
             let by = [0, 1].map(|i| across[i].to_radians() - slope[i] * per_degree);
             covariance = covariance.along(pose.direction(by), touch * touch);
         }
-        Self {
-            at: pose.place([x, y]),
-            covariance,
-            distance: [a, found.sigma],
-            height: pose.base[2],
-            ..Self::nothing(found.status)
-        }
+        let (at, distance, height) = (pose.place([x, y]), [a, found.sigma], pose.base[2]);
+        Self { at, covariance, distance, height, ..Self::nothing(found.status) }
     }
 }
 
@@ -185,12 +180,9 @@ pub fn placed(readings: &Readings) -> Result<Vec<(Pose, Option<f64>)>, InputErro
                 InputError::new("this is not a sense of rotation").at(file(), Some(readings.rows[i].line));
             return Err(error.key("sense").value(sense).allowed("1 (counterclockwise) or -1"));
         }
-        let pose = Pose {
-            base: [x[i], y[i], z[i]],
-            // Without a sense of rotation the heading at touch is unknown.
-            heading: if sense.is_nan() { f64::NAN } else { (heading[i] + contact[i]).to_radians() },
-            sense,
-        };
+        // Without a sense of rotation the heading at touch is unknown.
+        let heading = if sense.is_nan() { f64::NAN } else { (heading[i] + contact[i]).to_radians() };
+        let pose = Pose { base: [x[i], y[i], z[i]], heading, sense };
         let stroke = Some(stroke[i]).filter(|s| s.is_finite());
         let before = all.iter().find(|(_, own)| stroke.is_some() && *own == stroke);
         let known = |pose: &Pose| pose.heading.is_finite();

@@ -32,13 +32,9 @@ impl ExactRecord {
         let spec = spec_values(&rig.setup);
         let known = |p: &Parameter| spec[*p as usize].is_finite();
         let value = |p: Parameter| (p.name(kind).to_owned(), exact.values[p as usize]);
-        Self {
-            held_out_rms_mm,
-            bias_mm,
-            fitted: exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
-            values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
-            covariance: exact.covariance.clone(),
-        }
+        let values = Parameter::ALL.into_iter().filter(known).map(value).collect();
+        let fitted = exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect();
+        Self { held_out_rms_mm, bias_mm, fitted, values, covariance: exact.covariance.clone() }
     }
 
     /// True if each fitted parameter has a known name, and a row and column of the covariance.
@@ -89,14 +85,10 @@ pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
         Contact::Stick => "stick".to_owned(),
         Contact::Coulomb(mu) => format!("coulomb {mu}"),
     };
+    let (hub, pole, modulus) = (setup.hub, setup.model.pole_radius, setup.model.material.e0());
     let written = format!(
-        "D = {}, d = {}, L_a = {}, hub = {}, pole_radius = {}; initial modulus {}, contact {contact}",
-        t.D,
-        t.d,
-        t.L_a,
-        setup.hub,
-        setup.model.pole_radius,
-        setup.model.material.e0(),
+        "D = {}, d = {}, L_a = {}, hub = {hub}, pole_radius = {pole}; initial modulus {modulus}, contact {contact}",
+        t.D, t.d, t.L_a
     );
     let ([lo, hi], [first, last]) = (record.distances_mm, record.ends());
     let ends = format!("distances of {lo} … {hi} mm and drives of {first} … {last}");

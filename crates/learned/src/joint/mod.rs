@@ -164,13 +164,6 @@ impl Joint {
         self.inverse.grid[0] + self.inverse.grid[1] * k as f64
     }
 
-    /// True if ln a = x is an end of the search range beyond the calibrated distances: the maximum lies farther out.
-    fn is_cut(&self, x: f64) -> bool {
-        let ([_, step], [first, last, _]) = (self.inverse.grid, self.inverse.ends);
-        let [near, far] = [x - self.x(0), self.x(POINTS - 1) - x];
-        near < 0.5 * step && x < first - step || far < 0.5 * step && x > last + step
-    }
-
     /// ln prior at ln a = x, flat in mm; `shifts` are the least and largest shift of the base, mm.
     fn prior(&self, x: f64, shifts: [f64; 2]) -> f64 {
         let within = |shift: f64| prior(self.inverse.ends, self.seen(x, shift)).ln().max(IMPOSSIBLE);
