@@ -90,10 +90,8 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     }
     let [unit, zero, base_unit] = start.numbers;
     let known = task.known.is_some();
-    let of_zero = match merged.iter().any(|c| !c.row.touches()) {
-        true => Some(FLAT),
-        false => task.zero.is_finite().then(|| task.zero / unit),
-    };
+    let read = merged.iter().any(|c| !c.row.touches());
+    let of_zero = if read { Some(FLAT) } else { task.zero.is_finite().then(|| task.zero / unit) };
     let effects = Effects { known, zero: of_zero, drift: task.drift };
     let model = Columns::new(&merged, &start, &scales, effects);
     let of_labels = position(&merged, known, start.labels);
@@ -200,10 +198,8 @@ pub(crate) fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start
     };
     let unit = median(&mut taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect::<Vec<_>>());
     let (base, numbers) = (Base::Power(fitted.power), [unit, fitted.zero, unit / fitted.factor]);
-    match unit > 0.0 {
-        true => Ok(Start { base, power: Some(fitted), numbers, labels }),
-        false => Err(Fault::NoCurve),
-    }
+    let start = Start { base, power: Some(fitted), numbers, labels };
+    (unit > 0.0).then_some(start).ok_or(Fault::NoCurve)
 }
 
 fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault> {

@@ -123,12 +123,9 @@ impl Planner {
         weights.iter_mut().for_each(|w| *w /= places);
         let n = cells.len();
         let first = problem.model.places(&terms).start;
+        let later = |i: usize, k: usize| k.checked_sub(first).map_or(0.0, |k| asked[i][k]);
         let entry = |i: usize, k: usize| {
-            let x = match i < n {
-                true => problem.model.matrix[(i, k)],
-                false => k.checked_sub(first).map_or(0.0, |k| asked[i - n][k]),
-            };
-            x * roots[k]
+            roots[k] * if i < n { problem.model.matrix[(i, k)] } else { later(i - n, k) }
         };
         let scaled = DMatrix::from_fn(n + asked.len(), roots.len(), entry);
         let variances = problem.variances(&at);

@@ -166,6 +166,8 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         // Noise of such a reading is not in strain; the calibration stores it.
         rig.setup.gauge.noise_strain = None;
     }
+    let (file_read, hash, used) = (file.clone(), options.hash.clone(), results.iter().map(|s| s.used).sum());
+    let source = Source { file: file_read, hash, rows: taps.len(), used, zeros: zeros.len() };
     let calibration = Calibration {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -179,13 +181,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         zero: tared,
         lag: None,
         second: None,
-        data: Source {
-            file: data.file.clone(),
-            hash: options.hash.clone(),
-            rows: taps.len(),
-            used: results.iter().map(|s| s.used).sum(),
-            zeros: zeros.len(),
-        },
+        data: source,
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };

@@ -16,12 +16,8 @@ pub const FILES: [&str; 6] =
 
 /// Tables of a calibration; `locator` answers with the chosen estimator.
 pub fn tables(found: &Calibrated, data: &Data, locator: &Locator) -> Result<[Frame; 4], Error> {
-    Ok([
-        k_table(found, data, &locator.rig.setup)?,
-        designs(found, locator)?,
-        distances(found, locator)?,
-        rows(found, data, locator)?,
-    ])
+    let (k, rows) = (k_table(found, data, &locator.rig.setup)?, rows(found, data, locator)?);
+    Ok([k, designs(found, locator)?, distances(found, locator)?, rows])
 }
 
 fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Error> {

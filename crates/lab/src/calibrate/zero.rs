@@ -283,12 +283,9 @@ impl Line {
         }
         let logs: f64 = pairs.iter().map(|p| weight(p).ln()).sum();
         let spread = of_gaps[(2, 2)] / of_gaps[(0, 0)] - (of_gaps[(0, 1)] / of_gaps[(0, 0)]).powi(2);
-        let line = Self {
-            zero: middle + found.x,
-            error: (variance * inverse[(0, 0)]).sqrt(),
-            left: (variance * n / of_gaps[(0, 0)] / spread).sqrt() / usual,
-            unlikely: n * variance.ln() - logs,
-        };
-        (line.zero.is_finite() && line.error.is_finite()).then_some(line)
+        let (zero, error) = (middle + found.x, (variance * inverse[(0, 0)]).sqrt());
+        let left = (variance * n / of_gaps[(0, 0)] / spread).sqrt() / usual;
+        let line = Self { zero, error, left, unlikely: n * variance.ln() - logs };
+        (zero.is_finite() && error.is_finite()).then_some(line)
     }
 }

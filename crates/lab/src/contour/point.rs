@@ -32,11 +32,9 @@ impl Noise {
             let error = error.allowed(format!("0 … {MOST_NOISE} ({unit})"));
             (0.0..=MOST_NOISE).contains(&x).then_some(x).ok_or(error)
         };
-        Ok(Self {
-            touch: touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?,
-            angle: within("--angle-noise", angle, "degrees")?,
-            base: within("--base-noise", base, "mm")?,
-        })
+        let touch = touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?;
+        let angle = within("--angle-noise", angle, "degrees")?;
+        Ok(Self { touch, angle, base: within("--base-noise", base, "mm")? })
     }
 }
 

@@ -173,10 +173,8 @@ impl<'a> Extent<'a> {
         };
         let reach = [lo - margin, (hi + margin).max(1.1 * length).min(room.max(hi))];
         let [first, last] = drives;
-        let drives = match first < last || ahead > 0.0 {
-            true => [0.02 * first, last + first.max(0.1 * last).max(ahead)],
-            false => drives,
-        };
+        let wide = [0.02 * first, last + first.max(0.1 * last).max(ahead)];
+        let drives = if first < last || ahead > 0.0 { wide } else { drives };
         Self { rig, open, side, reach, drives, hard: HARD }
     }
 }

@@ -97,18 +97,12 @@ impl LearnedRecord {
         };
         let terms: Vec<Term> = self.terms.iter().map(term).collect::<Option<_>>()?;
         let [floor, relative, position, visit, gain, zero, drift] = self.spread;
-        let [a, u, sizes] = self.scales;
-        Some(Curve {
-            unit: self.units[0],
-            base_unit: self.units[1],
-            zero: self.zero,
-            scales: Scales { a, u, sizes, offset: self.drive_shift },
-            terms,
-            mean: self.mean.clone(),
-            deviations: self.deviations.clone(),
-            spread: Spread { floor, relative, position, visit, zero, gain, drift },
-            tails: Tails(self.spread_covariance.unwrap_or_default()),
-        })
+        let spread = Spread { floor, relative, position, visit, zero, gain, drift };
+        let ([a, u, sizes], [unit, base_unit], zero) = (self.scales, self.units, self.zero);
+        let scales = Scales { a, u, sizes, offset: self.drive_shift };
+        let (mean, deviations) = (self.mean.clone(), self.deviations.clone());
+        let tails = Tails(self.spread_covariance.unwrap_or_default());
+        Some(Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread, tails })
     }
 
     pub fn is_sound(&self) -> bool {

@@ -241,19 +241,11 @@ impl<'a> Stroker<'a> {
     fn tap(&self, base: [f64; 2], heading: f64, at: [f64; 2]) -> Option<(RodTap, f64)> {
         let (a, touch) = self.reach(base, at)?;
         let turn = wrapped(heading - touch);
-        let shared = self.rig.shared();
-        let problem = RodProblem {
-            taper: shared.taper,
-            gauge: shared.gauge,
-            side: self.rig.setup.gauge.side,
-            distance: a,
-            hub: self.rig.setup.hub,
-            drive: Drive::Angle,
-            amount: turn,
-            foil: shared.foil,
-            body: None,
-            model: &self.model,
-        };
+        let (shared, model, drive) = (self.rig.shared(), &self.model, Drive::Angle);
+        let (taper, gauge, foil) = (shared.taper, shared.gauge, shared.foil);
+        let (side, hub, distance) = (self.rig.setup.gauge.side, self.rig.setup.hub, a);
+        let problem =
+            RodProblem { taper, gauge, side, distance, hub, drive, amount: turn, foil, body: None, model };
         let tap = (0.0..PI).contains(&turn).then(|| problem.solve().ok())??;
         Some((tap, heading - tap.base_angle + self.taper()))
     }

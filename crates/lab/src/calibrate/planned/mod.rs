@@ -146,15 +146,11 @@ pub fn plan(
         let measured = signal > 0.0 && signal <= limit && signal.is_finite();
         a > near && rig.design.admits(&rig.setup, a, u) && measured
     };
-    let ask = Ask {
-        curve: &curve,
-        distances: &distances,
-        drives: &drives,
-        allowed: &|i, j| allowed(distances[i], drives[j]),
-        runs: asked.runs,
-        positions: asked.positions.unwrap_or(usize::MAX),
-        rig: spread,
-    };
+    let at = [distances.as_slice(), &drives];
+    let may = |i: usize, j: usize| allowed(at[0][i], at[1][j]);
+    let (runs, positions) = (asked.runs, asked.positions.unwrap_or(usize::MAX));
+    let ask =
+        Ask { curve: &curve, distances: at[0], drives: at[1], allowed: &may, runs, positions, rig: spread };
     let Some(mut planner) = Planner::new(&ask) else {
         let message = "no tap of this spec tells a distance: two distances or more are needed beyond the gauge, within strain_limit, at which the signal falls";
         return Err(InputError::new(message).key("tap").allowed("other a and theta (delta) in [tap]").into());
@@ -193,7 +189,6 @@ pub fn plan(
         planner.grow();
         path.push((planner.count(), planner.sigma()));
     }
-    let at = [distances.as_slice(), &drives];
     let pairs: Vec<_> = distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
     Ok(Planned {
