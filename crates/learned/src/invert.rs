@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use vibrissa_core::physics::inverse::bracketed;
-use vibrissa_core::reduce::distinct;
-use vibrissa_core::status::Status;
+use vibrissa_core::{physics::inverse::bracketed, reduce::distinct, status::Status};
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_95};

@@ -8,10 +8,9 @@ use vibrissa_core::reduce::sorted;
 
 use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
-use crate::curve::Spread;
 use crate::evidence::{Hyper, Prior, Problem};
-use crate::fit::Start;
 use crate::rows::{Cell, Row};
+use crate::{curve::Spread, fit::Start};
 
 /// Largest prior standard deviation of a coefficient, in units of the signal: a gain may be twice as large as expected.
 const UNKNOWN: f64 = 1.0;

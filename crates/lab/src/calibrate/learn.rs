@@ -1,7 +1,6 @@
 //! Statistical model of one side: its rows, the end stop of the sensor, suspect rows; and what it says of the rig.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use crate::reduce::{distinct, range, sorted};
 use serde::Serialize;

@@ -33,12 +33,11 @@ use crate::reduce::range;
 use crate::error::{Error, InputError};
 use crate::estimator::taps::{Sorted, Tap, ZeroReading};
 use crate::estimator::{Estimator, Extent, Solver};
-use crate::fields::plain;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::{Parameter, opener};
 use crate::measure::{Data, Groups, Lag, Rig, Zero, columns::may_drive, counts, unit};
 use crate::scene::{Drive, RunOptions, Side};
-use crate::simulate;
+use crate::{fields::plain, simulate};
 
 const ROUNDS: usize = 5;
 

@@ -1,22 +1,18 @@
 //! One side of the whisker: its K table, its estimators, their errors on distances left out, positions in the wrong order (beyond the peak of a drive,
 //! signals fall with the distance), and the choice of the estimator.
 
-use super::Reason;
-use super::prepare::Prepared;
+use super::{Reason, prepare::Prepared};
 use crate::error::{Error, InputError};
-use crate::estimate::Estimated;
 use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::learned::{LearnedRecord, Learnt};
 use crate::estimator::simple::{self, FactorRecord, SmoothRecord};
 use crate::estimator::taps::{Cell, Tap, grouped};
 use crate::estimator::{Estimator, Opener, Parameter, SideRecord, exact::ExactRecord};
-use crate::evaluate::Outcome;
 use crate::measure::{Data, Groups, Rig};
 use crate::reduce::{Errors, range};
-use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
-use crate::status::Status;
+use crate::{estimate::Estimated, evaluate::Outcome, scene::Side, status::Status};
 use serde::Serialize;
 use vibrissa_learned::rows::rises;
 

@@ -3,16 +3,14 @@
 //! Taps of equal size to both sides read y₊ = z + g and y₋ = z − r g: all points (y₊, y₋) lie on the line y₋ = (1 + r) z − r y₊, which meets the
 //! diagonal at the zero z. This needs no curve of the whisker.
 
-use crate::error::Error;
 use crate::estimator::taps::{Cell, Sorted, Tap, grouped};
 use crate::estimator::{Opener, Parameter, fit::Task, learned::Learnt, least};
 use crate::measure::{Data, Rig, Tared, TaredBy};
 use crate::reduce::{median, range, sorted};
-use crate::scene::Side;
+use crate::{error::Error, scene::Side};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
-use vibrissa_learned::base::power;
-use vibrissa_learned::fit::lowest;
+use vibrissa_learned::{base::power, fit::lowest};
 
 /// Relative accuracy of solved models: smaller offsets count as 0.
 const SOLVED: f64 = 3e-7;

@@ -1,7 +1,6 @@
 //! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
-use std::collections::HashMap;
-use std::ops::Range;
+use std::{collections::HashMap, ops::Range};
 
 use nalgebra::{DMatrix, DVector};
 

@@ -11,13 +11,12 @@ use rayon::prelude::*;
 
 use super::object::Object;
 use super::{Counts, PIECE, Recorder, SOURCE, Settings};
-use crate::contour::point::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::{Rig, Skin};
 use crate::physics::rod::{RodProblem, RodTap};
-use crate::reduce::sorted;
 use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Model, Signal};
 use crate::sink::{Field, Frame, heading};
+use crate::{contour::point::Pose, reduce::sorted};
 use vibrissa_learned::fit::lowest;
 
 pub const FILE: &str = "strokes.csv";

@@ -5,9 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::{FREE, JUDGED, Joint, NEAR, NONE, SECOND, Tap, Told, WINDOW};
-use crate::curve::Weighted;
-use crate::evidence::ln_det;
 use crate::invert::{FINE, POINTS, lagrange, quantiles};
+use crate::{curve::Weighted, evidence::ln_det};
 
 /// Taps of one object so far.
 #[derive(Debug, Clone)]

@@ -1,13 +1,11 @@
 //! Numbers that the taps of a plan cannot separate, and the tap that would.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::curve::Spread;
-use vibrissa_learned::plan::Tap;
+use vibrissa_learned::{curve::Spread, plan::Tap};
 
 use crate::estimator::parameter::{spec_values, width};
 use crate::estimator::{Exact, Parameter};
-use crate::measure::Rig;
-use crate::scene::Drive;
+use crate::{measure::Rig, scene::Drive};
 
 /// Above this correlation of their errors, two numbers cannot be separated.
 const ALIKE: f64 = 0.95;
