@@ -40,12 +40,8 @@ impl Base {
         let (less, more, at) = (1.0 - STEP, 1.0 + STEP, |p: f64, q: f64| self.value(a * p, u * q) / unit);
         let [value, nearer, farther] = [1.0, less, more].map(|p| at(p, 1.0));
         let [less, more] = [less, more].map(|q| at(1.0, q));
-        About {
-            value,
-            by_distance: (farther - nearer) / (2.0 * STEP),
-            turns: (farther - 2.0 * value + nearer) / (STEP * STEP),
-            by_drive: (more - less) / (2.0 * STEP),
-        }
+        let [by_distance, by_drive] = [farther - nearer, more - less].map(|rise| rise / (2.0 * STEP));
+        About { value, by_distance, turns: (farther - 2.0 * value + nearer) / (STEP * STEP), by_drive }
     }
 }
 
@@ -67,12 +63,8 @@ impl About {
     /// Values at a (1 + `share`), accurate enough for a slope to first order.
     pub fn beside(&self, share: f64) -> Self {
         let value = self.value + share * self.by_distance + 0.5 * share * share * self.turns;
-        Self {
-            value,
-            by_distance: self.by_distance + share * self.turns,
-            by_drive: if self.value == 0.0 { self.by_drive } else { self.by_drive * value / self.value },
-            ..*self
-        }
+        let by_drive = if self.value == 0.0 { self.by_drive } else { self.by_drive * value / self.value };
+        Self { value, by_distance: self.by_distance + share * self.turns, by_drive, ..*self }
     }
 }
 

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
-use crate::base::{About, Base};
-use crate::evidence::Hyper;
+use crate::fit::{Start, slopes};
 use crate::rows::{Cell, Row, TOGETHER};
+use crate::{base::About, evidence::Hyper};
 use vibrissa_core::reduce::{range, sorted};
 
 const DEGREE: usize = 2;
@@ -156,14 +156,9 @@ impl Columns {
         self.columns.len() - terms.len()..self.columns.len()
     }
 
-    /// Columns of `cells` for `base` / `unit`; `slopes` are ∂ signal/∂ ln a of each cell in the unit of the signal.
-    pub fn new(
-        cells: &[Cell],
-        (base, unit): (&Base, f64),
-        slopes: &[f64],
-        scales: &Scales,
-        effects: Effects,
-    ) -> Self {
+    /// Columns of `cells` for the base and the units of `start`.
+    pub fn new(cells: &[Cell], start: &Start, scales: &Scales, effects: Effects) -> Self {
+        let (base, [.., unit], slopes) = (&start.base, start.numbers, slopes(cells, start, scales));
         let taps: Vec<usize> = (0..cells.len()).filter(|k| cells[*k].row.touches()).collect();
         let runs = cells.iter().map(|c| c.row.run).max().unwrap_or(0) + 1;
         let several = scales.u[1] > 0.0;
@@ -261,10 +256,8 @@ fn of_positions(cells: &[Cell], taps: &[usize], scales: &Scales, runs: usize) ->
     let near = |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
     // Nearly equal labels are jitter of one setting, or several settings with separate errors.
     let same = |i: usize, k: usize| (row(i).a - row(k).a).abs() <= SAME * row(i).a;
-    let visited = |i: usize, k: usize| match row(i).run == row(k).run {
-        true => 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 },
-        false => 0.0,
-    };
+    let both = |i: usize, k: usize| 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 };
+    let visited = |i: usize, k: usize| if row(i).run == row(k).run { both(i, k) } else { 0.0 };
     let mut labels = sorted((0..n).map(|i| row(i).a));
     labels.dedup_by(|a, b| *a - *b <= SAME * *b);
     let place = |a: f64| scales.place(a, row(0).u)[0];

@@ -6,7 +6,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::columns::{Column, Columns, Term, WAVES, frequency};
-use crate::rows::Cell;
+use crate::{fit::Start, rows::Cell};
 
 /// Least variance of a reading, in units of the signal squared: curves are solved to a relative 1e-7.
 const LEAST: f64 = 1e-14;
@@ -64,27 +64,18 @@ impl Solved {
 }
 
 impl Problem {
-    /// Problem of `cells` with signals (y − `zero`)/`unit`; `step` is that of the converter, `position` the prior of errors of labels.
-    pub fn new(
-        model: Columns,
-        cells: &[Cell],
-        [unit, zero, step]: [f64; 3],
-        (known, position): (bool, Prior),
-    ) -> Self {
+    /// Problem of `cells` with signals (y − zero)/unit; `step` is that of the converter, `position` the prior of errors of labels.
+    pub fn new(model: Columns, cells: &[Cell], start: &Start, step: f64, position: Prior) -> Self {
+        let ([unit, zero, _], known) = (start.numbers, start.power.is_none());
         let mut priors: Vec<Prior> = model.hypers.iter().map(|h| Prior::new(h.prior(known))).collect();
         if let Some(k) = model.hypers.iter().position(|h| *h == Hyper::Position) {
             priors[k] = position;
         }
         let curve = model.columns.iter().position(|c| c.term == Term::Curve(0, 0));
         let size2 = (0..cells.len()).map(|i| curve.map_or(0.0, |j| model.matrix[(i, j)].powi(2))).collect();
-        Self {
-            y: DVector::from_iterator(cells.len(), cells.iter().map(|c| (c.row.y - zero) / unit)),
-            repeats: cells.iter().map(|c| [c.n, c.squares / (unit * unit)]).collect(),
-            size2,
-            steps: (step / unit).powi(2) / 12.0,
-            priors,
-            model,
-        }
+        let y = DVector::from_iterator(cells.len(), cells.iter().map(|c| (c.row.y - zero) / unit));
+        let repeats = cells.iter().map(|c| [c.n, c.squares / (unit * unit)]).collect();
+        Self { y, repeats, size2, steps: (step / unit).powi(2) / 12.0, priors, model }
     }
 
     fn place(&self, hyper: Hyper) -> Option<usize> {
@@ -156,10 +147,8 @@ impl Problem {
         }
         twice += at.iter().zip(&self.priors).map(|(x, prior)| prior.twice(*x)).sum::<f64>();
         let mean = coefficients.component_mul(&root);
-        let residual = DVector::from_iterator(
-            weight.len(),
-            weighted.iter().zip(&weight).map(|(e, w)| if *w > 0.0 { e / w } else { 0.0 }),
-        );
+        let left = weighted.iter().zip(&weight).map(|(e, w)| if *w > 0.0 { e / w } else { 0.0 });
+        let residual = DVector::from_iterator(weight.len(), left);
         let value = 0.5 * twice;
         value.is_finite().then_some(Solved { value, mean, root, factor, residual, variance, scaled })
     }

@@ -90,15 +90,12 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     }
     let [unit, zero, base_unit] = start.numbers;
     let known = task.known.is_some();
-    let of_zero = match merged.iter().any(|c| !c.row.touches()) {
-        true => Some(FLAT),
-        false => task.zero.is_finite().then(|| task.zero / unit),
-    };
+    let read = merged.iter().any(|c| !c.row.touches());
+    let of_zero = if read { Some(FLAT) } else { task.zero.is_finite().then(|| task.zero / unit) };
     let effects = Effects { known, zero: of_zero, drift: task.drift };
-    let slopes = slopes(&merged, &start, &scales);
-    let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
+    let model = Columns::new(&merged, &start, &scales, effects);
     let of_labels = position(&merged, known, start.labels);
-    let problem = Problem::new(model, &merged, [unit, zero, task.step], (known, of_labels));
+    let problem = Problem::new(model, &merged, &start, task.step, of_labels);
     let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
         let kept = |k: &usize| !merged[*k].row.touches() || k.is_multiple_of(every);
@@ -201,10 +198,8 @@ pub(crate) fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start
     };
     let unit = median(&mut taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect::<Vec<_>>());
     let (base, numbers) = (Base::Power(fitted.power), [unit, fitted.zero, unit / fitted.factor]);
-    match unit > 0.0 {
-        true => Ok(Start { base, power: Some(fitted), numbers, labels }),
-        false => Err(Fault::NoCurve),
-    }
+    let start = Start { base, power: Some(fitted), numbers, labels };
+    (unit > 0.0).then_some(start).ok_or(Fault::NoCurve)
 }
 
 fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault> {
@@ -261,10 +256,8 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
 /// Argument of the minimum between two ends: beside the lowest of so many `looks` by golden section, to 1e-5 of a look.
 pub fn lowest(of: impl Fn(f64) -> f64, [lo, hi]: [f64; 2], looks: usize) -> f64 {
     let at = |k: usize| lo + (hi - lo) * k as f64 / looks as f64;
-    let best = match looks {
-        1 => 0,
-        _ => (0..=looks).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0),
-    };
+    let lowest = || (0..=looks).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k))));
+    let best = if looks == 1 { 0 } else { lowest().unwrap_or(0) };
     let [mut lo, mut hi] = [at(best.saturating_sub(1)), at((best + 1).min(looks))];
     for _ in 0..24 {
         let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));

@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use vibrissa_core::physics::inverse::bracketed;
-use vibrissa_core::reduce::distinct;
-use vibrissa_core::status::Status;
+use vibrissa_core::{physics::inverse::bracketed, reduce::distinct, status::Status};
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_95};
@@ -75,10 +73,8 @@ impl Inverse {
             |k: usize| u + 1.02 * width * (std::f64::consts::PI * (k as f64 + 0.5) / DRIVES as f64).cos();
         let few = drives.map(|drives| distinct(drives.iter().map(|u| (u + curve.scales.offset).ln())));
         let few = few.filter(|few| few.len() < DRIVES && few.iter().all(|x| x.is_finite()));
-        let nodes = match width > 0.0 {
-            true => few.unwrap_or_else(|| (0..DRIVES).map(usual).collect()),
-            false => vec![u],
-        };
+        let many = || (0..DRIVES).map(usual).collect();
+        let nodes = if width > 0.0 { few.unwrap_or_else(many) } else { vec![u] };
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
         let known = matches!(base, Base::Known(..));

@@ -49,22 +49,19 @@ fn hessian(problem: &Problem, at: &[f64], gradient: &DVector<f64>) -> DMatrix<f6
     }
 }
 
-fn descend(
-    problem: &Problem,
-    at: &mut Vec<f64>,
-    solved: &mut Solved,
-    gradient: &DVector<f64>,
-    step: &DVector<f64>,
-) -> Option<f64> {
+/// Learned numbers on the way to a peak, and the coefficients for them.
+type Place = (Vec<f64>, Solved);
+
+fn descend(problem: &Problem, here: &mut Place, gradient: &DVector<f64>, step: &DVector<f64>) -> Option<f64> {
     let longest = step.amax();
     let mut share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
     while share > 1e-5 {
-        let there: Vec<f64> =
-            at.iter().zip(step.iter()).map(|(x, s)| (x + share * s).clamp(-30.0, 12.0)).collect();
+        let moved = here.0.iter().zip(step.iter()).map(|(x, s)| (x + share * s).clamp(-30.0, 12.0));
+        let there: Vec<f64> = moved.collect();
         match problem.solve(&there) {
-            Some(next) if next.value <= solved.value + 1e-4 * share * gradient.dot(step) => {
-                let gain = solved.value - next.value;
-                (*at, *solved) = (there, next);
+            Some(next) if next.value <= here.1.value + 1e-4 * share * gradient.dot(step) => {
+                let gain = here.1.value - next.value;
+                *here = (there, next);
                 return Some(gain);
             }
             _ => share *= 0.4,
@@ -76,20 +73,19 @@ fn descend(
 /// Climbs from `start` towards a peak without second derivatives (BFGS).
 fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
     let n = start.len();
-    let mut at = start.to_vec();
-    let mut solved = problem.solve(&at)?;
+    let mut here = (start.to_vec(), problem.solve(start)?);
     let of_prior = DVector::from_fn(n, |k, _| problem.priors[k].width().powi(2).min(1.0) * 0.3);
     let mut inverse = DMatrix::from_diagonal(&of_prior);
-    let mut gradient = DVector::from_vec(problem.gradient(&at, &solved));
+    let mut gradient = DVector::from_vec(problem.gradient(&here.0, &here.1));
     for _ in 0..80 {
         if gradient.amax() < 0.03 {
             break;
         }
         let step = -(&inverse * &gradient);
-        let before = DVector::from_column_slice(&at);
-        let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
-        let next = DVector::from_vec(problem.gradient(&at, &solved));
-        let (moved, turned) = (DVector::from_column_slice(&at) - before, &next - &gradient);
+        let before = DVector::from_column_slice(&here.0);
+        let gain = descend(problem, &mut here, &gradient, &step);
+        let next = DVector::from_vec(problem.gradient(&here.0, &here.1));
+        let (moved, turned) = (DVector::from_column_slice(&here.0) - before, &next - &gradient);
         let along = moved.dot(&turned);
         if along > 1e-10 {
             let left = DMatrix::identity(n, n) - &moved * turned.transpose() / along;
@@ -100,30 +96,30 @@ fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
             break;
         }
     }
-    Some((at, solved.value))
+    Some((here.0, here.1.value))
 }
 
 /// Climbs from near a peak to the peak.
 fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
-    let mut at = start.to_vec();
-    let mut solved = problem.solve(&at)?;
+    let mut here = (start.to_vec(), problem.solve(start)?);
     let mut curvature = None;
     for _ in 0..20 {
-        let gradient = DVector::from_vec(problem.gradient(&at, &solved));
+        let gradient = DVector::from_vec(problem.gradient(&here.0, &here.1));
         if gradient.amax() < FLAT {
             break;
         }
         // Near the peak the Hessian changes slowly and is expensive.
         if curvature.is_none() || gradient.amax() > 0.1 {
-            curvature = Some(hessian(problem, &at, &gradient));
+            curvature = Some(hessian(problem, &here.0, &gradient));
         }
         let step = -curvature.as_ref()?.clone().cholesky()?.solve(&gradient);
-        let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
-        if gain.is_none_or(|g| g < 1e-11 * (1.0 + solved.value.abs()) && gradient.amax() < 1e-6) {
+        let gain = descend(problem, &mut here, &gradient, &step);
+        if gain.is_none_or(|g| g < 1e-11 * (1.0 + here.1.value.abs()) && gradient.amax() < 1e-6) {
             break;
         }
     }
     // Evaluate at the peak, so that the result does not depend on the path.
+    let (at, solved) = here;
     let gradient = DVector::from_vec(problem.gradient(&at, &solved));
     let hessian = hessian(problem, &at, &gradient);
     Some(Peak { at, solved, hessian })
@@ -220,11 +216,8 @@ impl<'a> Proposal<'a> {
         let along = |(k, [below, above]): (usize, &[f64; 2])| {
             let u = Sampler::Sobol.uniform(SEED, k as u32 % MAX_DIMENSIONS, index as u32);
             let both = below + above;
-            if u * both < *below {
-                below * quantile(u * both / (2.0 * below))
-            } else {
-                -above * quantile((1.0 - u) * both / (2.0 * above))
-            }
+            let half = |share: f64, width: f64| width * quantile(share * both / (2.0 * width));
+            if u * both < *below { half(u, *below) } else { -half(1.0 - u, *above) }
         };
         self.at(&DVector::from_iterator(self.widths.len(), self.widths.iter().enumerate().map(along)))
     }

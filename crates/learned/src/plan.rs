@@ -8,10 +8,9 @@ use vibrissa_core::reduce::sorted;
 
 use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
-use crate::curve::Spread;
 use crate::evidence::{Hyper, Prior, Problem};
-use crate::fit::{Start, slopes};
 use crate::rows::{Cell, Row};
+use crate::{curve::Spread, fit::Start};
 
 /// Largest prior standard deviation of a coefficient, in units of the signal: a gain may be twice as large as expected.
 const UNKNOWN: f64 = 1.0;
@@ -82,11 +81,9 @@ impl Planner {
         }
         let base = Base::Known(ask.curve.clone(), 0.0);
         let start = Start { base: base.clone(), power: None, numbers: [unit, 0.0, unit], labels: None };
-        let slopes = slopes(&cells, &start, &scales);
         let effects = Effects { known: true, zero: Some(FLAT), drift: false };
-        let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);
-        let problem =
-            Problem::new(model, &cells, [unit, 0.0, 0.0], (true, Prior::new(Hyper::Position.prior(true))));
+        let model = Columns::new(&cells, &start, &scales, effects);
+        let problem = Problem::new(model, &cells, &start, 0.0, Prior::new(Hyper::Position.prior(true)));
         let Spread { floor, relative, position, visit, gain, zero, .. } = ask.rig;
         let [noise, relative, position, visit, gain, zero] =
             [floor, relative, position, visit, gain, zero].map(f64::sqrt);
@@ -125,12 +122,9 @@ impl Planner {
         weights.iter_mut().for_each(|w| *w /= places);
         let n = cells.len();
         let first = problem.model.places(&terms).start;
+        let later = |i: usize, k: usize| k.checked_sub(first).map_or(0.0, |k| asked[i][k]);
         let entry = |i: usize, k: usize| {
-            let x = match i < n {
-                true => problem.model.matrix[(i, k)],
-                false => k.checked_sub(first).map_or(0.0, |k| asked[i - n][k]),
-            };
-            x * roots[k]
+            roots[k] * if i < n { problem.model.matrix[(i, k)] } else { later(i - n, k) }
         };
         let scaled = DMatrix::from_fn(n + asked.len(), roots.len(), entry);
         let variances = problem.variances(&at);
@@ -176,11 +170,6 @@ impl Planner {
 
     fn gain(&self, place: usize) -> f64 {
         self.squares(place) / (self.noise[place] + self.covariance[(place, place)])
-    }
-
-    fn worth(&self, place: usize) -> f64 {
-        let left = self.noise[place] - self.covariance[(place, place)];
-        self.squares(place) / left.max(f64::MIN_POSITIVE)
     }
 
     /// Best candidate; only at distances in use once their maximum is reached.
@@ -243,8 +232,12 @@ impl Planner {
 
     /// Removes the tap with the least information.
     pub fn shrink(&mut self) {
-        let least = (self.pinned..self.chosen.len())
-            .min_by(|i, k| self.worth(self.chosen[*i]).total_cmp(&self.worth(self.chosen[*k])));
+        let worth = |k: &usize| {
+            let place = self.chosen[*k];
+            let left = self.noise[place] - self.covariance[(place, place)];
+            self.squares(place) / left.max(f64::MIN_POSITIVE)
+        };
+        let least = (self.pinned..self.chosen.len()).min_by(|i, k| worth(i).total_cmp(&worth(k)));
         least.map(|k| self.remove(k));
     }
 

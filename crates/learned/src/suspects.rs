@@ -115,10 +115,8 @@ fn without(places: &[usize], wrong: &[Suspect]) -> Vec<usize> {
 /// Deviation of a row from `fit`, which excludes it, at its label times `factor`.
 fn judged(task: &Task, fit: &Fit, place: usize, factor: f64) -> Suspect {
     let row = &task.rows[place];
-    let expected = match row.touches() {
-        true => fit.curve.expected(&fit.base, factor * row.a, row.u, true).signal,
-        false => 0.0,
-    };
+    let tap = || fit.curve.expected(&fit.base, factor * row.a, row.u, true).signal;
+    let expected = if row.touches() { tap() } else { 0.0 };
     Suspect { place, off: row.y - fit.curve.zero()[0] - expected, expected }
 }
 
@@ -130,10 +128,10 @@ fn off_most(task: &Task, fit: &Fit) -> Vec<(Suspect, f64)> {
             let (expected, row) = (fit.expected[i], &task.rows[place]);
             let (off, sd) = (row.y - expected, fit.deleted[i]);
             let t = off.abs() / sd;
-            let signal =
-                (expected - fit.zeros[i]).abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
+            let expected = expected - fit.zeros[i];
+            let signal = expected.abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
             if off.abs() > LEAST * signal {
-                all.push((Suspect { place, off, expected: expected - fit.zeros[i] }, t));
+                all.push((Suspect { place, off, expected }, t));
             }
         }
     }
@@ -148,11 +146,9 @@ fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<Suspect>> {
         return None;
     }
     let few = |rows: &&Vec<usize>| rows.len() <= 3 && (rows.len() as f64) < LEAST * kept.len() as f64;
-    let farther = |p: &&Vec<usize>, q: &&Vec<usize>| {
-        off(task, last, p, 1.0)[0].abs().total_cmp(&off(task, last, q, 1.0)[0].abs())
-    };
+    let miss = |rows: &[usize]| off(task, last, rows, 1.0)[0].abs();
     let spread = last.curve.spread.position.sqrt() >= LEAST;
-    let worst = positions.values().max_by(farther).filter(|_| spread);
+    let worst = positions.values().max_by(|p, q| miss(p).total_cmp(&miss(q))).filter(|_| spread);
     let mut counts: Vec<usize> = positions.values().map(Vec::len).collect();
     counts.sort_unstable();
     let fewer = |rows: &&Vec<usize>| FEWER * rows.len() <= counts[counts.len() / 2];
@@ -164,9 +160,8 @@ fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<Suspect>> {
 fn positions(task: &Task, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
     let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
     let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
-    kept.iter()
-        .filter(|k| task.rows[**k].touches())
-        .for_each(|k| positions.entry(label(k)).or_default().push(*k));
+    let taps = kept.iter().filter(|k| task.rows[**k].touches());
+    taps.for_each(|k| positions.entry(label(k)).or_default().push(*k));
     positions
 }
 

@@ -16,14 +16,9 @@ const ROWS: f64 = 120.0;
 const K: std::ops::Range<f64> = 0.33..3.0;
 /// Largest error on distances left out, relative to that of the best cause.
 const WORSE: f64 = 5.0;
-const RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
-struct Change {
-    what: String,
-    mends: String,
-    row: fn(&mut Row, f64),
-    whisker: bool,
-}
+/// What may be wrong, what mends it, and how each row is read then, with the length of the whisker; `None` for another whisker.
+type Change = (String, String, Option<fn(&mut Row, f64)>);
 
 /// `found`, unless more than a fifth of its rows are suspect, or its signal grows with the distance and another reading of the columns explains it.
 pub fn judged(
@@ -56,14 +51,15 @@ pub fn judged(
     let mut fits: Vec<(f64, f64, Change)> = Vec::new();
     for change in changes(&data, rig) {
         let mut changed = data.clone();
-        changed.rows.iter_mut().for_each(|row| (change.row)(row, rig.design.tuple.L_a));
+        let length = rig.design.tuple.L_a;
+        change.2.iter().for_each(|of| changed.rows.iter_mut().for_each(|row| of(row, length)));
         // Drive 0 is a zero reading: a column with such rows is a drive.
         let rests = |data: &Data| data.rows.iter().any(|row| row.drive == 0.0);
         if rests(&data) && !rests(&changed) {
             continue;
         }
         let without = Options { fit: Vec::new(), ..options.clone() };
-        let tried = match change.whisker || !rig.known {
+        let tried = match change.2.is_none() || !rig.known {
             true => Rig::of_data(&changed, data.drive)
                 .map_err(Error::from)
                 .and_then(|(rig, _)| settle(&changed, &rig, &without)),
@@ -89,10 +85,10 @@ pub fn judged(
         return Err(error.allowed(allowed).into());
     }
     let what =
-        |(share, _, change): &(f64, f64, Change)| format!("{} ({:.0} % suspect)", change.what, 100.0 * share);
+        |(share, _, (what, ..)): &(f64, f64, Change)| format!("{what} ({:.0} % suspect)", 100.0 * share);
     let what: Vec<String> = fits.iter().take(3).map(what).collect();
     let message = format!("{}; they fit with {}", error.message, what.join(", or "));
-    let allowed = [Some(fits[0].2.mends.clone()), error.allowed.clone()];
+    let allowed = [Some(fits[0].2.1.clone()), error.allowed.clone()];
     let allowed = allowed.into_iter().flatten().collect::<Vec<_>>().join("; ");
     Err(InputError { message, ..error }.allowed(allowed).into())
 }
@@ -144,61 +140,45 @@ fn thinned(data: &Data) -> Data {
 
 fn changes(data: &Data, rig: &Rig) -> Vec<Change> {
     let (signal, drive) = (data.unit.column(), rig.setup.drive.column());
-    let short = if rig.setup.drive == Drive::Angle { "theta" } else { "delta" };
-    let mut all = Vec::new();
-    let mut add = |what: String, mends: String, row: fn(&mut Row, f64)| {
-        all.push(Change { what, mends, row, whisker: false })
+    let (driven, turns) = (data.drive.is_some(), rig.setup.drive == Drive::Angle);
+    let short = if turns { "theta" } else { "delta" };
+    let mut all: Vec<Change> = Vec::new();
+    let mut add = |may: bool, what: &str, mends: String, row: fn(&mut Row, f64)| {
+        all.extend(may.then(|| (what.to_owned(), mends, Some(row))));
     };
     let exchanged = |p: &str, q: &str| format!("{p} and {q} exchanged");
+    let names = |how: &str| format!("the names of the columns as they are, {how}");
     let mm = |what: &str, factor: &str| format!("{what} in mm: these times {factor}");
-    if data.drive.is_some() {
-        let mends = format!("--columns 'a={drive},{short}=a_mm'");
-        add(exchanged("a_mm", drive), mends, |r, _| (r.a, r.drive) = (r.drive, r.a));
-        let mends = format!("the names of the columns as they are, {drive} and {signal} the other way round");
-        add(exchanged(drive, signal), mends, |r, _| (r.drive, r.value) = (r.value, r.drive));
-        let mends = "the names of the columns as they are, which are all in another order";
-        let rotated = |first: &str, second: &str, third: &str| {
-            format!("{first} in the column a_mm, {second} in {drive}, {third} in {signal}")
-        };
-        add(rotated("the drive", "the signal", "the distance"), mends.to_owned(), |r, _| {
-            (r.drive, r.value, r.a) = (r.a, r.drive, r.value)
-        });
-        add(rotated("the signal", "the distance", "the drive"), mends.to_owned(), |r, _| {
-            (r.value, r.a, r.drive) = (r.a, r.drive, r.value)
-        });
-        match rig.setup.drive {
-            Drive::Angle => add(
-                "the drive in radians, times 57.3".to_owned(),
-                format!("{drive} in degrees: radians times 57.3"),
-                |r, _| r.drive *= RADIAN,
-            ),
-            Drive::Displacement => {
-                add("the drive in centimetres".to_owned(), mm(drive, "10"), |r, _| r.drive *= 10.0);
-                add("drive and distance in centimetres".to_owned(), mm("both", "10"), |r, _| {
-                    (r.a, r.drive) = (10.0 * r.a, 10.0 * r.drive);
-                });
-                add("drive and distance in metres".to_owned(), mm("both", "1000"), |r, _| {
-                    (r.a, r.drive) = (1000.0 * r.a, 1000.0 * r.drive);
-                });
-            }
-        }
-    }
-    let mends = format!("the names of the columns as they are, a_mm and {signal} the other way round");
-    add(exchanged("a_mm", signal), mends, |r, _| (r.a, r.value) = (r.value, r.a));
-    add("distances in centimetres".to_owned(), mm("a_mm", "10"), |r, _| r.a *= 10.0);
-    add("distances in metres".to_owned(), mm("a_mm", "1000"), |r, _| r.a *= 1000.0);
-    add("distances in inches".to_owned(), mm("a_mm", "25.4"), |r, _| r.a *= 25.4);
-    if rig.known {
-        let mends = "a_mm from the base, as the spec has it".to_owned();
-        add("distances from the tip of the whisker".to_owned(), mends, |r, length| r.a = length - r.a);
-    }
-    if rig.known && data.rows.len() >= SEVERAL {
-        all.push(Change {
-            what: "another whisker than that of the spec".to_owned(),
-            mends: "the whisker that was measured; or no --whisker".to_owned(),
-            row: |_, _| (),
-            whisker: true,
-        });
-    }
+    let mends = format!("--columns 'a={drive},{short}=a_mm'");
+    add(driven, &exchanged("a_mm", drive), mends, |r, _| (r.a, r.drive) = (r.drive, r.a));
+    let mends = names(&format!("{drive} and {signal} the other way round"));
+    add(driven, &exchanged(drive, signal), mends, |r, _| (r.drive, r.value) = (r.value, r.drive));
+    let mends = names("which are all in another order");
+    let what = format!("the drive in the column a_mm, the signal in {drive}, the distance in {signal}");
+    add(driven, &what, mends.clone(), |r, _| (r.drive, r.value, r.a) = (r.a, r.drive, r.value));
+    let what = format!("the signal in the column a_mm, the distance in {drive}, the drive in {signal}");
+    add(driven, &what, mends, |r, _| (r.value, r.a, r.drive) = (r.a, r.drive, r.value));
+    let mends = format!("{drive} in degrees: radians times 57.3");
+    let radians = driven && turns;
+    add(radians, "the drive in radians, times 57.3", mends, |r, _| r.drive = r.drive.to_degrees());
+    let moved = driven && !turns;
+    add(moved, "the drive in centimetres", mm(drive, "10"), |r, _| r.drive *= 10.0);
+    let mends = mm("both", "10");
+    add(moved, "drive and distance in centimetres", mends, |r, _| {
+        (r.a, r.drive) = (10.0 * r.a, 10.0 * r.drive)
+    });
+    add(moved, "drive and distance in metres", mm("both", "1000"), |r, _| {
+        (r.a, r.drive) = (1000.0 * r.a, 1000.0 * r.drive);
+    });
+    let mends = names(&format!("a_mm and {signal} the other way round"));
+    add(true, &exchanged("a_mm", signal), mends, |r, _| (r.a, r.value) = (r.value, r.a));
+    add(true, "distances in centimetres", mm("a_mm", "10"), |r, _| r.a *= 10.0);
+    add(true, "distances in metres", mm("a_mm", "1000"), |r, _| r.a *= 1000.0);
+    add(true, "distances in inches", mm("a_mm", "25.4"), |r, _| r.a *= 25.4);
+    let mends = "a_mm from the base, as the spec has it".to_owned();
+    add(rig.known, "distances from the tip of the whisker", mends, |r, length| r.a = length - r.a);
+    let other = ["another whisker than that of the spec", "the whisker that was measured; or no --whisker"];
+    let [what, mends] = other.map(str::to_owned);
+    all.extend((rig.known && data.rows.len() >= SEVERAL).then_some((what, mends, None)));
     all
 }

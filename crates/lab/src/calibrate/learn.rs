@@ -1,7 +1,6 @@
 //! Statistical model of one side: its rows, the end stop of the sensor, suspect rows; and what it says of the rig.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use crate::reduce::{distinct, range, sorted};
 use serde::Serialize;
@@ -53,7 +52,12 @@ pub fn side(
     let runs: BTreeSet<usize> = rows.iter().map(|r| r.run).collect();
     let apart = 1 + sorted.zeros.windows(2).filter(|w| w[1].place > w[0].place + 1).count();
     let usual = usual(&recorded);
-    let step = quantum(&usual.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&usual);
+    let width = |k: usize| {
+        let [lo, hi] = range(usual.iter().map(|r| r[k]).filter(|x| x.is_finite()));
+        hi - lo
+    };
+    let scale = if width(0) > 0.0 { width(1) / width(0) } else { 0.0 };
+    let step = quantum(&usual.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale;
     let drift = zero_read && apart >= APART && apart > runs.len();
     // Taps beyond or near the limit of the model are not of this whisker; if they are many, the model is not used.
     let known =
@@ -105,14 +109,6 @@ fn usual(recorded: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let off = sorted(recorded.iter().map(|r| (r[0] - middle).abs()));
     let most = WILD * off.get(3 * off.len() / 4).copied().unwrap_or(f64::INFINITY);
     recorded.iter().copied().filter(|r| most == 0.0 || (r[0] - middle).abs() <= most).collect()
-}
-
-fn scale(recorded: &[[f64; 2]]) -> f64 {
-    let width = |k: usize| {
-        let [lo, hi] = range(recorded.iter().map(|r| r[k]).filter(|x| x.is_finite()));
-        hi - lo
-    };
-    if width(0) > 0.0 { width(1) / width(0) } else { 0.0 }
 }
 
 /// True if taps were repeated with others between: otherwise drift and curve are indistinguishable.
@@ -189,7 +185,7 @@ struct Number {
 }
 
 fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
-    let (c, scales) = (&learnt.fit.curve, &learnt.fit.curve.scales);
+    let Fit { curve: c, base, .. } = &*learnt.fit;
     let place = |term| c.terms.iter().position(|t| *t == term);
     let product = |i: usize, k: usize| c.deviations.iter().map(|d| d[i] * d[k]).sum::<f64>();
     let known = learnt.task.known.is_some();
@@ -197,25 +193,21 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
     let correlated = |gain: usize, k: usize| {
         k != gain && product(gain, k).abs() > ALIKE * (product(gain, gain) * product(k, k)).sqrt()
     };
-    let mut all = Vec::new();
-    let mut add = |name, term, found: Option<[f64; 2]>, unit, tells| {
+    let ([size_a, size_u], offset) = (c.scales.sizes, Parameter::DriveOffset);
+    let (of_gain, of_drive) = ([c.unit / c.base_unit, 0.0], [size_u, base.offset()]);
+    // Term, factor of its coefficient and what is added to it, unit, and the tap that tells it from the gain.
+    let all = [
+        ("gain", Term::Curve(0, 0), of_gain, "signal over that of the spec", ""),
+        (offset.name(kind), Term::OffsetU, of_drive, offset.unit(kind), "taps at a drive half as large"),
+        ("a_offset", Term::OffsetA, [size_a, 0.0], "mm", "taps nearer to the base"),
+        ("zero", Term::Zero, [c.unit, c.zero], "signal", "zero readings"),
+    ];
+    let number = |(name, term, [scale, more], unit, tells): (_, _, [f64; 2], _, _)| {
+        let [x, sd] = c.coefficient(term).filter(|_| known || term == Term::Zero)?;
         let alike = gain.zip(place(term)).is_some_and(|(gain, k)| correlated(gain, k)).then_some(tells);
-        let number = |[value, standard_error]: [f64; 2]| Number { name, value, standard_error, unit, alike };
-        all.extend(found.map(number));
+        Some(Number { name, value: x * scale + more, standard_error: sd * scale, unit, alike })
     };
-    if known {
-        let of =
-            |term, scale: f64, more: f64| c.coefficient(term).map(|[x, sd]| [x * scale + more, sd * scale]);
-        let gain = Term::Curve(0, 0);
-        add("gain", gain, of(gain, c.unit / c.base_unit, 0.0), "signal over that of the spec", "");
-        let offset = Parameter::DriveOffset;
-        let found = of(Term::OffsetU, scales.sizes[1], learnt.fit.base.offset());
-        add(offset.name(kind), Term::OffsetU, found, offset.unit(kind), "taps at a drive half as large");
-        let found = of(Term::OffsetA, scales.sizes[0], 0.0);
-        add("a_offset", Term::OffsetA, found, "mm", "taps nearer to the base");
-    }
-    add("zero", Term::Zero, Some(c.zero()), "signal", "zero readings");
-    all
+    all.into_iter().filter_map(number).collect()
 }
 
 /// Parts of σ in the middle of the data, as relative standard deviations of the signal.

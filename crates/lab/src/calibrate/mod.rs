@@ -32,13 +32,12 @@ use crate::reduce::range;
 
 use crate::error::{Error, InputError};
 use crate::estimator::taps::{Sorted, Tap, ZeroReading};
-use crate::estimator::{Estimator, Extent};
-use crate::fields::plain;
+use crate::estimator::{Estimator, Extent, Solver};
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::{Parameter, opener};
 use crate::measure::{Data, Groups, Lag, Rig, Zero, columns::may_drive, counts, unit};
 use crate::scene::{Drive, RunOptions, Side};
-use crate::simulate;
+use crate::{fields::plain, simulate};
 
 const ROUNDS: usize = 5;
 
@@ -166,6 +165,8 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         // Noise of such a reading is not in strain; the calibration stores it.
         rig.setup.gauge.noise_strain = None;
     }
+    let (file_read, hash, used) = (file.clone(), options.hash.clone(), results.iter().map(|s| s.used).sum());
+    let source = Source { file: file_read, hash, rows: taps.len(), used, zeros: zeros.len() };
     let calibration = Calibration {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -179,13 +180,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         zero: tared,
         lag: None,
         second: None,
-        data: Source {
-            file: data.file.clone(),
-            hash: options.hash.clone(),
-            rows: taps.len(),
-            used: results.iter().map(|s| s.used).sum(),
-            zeros: zeros.len(),
-        },
+        data: source,
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
@@ -280,9 +275,9 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     crate::estimator::parameter::check(rig, &options.fit)
 }
 
-fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
+fn extent<'a>(of: Solver<'a>, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent<'a>> {
     let here = || taps.iter().filter(|t| t.is_of(sign));
     here().next()?;
-    let (distances, drives) = (range(here().map(|t| t.a)), range(here().map(|t| t.drive)));
-    Some(Extent::around(rig, gauge, distances, drives, rig.before))
+    let ends = [range(here().map(|t| t.a)), range(here().map(|t| t.drive))];
+    Some(Extent::around(of, gauge, ends, of.0.before))
 }

@@ -1,14 +1,11 @@
 //! Files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json, and the export.
 
 use super::{Calibrated, Reason};
-use crate::error::Error;
-use crate::estimator::Estimator;
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::locate::{Located, Locator};
-use crate::measure::Data;
 use crate::scene::{Direction, Setup, Tuple};
 use crate::sink::{AtDistance, AtDrive, Field, Frame, heading};
-use crate::status::Status;
+use crate::{error::Error, estimator::Estimator, measure::Data, status::Status};
 
 /// Names of the possible files, without run.json.
 pub const FILES: [&str; 6] =
@@ -16,12 +13,8 @@ pub const FILES: [&str; 6] =
 
 /// Tables of a calibration; `locator` answers with the chosen estimator.
 pub fn tables(found: &Calibrated, data: &Data, locator: &Locator) -> Result<[Frame; 4], Error> {
-    Ok([
-        k_table(found, data, &locator.rig.setup)?,
-        designs(found, locator)?,
-        distances(found, locator)?,
-        rows(found, data, locator)?,
-    ])
+    let (k, rows) = (k_table(found, data, &locator.rig.setup)?, rows(found, data, locator)?);
+    Ok([k, designs(found, locator)?, distances(found, locator)?, rows])
 }
 
 fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Error> {

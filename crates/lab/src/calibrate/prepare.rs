@@ -67,9 +67,8 @@ pub fn prepare(
         let gauge = gauge_side(data, rig, sign, signs[0]);
         let mut exact = None;
         if recorded && rig.known && no_exact.is_none() {
-            let at = super::extent(rig, &rows.taps, sign, gauge);
-            let model =
-                at.map(|at| Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open));
+            let at = super::extent((rig, open), &rows.taps, sign, gauge);
+            let model = at.map(|at| Exact::new(spec_values(&rig.setup), Vec::new(), at));
             match (model, at) {
                 (Some(Ok(model)), _) => exact = Some(model),
                 (Some(Err(why)), Some(Extent { reach: [near, far], .. })) if why.is_of_whisker() => {

@@ -2,11 +2,9 @@
 
 use super::side::{Contradiction, growing};
 use super::{Calibrated, Reason, SideResult, named};
-use crate::error::InputError;
 use crate::estimator::{Estimator, Parameter, taps::Tap};
-use crate::fields::plain;
 use crate::measure::{Data, Rig};
-use crate::scene::Signal;
+use crate::{error::InputError, fields::plain, scene::Signal};
 
 /// Ratio of errors on distances left out above which an estimator is wrong, not unlucky.
 const FAR_WORSE: f64 = 3.0;

@@ -1,7 +1,5 @@
 //! Report of a calibration as JSON and as text.
 
-use std::fmt::Write;
-
 use serde_json::{Value, json};
 
 use super::coverage::Covered;
@@ -198,7 +196,7 @@ pub fn fitted(f: &Fit, kind: Drive, zero: f64) -> Vec<String> {
 
 /// Summary as text.
 pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> String {
-    let mut t = String::new();
+    let mut lines = Vec::new();
     let kind = rig.setup.drive;
     let (symbol, degree) = crate::sink::table::drive_unit(kind);
     let unit = match data.unit.signal() {
@@ -208,10 +206,9 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
     };
     let used: usize = found.sides.iter().map(|s| s.used).sum();
     let (taps, zeros, from) = (found.taps.len(), found.zeros.len(), &found.calibration.noise_from);
-    let _ = writeln!(
-        t,
+    lines.push(format!(
         "{used} of {taps} taps used, {zeros} zero readings; noise of one reading {unit} from {from}"
-    );
+    ));
     if let Some(second) = &found.calibration.second {
         let error = |sigma: f64, digits: usize| match sigma > 0.0 {
             true => format!(" ± {sigma:.digits$}"),
@@ -219,10 +216,9 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         };
         let (rows, factor, angle) = (second.rows, second.factor, second.misalignment_deg);
         let (of_factor, of_angle) = (error(second.sigma_factor, 5), error(second.sigma_misalignment_deg, 3));
-        let _ = writeln!(
-            t,
+        lines.push(format!(
             "second gauge, from {rows} rows: factor {factor:.5}{of_factor}, {angle:.3}{of_angle}° further than 90°"
-        );
+        ));
     }
     for s in &found.sides {
         let [first, last] = s.record.distances_mm.map(short);
@@ -233,31 +229,27 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             (true, n) => format!("{n} {symbol} values {} … {}{degree}", ends[0], ends[1]),
         };
         let n = s.table.distances.len();
-        let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", s.name());
+        lines.push(format!("{} side: {n} distances {first} … {last} mm, {drives}", s.name()));
         let common = s.common_errors(&Estimator::ALL);
         let n = common.first().map_or(0, |of| of.1.1);
-        let _ = writeln!(
-            t,
+        lines.push(format!(
             "  rms error on distances left out: of the taps answered, of the {n} that all estimators answer"
-        );
+        ));
         for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
             let Some((held, (_, (common, _)))) = s.held_out(e).zip(common.iter().find(|of| of.0 == e)) else {
-                let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.word());
+                lines.push(format!("  {:<13} cannot answer a distance left out", e.word()));
                 continue;
             };
             let mm = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4} mm"));
             let (all, answered) = held.rms(|_| true);
             let mark = if e == found.winner { "  <- default" } else { "" };
-            let _ =
-                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.word(), mm(all), mm(*common));
+            let (word, all, common) = (e.word(), mm(all), mm(*common));
+            lines.push(format!("  {word:<13} {all:>10} of {answered:<7} {common:>10}{mark}"));
         }
-        if let Some(why) = &s.record.no_exact {
-            let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.word());
-        }
+        let why_not = s.record.no_exact.iter();
+        lines.extend(why_not.map(|why| format!("  {:<13} not calibrated: {why}", Estimator::Exact.word())));
         let fits = s.fit.iter().flat_map(|f| fitted(f, kind, found.calibration.zero.unread()));
-        for line in learn::text(&s.learnt, kind).into_iter().chain(fits) {
-            let _ = writeln!(t, "  {line}");
-        }
+        lines.extend(learn::text(&s.learnt, kind).into_iter().chain(fits).map(|line| format!("  {line}")));
         if s.table.drives.len() > 1 && rig.known {
             let b = best(s, kind, found.calibration.noise);
             let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
@@ -267,22 +259,20 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
                 format!("{}{degree} ({} mm rms)", drive(at), number(&at["total_rms_mm"]))
             };
             let (without, with) = (drive(&b["without_noise"]), say("with_noise"));
-            let _ = writeln!(
-                t,
+            lines.push(format!(
                 "  best {symbol} of the paper's procedure: {without} without noise, {with} with it"
-            );
+            ));
         }
     }
     for (what, c) in [("distances", &covered.all), ("runs", &covered.runs)] {
         let Some(c) = c else { continue };
         let [within, low, high] = [c.within_1, c.interval[0], c.interval[1]].map(|x| (100.0 * x).round());
         let (n, beyond) = (c.n, 100.0 * c.beyond_3);
-        let _ = writeln!(
-            t,
+        lines.push(format!(
             "σ against errors on {what} left out: {within} % of {n} within 1 σ ({low} … {high} % at 95 %), {beyond:.1} % beyond 3 σ"
-        );
+        ));
     }
-    t
+    lines.join("\n") + "\n"
 }
 
 fn short(x: f64) -> f64 {

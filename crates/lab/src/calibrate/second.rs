@@ -60,8 +60,8 @@ pub(super) fn second(data: &Data, of: &mut Calibrated, open: Opener<'_>) -> Resu
     };
     let lean_deg = rig.design.tuple.lean;
     let fitted = |values: &Values| -> Result<Result<Second, String>, Error> {
-        let at = Extent::around(rig, side.record.gauge(), side.record.distances_mm, side.record.ends(), 0.0);
-        let model = match Pair::new(rig, values, at, lean_deg) {
+        let at = Extent::around((rig, open), side.record.gauge(), side.record.ranges(), 0.0);
+        let model = match Pair::new(values, at, lean_deg) {
             Ok(model) => model,
             Err(why) => return Ok(Err(why.to_string())),
         };

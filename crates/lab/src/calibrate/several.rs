@@ -188,15 +188,10 @@ fn rows(each: &[Calibrated], data: &[Data], of: &Several) -> Vec<Tap> {
         let signal = |(t, locator): (&crate::estimator::taps::Tap, &crate::locate::Locator)| {
             [t.signal, locator.expected(t.a, drive, t.signal.signum())]
         };
-        let used = taps.clone().all(|t| t.reason.is_none());
-        all.push(Tap {
-            line: first.line,
-            a: first.a,
-            drive,
-            signals: taps.zip(&of.locators).map(signal).collect(),
-            used,
-            located: Located::nothing(crate::status::Status::OK),
-        });
+        let (line, a, used) = (first.line, first.a, taps.clone().all(|t| t.reason.is_none()));
+        let signals = taps.zip(&of.locators).map(signal).collect();
+        let located = Located::nothing(crate::status::Status::OK);
+        all.push(Tap { line, a, drive, signals, used, located });
     }
     all
 }

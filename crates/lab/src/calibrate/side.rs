@@ -1,30 +1,23 @@
 //! One side of the whisker: its K table, its estimators, their errors on distances left out, positions in the wrong order (beyond the peak of a drive,
 //! signals fall with the distance), and the choice of the estimator.
 
-use super::Reason;
-use super::prepare::Prepared;
+use super::{Reason, prepare::Prepared};
 use crate::error::{Error, InputError};
-use crate::estimate::Estimated;
 use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::learned::{LearnedRecord, Learnt};
 use crate::estimator::simple::{self, FactorRecord, SmoothRecord};
 use crate::estimator::taps::{Cell, Tap, grouped};
 use crate::estimator::{Estimator, Opener, Parameter, SideRecord, exact::ExactRecord};
-use crate::evaluate::Outcome;
 use crate::measure::{Data, Groups, Rig};
-use crate::reduce::range;
-use crate::scene::Side;
+use crate::reduce::{Errors, range};
 use crate::statistics::{DistanceRow, DriveRow, Reduction, Told};
-use crate::status::Status;
+use crate::{estimate::Estimated, evaluate::Outcome, scene::Side, status::Status};
 use serde::Serialize;
 use vibrissa_learned::rows::rises;
 
 /// Fewest distances for which errors at the ends can be ignored.
 const BETWEEN: usize = 5;
-
-/// Data, their rig with the measured noise, and all taps.
-type Measured<'a> = (&'a Data, &'a Rig, &'a [Tap]);
 
 /// A calibrated side.
 #[derive(Debug, Clone)]
@@ -59,8 +52,12 @@ pub struct KTable {
 }
 
 impl KTable {
-    fn new(of: Measured<'_>, sign: f64, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
-        let (data, rig, taps) = of;
+    /// Of the `wanted` taps; `rig` has the measured noise.
+    fn new(
+        (data, rig, taps): (&Data, &Rig, &[Tap]),
+        sign: f64,
+        wanted: impl Fn(&Tap) -> bool,
+    ) -> Option<Self> {
         let ([distances, drives], cells) = grouped(taps, rig, wanted);
         if cells.is_empty() {
             return None;
@@ -116,8 +113,8 @@ pub(super) fn calibrate(
     let mut no_exact = prepared.no_exact.clone();
     let mut fit = None;
     if prepared.recorded && rig.known && no_exact.is_none() {
-        let at = super::extent(rig, taps, sign, gauge).expect("there are cells");
-        match (Task { rig, at, cells, noise, sought: false, open }).fit(fitted) {
+        let at = super::extent((rig, open), taps, sign, gauge).expect("there are cells");
+        match (Task { at, cells, noise, sought: false }).fit(fitted) {
             Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),
@@ -213,7 +210,13 @@ impl SideResult {
 
     /// RMS error of `estimator` on distances left out at each drive, mm.
     pub fn rms_by_drive(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
-        Some(self.held_out(estimator)?.rms_by_drive(&self.table.cells, self.table.drives.len()))
+        let (held, mut errors) =
+            (self.held_out(estimator)?, vec![Errors::default(); self.table.drives.len()]);
+        for cell in &self.table.cells {
+            let known = cell.taps.iter().map(|k| held.taps[*k][0]).filter(|e| e.is_finite());
+            known.for_each(|e| errors[cell.j].push(e));
+        }
+        Some(errors.iter().map(Errors::rms).collect())
     }
 
     /// Mean of K̄ over the drives.

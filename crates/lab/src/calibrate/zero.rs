@@ -3,16 +3,14 @@
 //! Taps of equal size to both sides read y₊ = z + g and y₋ = z − r g: all points (y₊, y₋) lie on the line y₋ = (1 + r) z − r y₊, which meets the
 //! diagonal at the zero z. This needs no curve of the whisker.
 
-use crate::error::Error;
 use crate::estimator::taps::{Cell, Sorted, Tap, grouped};
 use crate::estimator::{Opener, Parameter, fit::Task, learned::Learnt, least};
 use crate::measure::{Data, Rig, Tared, TaredBy};
 use crate::reduce::{median, range, sorted};
-use crate::scene::Side;
+use crate::{error::Error, scene::Side};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
-use vibrissa_learned::base::power;
-use vibrissa_learned::fit::lowest;
+use vibrissa_learned::{base::power, fit::lowest};
 
 /// Relative accuracy of solved models: smaller offsets count as 0.
 const SOLVED: f64 = 3e-7;
@@ -26,11 +24,10 @@ pub(super) fn of_model(
     open: Opener<'_>,
 ) -> Result<Option<[f64; 2]>, Error> {
     let ([distances, _], cells) = grouped(taps, rig, |t| t.is_of(sign));
-    let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
+    let Some(at) = super::extent((rig, open), taps, sign, gauge).filter(|_| distances.len() > 1) else {
         return Ok(None);
     };
-    let task = Task { rig, at, cells: &cells, noise, sought: true, open };
-    let found = match task.fit(fit) {
+    let found = match (Task { at, cells: &cells, noise, sought: true }).fit(fit) {
         Ok(found) if found.undetermined.is_empty() => found,
         Err(why) if !why.is_of_whisker() => return Err(why.into()),
         _ => return Ok(None),
@@ -284,12 +281,9 @@ impl Line {
         }
         let logs: f64 = pairs.iter().map(|p| weight(p).ln()).sum();
         let spread = of_gaps[(2, 2)] / of_gaps[(0, 0)] - (of_gaps[(0, 1)] / of_gaps[(0, 0)]).powi(2);
-        let line = Self {
-            zero: middle + found.x,
-            error: (variance * inverse[(0, 0)]).sqrt(),
-            left: (variance * n / of_gaps[(0, 0)] / spread).sqrt() / usual,
-            unlikely: n * variance.ln() - logs,
-        };
-        (line.zero.is_finite() && line.error.is_finite()).then_some(line)
+        let (zero, error) = (middle + found.x, (variance * inverse[(0, 0)]).sqrt());
+        let left = (variance * n / of_gaps[(0, 0)] / spread).sqrt() / usual;
+        let line = Self { zero, error, left, unlikely: n * variance.ln() - logs };
+        (zero.is_finite() && error.is_finite()).then_some(line)
     }
 }

@@ -32,11 +32,9 @@ impl Noise {
             let error = error.allowed(format!("0 … {MOST_NOISE} ({unit})"));
             (0.0..=MOST_NOISE).contains(&x).then_some(x).ok_or(error)
         };
-        Ok(Self {
-            touch: touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?,
-            angle: within("--angle-noise", angle, "degrees")?,
-            base: within("--base-noise", base, "mm")?,
-        })
+        let touch = touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?;
+        let angle = within("--angle-noise", angle, "degrees")?;
+        Ok(Self { touch, angle, base: within("--base-noise", base, "mm")? })
     }
 }
 
@@ -136,13 +134,8 @@ impl Point {
             let by = [0, 1].map(|i| across[i].to_radians() - slope[i] * per_degree);
             covariance = covariance.along(pose.direction(by), touch * touch);
         }
-        Self {
-            at: pose.place([x, y]),
-            covariance,
-            distance: [a, found.sigma],
-            height: pose.base[2],
-            ..Self::nothing(found.status)
-        }
+        let (at, distance, height) = (pose.place([x, y]), [a, found.sigma], pose.base[2]);
+        Self { at, covariance, distance, height, ..Self::nothing(found.status) }
     }
 }
 
@@ -185,12 +178,9 @@ pub fn placed(readings: &Readings) -> Result<Vec<(Pose, Option<f64>)>, InputErro
                 InputError::new("this is not a sense of rotation").at(file(), Some(readings.rows[i].line));
             return Err(error.key("sense").value(sense).allowed("1 (counterclockwise) or -1"));
         }
-        let pose = Pose {
-            base: [x[i], y[i], z[i]],
-            // Without a sense of rotation the heading at touch is unknown.
-            heading: if sense.is_nan() { f64::NAN } else { (heading[i] + contact[i]).to_radians() },
-            sense,
-        };
+        // Without a sense of rotation the heading at touch is unknown.
+        let heading = if sense.is_nan() { f64::NAN } else { (heading[i] + contact[i]).to_radians() };
+        let pose = Pose { base: [x[i], y[i], z[i]], heading, sense };
         let stroke = Some(stroke[i]).filter(|s| s.is_finite());
         let before = all.iter().find(|(_, own)| stroke.is_some() && *own == stroke);
         let known = |pose: &Pose| pose.heading.is_finite();

@@ -203,22 +203,17 @@ pub fn swept(
         // Errors of the calibration move the whole stroke along the whisker.
         let slope = (stroke.expected(a + 0.01, turn)? - stroke.expected(a - 0.01, turn)?) / 0.02;
         let of_reading = stroke.locator.noise.powi(2) * (1.0 + reading.share) / (slope * slope);
-        let common = (reading.answer.located.sigma.powi(2) - of_reading).max(0.0);
+        let located = &reading.answer.located;
+        let common = (located.sigma.powi(2) - of_reading).max(0.0);
         let heading = pose.turned((angle - turn).to_radians());
         let across = [-(at[1] - pose.base[1]), at[0] - pose.base[0]];
-        Some(Point {
-            at,
-            covariance: Covariance([of_fit[(0, 0)], of_fit[(0, 1)], of_fit[(1, 1)]])
-                .plus(noise.base * noise.base)
-                .along(heading.direction(stroke.skin.slope()), common)
-                .along(across, noise.angle.to_radians().powi(2)),
-            share: if sharp { 1.0 } else { 2.0 } / n as f64,
-            distance: [a, (of_fit[(2, 2)] + common).sqrt()],
-            height: pose.base[2],
-            swept: true,
-            outlier: false,
-            status: reading.answer.located.status,
-        })
+        let covariance = Covariance([of_fit[(0, 0)], of_fit[(0, 1)], of_fit[(1, 1)]])
+            .plus(noise.base * noise.base)
+            .along(heading.direction(stroke.skin.slope()), common)
+            .along(across, noise.angle.to_radians().powi(2));
+        let (distance, height) = ([a, (of_fit[(2, 2)] + common).sqrt()], pose.base[2]);
+        let (share, nothing) = (if sharp { 1.0 } else { 2.0 } / n as f64, Point::nothing(located.status));
+        Some(Point { at, covariance, share, distance, height, swept: true, ..nothing })
     };
     let all = (0..readings.len()).map(|i| {
         let used = used.contains(&i).then(|| point(i)).flatten();

@@ -85,11 +85,9 @@ impl Trace {
         }
         go_on()?;
         let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !points[i].outlier).collect();
-        let sample = |&i: &usize| Sample {
-            at: points[i].at,
-            covariance: points[i].covariance.plus(LEAST * LEAST),
-            share: points[i].share,
-            group: groups[i],
+        let sample = |&i: &usize| {
+            let Point { at, covariance, share, .. } = points[i];
+            Sample { at, covariance: covariance.plus(LEAST * LEAST), share, group: groups[i] }
         };
         let samples: Vec<Sample> = used.iter().map(sample).collect();
         let curve = choose(&samples, asked.kind);

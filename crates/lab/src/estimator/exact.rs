@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::parameter::{Parameter, Values, scene_with, spec_values};
+use super::parameter::{Parameter, Values, spec_values};
 use super::{Answers, Found, Known, ModelError, SideRecord, surface::Surface};
 use crate::error::{Error, InputError, SolveError};
 use crate::scene::{Contact, Drive, Model, Side};
@@ -32,13 +32,9 @@ impl ExactRecord {
         let spec = spec_values(&rig.setup);
         let known = |p: &Parameter| spec[*p as usize].is_finite();
         let value = |p: Parameter| (p.name(kind).to_owned(), exact.values[p as usize]);
-        Self {
-            held_out_rms_mm,
-            bias_mm,
-            fitted: exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
-            values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
-            covariance: exact.covariance.clone(),
-        }
+        let values = Parameter::ALL.into_iter().filter(known).map(value).collect();
+        let fitted = exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect();
+        Self { held_out_rms_mm, bias_mm, fitted, values, covariance: exact.covariance.clone() }
     }
 
     /// True if each fitted parameter has a known name, and a row and column of the covariance.
@@ -51,20 +47,15 @@ impl ExactRecord {
             && self.fitted.iter().all(named)
     }
 
-    pub(super) fn open(
-        &self,
-        rig: &Rig,
-        record: &SideRecord,
-        side: Side,
-        open: Opener<'_>,
-    ) -> Result<Inverted, Error> {
+    pub(super) fn open(&self, of: Solver<'_>, record: &SideRecord, side: Side) -> Result<Inverted, Error> {
+        let rig = of.0;
         let (values, kind) = (self.values(rig), rig.setup.drive);
         let fitted = self.fitted.iter().filter_map(|name| Parameter::named(name, kind)).collect();
         // Room for the offset's uncertainty, and for readings a little beyond the calibrated drives.
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
-        let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
-        let exact = Exact::new(rig, values, fitted, self.covariance.clone(), at, open);
-        let exact = exact.map_err(|why| unsolved(rig, record, why))?;
+        let at = Extent::around(of, side, record.ranges(), ahead);
+        let exact = Exact::new(values, fitted, at).map_err(|why| unsolved(rig, record, why))?;
+        let exact = Exact { covariance: self.covariance.clone(), ..exact };
         Ok(Inverted { exact, last: Mutex::default() })
     }
 
@@ -94,14 +85,10 @@ pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
         Contact::Stick => "stick".to_owned(),
         Contact::Coulomb(mu) => format!("coulomb {mu}"),
     };
+    let (hub, pole, modulus) = (setup.hub, setup.model.pole_radius, setup.model.material.e0());
     let written = format!(
-        "D = {}, d = {}, L_a = {}, hub = {}, pole_radius = {}; initial modulus {}, contact {contact}",
-        t.D,
-        t.d,
-        t.L_a,
-        setup.hub,
-        setup.model.pole_radius,
-        setup.model.material.e0(),
+        "D = {}, d = {}, L_a = {}, hub = {hub}, pole_radius = {pole}; initial modulus {modulus}, contact {contact}",
+        t.D, t.d, t.L_a
     );
     let ([lo, hi], [first, last]) = (record.distances_mm, record.ends());
     let ends = format!("distances of {lo} … {hi} mm and drives of {first} … {last}");
@@ -151,12 +138,17 @@ impl Answers for Inverted {
 }
 
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
+/// A rig, and what opens the backend for its model.
+pub type Solver<'a> = (&'a Rig, Opener<'a>);
 
 /// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
 const HARD: [usize; 2] = [48, 1024];
 
-#[derive(Debug, Clone, Copy)]
-pub struct Extent {
+/// Taps over which the model of a whisker is solved.
+#[derive(Clone, Copy)]
+pub struct Extent<'a> {
+    pub rig: &'a Rig,
+    pub open: Opener<'a>,
     pub side: Side,
     pub reach: [f64; 2],
     /// Range of drives, degrees or mm, with offsets.
@@ -165,10 +157,10 @@ pub struct Extent {
     pub hard: [usize; 2],
 }
 
-impl Extent {
-    /// Domain around calibrated `distances` and `drives`: a little beyond the tip for noise; several drives with room for an offset, or for `ahead`.
-    pub fn around(rig: &Rig, side: Side, distances: [f64; 2], drives: [f64; 2], ahead: f64) -> Self {
-        let [lo, hi] = distances;
+impl<'a> Extent<'a> {
+    /// Domain around the `ends` of calibrated distances and drives: a little beyond the tip for noise; several drives with room for an offset, or for `ahead`.
+    pub fn around((rig, open): Solver<'a>, side: Side, ends: [[f64; 2]; 2], ahead: f64) -> Self {
+        let [[lo, hi], drives] = ends;
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
         let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
         // Taps next to a real tip slip off.
@@ -181,18 +173,10 @@ impl Extent {
         };
         let reach = [lo - margin, (hi + margin).max(1.1 * length).min(room.max(hi))];
         let [first, last] = drives;
-        let drives = match first < last || ahead > 0.0 {
-            true => [0.02 * first, last + first.max(0.1 * last).max(ahead)],
-            false => drives,
-        };
-        Self { side, reach, drives, hard: HARD }
+        let wide = [0.02 * first, last + first.max(0.1 * last).max(ahead)];
+        let drives = if first < last || ahead > 0.0 { wide } else { drives };
+        Self { rig, open, side, reach, drives, hard: HARD }
     }
-}
-
-pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, ModelError> {
-    let setup = scene_with(&rig.setup, values);
-    let method = open(&setup.model)?;
-    Surface::build(rig, &setup, at, method)
 }
 
 /// The model with fitted parameters, solved over the range of interest.
@@ -207,31 +191,25 @@ pub struct Exact {
 }
 
 impl Exact {
-    pub fn new(
-        rig: &Rig,
-        values: Values,
-        fitted: Vec<Parameter>,
-        covariance: Vec<Vec<f64>>,
-        at: Extent,
-        open: Opener<'_>,
-    ) -> Result<Self, ModelError> {
-        let surface = surface(rig, &values, at, open)?;
+    /// Model without a covariance.
+    pub fn new(values: Values, fitted: Vec<Parameter>, at: Extent<'_>) -> Result<Self, ModelError> {
+        let (surface, covariance) = (Surface::build(&values, at)?, Vec::new());
         let mut exact = Self { values, fitted, covariance, surface, sides: Vec::new() };
-        exact.look_beside(rig, at, open)?;
+        exact.look_beside(at)?;
         Ok(exact)
     }
 
     /// Model with other values; without neighbouring surfaces if a physical parameter changed.
-    pub fn with(&self, values: Values, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<Self, ModelError> {
+    pub fn with(&self, values: Values, at: Extent<'_>) -> Result<Self, ModelError> {
         let same = |p: &Parameter| values[*p as usize].to_bits() == self.values[*p as usize].to_bits();
         if Parameter::ALL.iter().filter(|p| p.is_physical()).all(same) {
             return Ok(Self { values, ..self.clone() });
         }
-        Ok(Self { values, surface: surface(rig, &values, at, open)?, sides: Vec::new(), ..self.clone() })
+        Ok(Self { values, surface: Surface::build(&values, at)?, sides: Vec::new(), ..self.clone() })
     }
 
     /// Solves the neighbouring whiskers for [`Self::gradient`].
-    pub fn look_beside(&mut self, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<(), ModelError> {
+    pub fn look_beside(&mut self, at: Extent<'_>) -> Result<(), ModelError> {
         if self.sides.len() == self.fitted.len() {
             return Ok(());
         }
@@ -246,7 +224,7 @@ impl Exact {
             let moved = |x: f64| {
                 let mut values = values;
                 values[i] = x;
-                surface(rig, &values, at, open)
+                Surface::build(&values, at)
             };
             Ok(Some((moved(lo)?, moved(hi)?, hi - lo)))
         };

@@ -1,14 +1,13 @@
 //! Least-squares fit of the parameters of `exact` to cells, with standard errors and a test of which parameters the data determine.
 
-use std::collections::HashMap;
-use std::ops::Range;
+use std::{collections::HashMap, ops::Range};
 
 use nalgebra::{DMatrix, DVector};
 
 use super::parameter::{spec_values, width};
 use super::{held_out::Side, least, taps::Cell};
-use crate::estimator::{Exact, Extent, ModelError, Opener, Parameter, Values};
-use crate::{measure::Rig, physics::solid::is_solid};
+use crate::estimator::{Exact, Extent, ModelError, Parameter, Values};
+use crate::physics::solid::is_solid;
 use vibrissa_learned::fit::lowest;
 
 /// A parameter is determined if its standard error is below this share of its width, and with errors of [`MODEL`] only, below [`SOLVABLE`].
@@ -73,21 +72,19 @@ impl Fit {
 
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
-    pub rig: &'a Rig,
-    pub at: Extent,
+    pub at: Extent<'a>,
     pub cells: &'a [Cell],
     pub noise: f64,
     /// True if the zero of the signal is fitted; else it is already subtracted or 0.
     pub sought: bool,
-    pub open: Opener<'a>,
 }
 
 impl Task<'_> {
     /// Fits factor, drive offset and the `asked` parameters to the cells for which the model has solutions.
     pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, ModelError> {
         let task = Self { at: Extent { hard: [usize::MAX; 2], ..self.at }, ..*self };
-        let mut start = spec_values(&self.rig.setup);
-        let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), task.at, self.open)?;
+        let mut start = spec_values(&self.at.rig.setup);
+        let exact = Exact::new(start, Vec::new(), task.at)?;
         let room = ROOM * self.at.drives[1];
         let ratio = |c: &Cell| c.signal / exact.expected(c.a, c.drive);
         let known = |c: &Cell| ratio(c).is_finite() && exact.expected(c.a, c.drive + room).is_finite();
@@ -135,7 +132,7 @@ impl Task<'_> {
 
     fn widths(&self, values: &Values, parameters: &[Parameter]) -> Vec<f64> {
         let size = crate::reduce::median(&mut self.cells.iter().map(|c| c.signal).collect::<Vec<_>>());
-        let one = |p: &Parameter| width(*p, values, self.at.drives, [size, self.rig.before]);
+        let one = |p: &Parameter| width(*p, values, self.at.drives, [size, self.at.rig.before]);
         parameters.iter().map(one).collect()
     }
 
@@ -165,11 +162,11 @@ impl Task<'_> {
 
     fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, ModelError> {
         let scale = self.widths(&values, free);
-        let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
+        let exact = Exact::new(values, free.to_vec(), self.at)?;
         let deviations: Vec<f64> = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
         let bounds: Vec<[f64; 2]> =
             free.iter().zip(&scale).map(|(p, s)| p.domain().map(|end| end / s)).collect();
-        let setup = &self.rig.setup;
+        let setup = &self.at.rig.setup;
         let solid = is_solid(&setup.model) || setup.gauge.foil.is_some();
         let settled = if solid { SETTLED_SOLID } else { SETTLED };
         let x = free.iter().zip(&scale).map(|(p, s)| values[*p as usize] / s);
@@ -180,7 +177,7 @@ impl Task<'_> {
                 let [lo, hi] = p.domain();
                 values[*p as usize] = (x * s).clamp(lo, hi);
             }
-            near.with(values, self.rig, self.at, self.open)
+            near.with(values, self.at)
         };
         let residuals = |exact: &Exact| {
             let residual = |(c, s): (&Cell, &f64)| (exact.expected(c.a, c.drive) - c.signal) / s;
@@ -189,13 +186,13 @@ impl Task<'_> {
             r.iter().all(|r| r.is_finite()).then_some(r)
         };
         let slopes = |exact: &mut Exact| {
-            exact.look_beside(self.rig, self.at, self.open)?;
+            exact.look_beside(self.at)?;
             let j = self.slopes(exact, &scale, &deviations);
             Ok(j.iter().all(|x| x.is_finite()).then_some(j))
         };
         let problem = least::Problem { model: &model, residuals: &residuals, slopes: &slopes };
         let mut found = least::minimise(&problem, x, exact, &bounds, settled)?;
-        found.look_beside(self.rig, self.at, self.open)?;
+        found.look_beside(self.at)?;
         Ok(found)
     }
 

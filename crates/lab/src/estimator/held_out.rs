@@ -60,15 +60,6 @@ impl HeldOut {
         let n = known.map(|(_, [e, _])| errors.push(*e)).count();
         (errors.rms(), n)
     }
-
-    pub fn rms_by_drive(&self, cells: &[Cell], drives: usize) -> Vec<Option<f64>> {
-        let mut errors = vec![Errors::default(); drives];
-        for cell in cells {
-            let known = cell.taps.iter().map(|k| self.taps[*k][0]).filter(|e| e.is_finite());
-            known.for_each(|e| errors[cell.j].push(e));
-        }
-        errors.iter().map(Errors::rms).collect()
-    }
 }
 
 /// Answers of `estimator` for each distance left out in turn; `None` if it cannot be calibrated so. `fit` is that of the model to all distances.

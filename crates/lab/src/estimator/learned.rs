@@ -5,10 +5,10 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Answers, Exact, Extent, Found, Known, Opener, SideRecord, exact::unsolved, held_out::Side,
+    Answers, Exact, Extent, Found, Known, SideRecord, Solver, exact::unsolved, held_out::Side,
     parameter::spec_values,
 };
-use crate::{error::Error, measure::Rig, status::Status};
+use crate::{error::Error, status::Status};
 use vibrissa_learned::base::{Base, Power, Whisker};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, PARTS, Spread, Tails};
@@ -97,18 +97,12 @@ impl LearnedRecord {
         };
         let terms: Vec<Term> = self.terms.iter().map(term).collect::<Option<_>>()?;
         let [floor, relative, position, visit, gain, zero, drift] = self.spread;
-        let [a, u, sizes] = self.scales;
-        Some(Curve {
-            unit: self.units[0],
-            base_unit: self.units[1],
-            zero: self.zero,
-            scales: Scales { a, u, sizes, offset: self.drive_shift },
-            terms,
-            mean: self.mean.clone(),
-            deviations: self.deviations.clone(),
-            spread: Spread { floor, relative, position, visit, zero, gain, drift },
-            tails: Tails(self.spread_covariance.unwrap_or_default()),
-        })
+        let spread = Spread { floor, relative, position, visit, zero, gain, drift };
+        let ([a, u, sizes], [unit, base_unit], zero) = (self.scales, self.units, self.zero);
+        let scales = Scales { a, u, sizes, offset: self.drive_shift };
+        let (mean, deviations) = (self.mean.clone(), self.deviations.clone());
+        let tails = Tails(self.spread_covariance.unwrap_or_default());
+        Some(Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread, tails })
     }
 
     pub fn is_sound(&self) -> bool {
@@ -127,20 +121,16 @@ impl LearnedRecord {
             && numbers.all(|x| x.is_finite())
     }
 
-    pub(super) fn open(
-        &self,
-        rig: &Rig,
-        record: &SideRecord,
-        open: Opener<'_>,
-    ) -> Result<Option<LearnedCurve>, Error> {
+    pub(super) fn open(&self, of: Solver<'_>, record: &SideRecord) -> Result<Option<LearnedCurve>, Error> {
+        let rig = of.0;
         let Some(curve) = self.curve() else { return Ok(None) };
         let base = match self.power {
             Some([offset, p, q]) => {
                 (Base::Power(Power { offset, p, q, end: self.power_end.unwrap_or(0.0) }), EVERYWHERE)
             }
             None => {
-                let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), rig.before);
-                let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)
+                let at = Extent::around(of, record.gauge(), record.ranges(), rig.before);
+                let exact = Exact::new(spec_values(&rig.setup), Vec::new(), at)
                     .map_err(|why| unsolved(rig, record, why))?;
                 let (curve, reach) = whisker(exact);
                 (Base::Known(curve, self.whisker_drive_offset.unwrap_or(0.0)), reach)

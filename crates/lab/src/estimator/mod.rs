@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, SolveError};
 pub(crate) use crate::measure::group::ROUNDING as SAME;
-use crate::{measure::Rig, scene::Side, status::Status};
+use crate::{scene::Side, status::Status};
 use exact::ExactRecord;
-pub use exact::{Exact, Extent, Opener};
+pub use exact::{Exact, Extent, Opener, Solver};
 use learned::{LearnedCurve, LearnedRecord};
 pub use parameter::{Parameter, Values};
 use simple::{FactorRecord, Paper, SmoothRecord};
@@ -56,23 +56,20 @@ impl Estimator {
     /// Errors: a backend that fails; a model without taps.
     pub fn open(
         self,
-        rig: &Rig,
+        of: Solver<'_>,
         record: &SideRecord,
         side: Side,
-        open: Opener<'_>,
     ) -> Result<Option<Box<dyn Answers>>, Error> {
         fn boxed(answers: impl Answers + 'static) -> Box<dyn Answers> {
             Box::new(answers)
         }
-        let paper = |r: &FactorRecord| boxed(Paper::new(rig, &record.drives, r.clone()));
+        let paper = |r: &FactorRecord| boxed(Paper::new(of.0, &record.drives, r.clone()));
         let learned = record.learned.as_ref().filter(|_| side == record.gauge());
         Ok(match self {
             Self::Paper => record.paper.as_ref().map(paper),
-            Self::Exact => {
-                record.exact.as_ref().map(|r| r.open(rig, record, side, open)).transpose()?.map(boxed)
-            }
+            Self::Exact => record.exact.as_ref().map(|r| r.open(of, record, side)).transpose()?.map(boxed),
             Self::Curve => record.curve.as_ref().map(|r| boxed(r.fit.clone())),
-            Self::Learned => learned.map(|r| r.open(rig, record, open)).transpose()?.flatten().map(boxed),
+            Self::Learned => learned.map(|r| r.open(of, record)).transpose()?.flatten().map(boxed),
         })
     }
 }
@@ -133,6 +130,11 @@ impl SideRecord {
     pub fn ends(&self) -> [f64; 2] {
         let [first, last] = [self.drives[0], self.drives[self.drives.len() - 1]];
         self.drive_ends.map_or([first, last], |[lo, hi]| [lo.min(first), hi.max(last)])
+    }
+
+    /// Smallest and largest calibrated distance (mm) and drive.
+    pub fn ranges(&self) -> [[f64; 2]; 2] {
+        [self.distances_mm, self.ends()]
     }
 
     /// Errors: the first key at fault, what is wrong with its value, and allowed values.

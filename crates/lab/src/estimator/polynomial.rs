@@ -193,14 +193,9 @@ impl Polynomial {
         let room = |p: usize, q: usize| if n > 1 { beyond * (a[p] - a[q]).abs() } else { 0.0 };
         let ends = range(points.iter().map(|p| p.a));
         let reach = [ends[0] - room(1 % n, 0), ends[1] + room(n - 1, n.saturating_sub(2))];
-        let mut curve = Self {
-            form,
-            scale: sums.scale,
-            coefficients: c.iter().copied().collect(),
-            covariance: Vec::new(),
-            sign: 1.0,
-            reach: [reach[0].max(0.0), reach[1]],
-        };
+        let (scale, reach) = (sums.scale, [reach[0].max(0.0), reach[1]]);
+        let (coefficients, covariance) = (c.iter().copied().collect(), Vec::new());
+        let mut curve = Self { form, scale, coefficients, covariance, sign: 1.0, reach };
         curve.sign = curve.direction(ranges)?;
         curve.covariance = curve.spread(points, &inverse);
         Some(curve)

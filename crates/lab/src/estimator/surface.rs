@@ -2,12 +2,12 @@
 //! ε/(θ f), smooth and near 1, is interpolated in u = 1/a and the drive, at Chebyshev points of pieces that are halved until they are fine. f is a
 //! closed form, so its peak and its kink at the gauge's far end need no pieces.
 
-use super::{Extent, ModelError};
+use super::{Extent, ModelError, Values, parameter::scene_with};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Task};
 use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
-use crate::scene::{Drive, Setup, Tuple};
+use crate::scene::{Drive, Tuple};
 use crate::{error::SolveError, measure::Rig, physics::linear::StrainCurve};
 
 const NODES: [usize; 2] = [curve::NODES, 10];
@@ -50,11 +50,11 @@ struct Piece {
 }
 
 impl Surface {
-    /// Solves the model of `setup` for the whisker of `rig` over `at`. Beyond the tip the taper is continued; the reach ends at the gauge's
+    /// Solves the model with these values over `at`. Beyond the tip the taper is continued; the reach ends at the gauge's
     /// near end, short of the apex, and, at large drives, where a thin tip slips off.
-    pub fn build(rig: &Rig, setup: &Setup, at: Extent, method: Method) -> Result<Self, ModelError> {
-        let Extent { side, reach, drives, hard } = at;
-        let mut setup = setup.clone();
+    pub fn build(values: &Values, at: Extent<'_>) -> Result<Self, ModelError> {
+        let Extent { rig, open, side, reach, drives, hard } = at;
+        let mut setup = scene_with(&rig.setup, values);
         setup.gauge.side = side;
         // Upright poles, first gauge.
         setup.gauge.second = false;
@@ -65,7 +65,7 @@ impl Surface {
         let edge = 1.0 / curve.gauge[1];
         let (kind, yields, strips) = (setup.drive, setup.model.indentation, Vec::new());
         let surface = Self { curve, kind, yields, reach, drives, strips, error: 0.0 };
-        let evaluator = Evaluator::new(&setup, method).sparing(hard[0]);
+        let evaluator = Evaluator::new(&setup, open(&setup.model)?).sparing(hard[0]);
         let mut solver = Solve { surface, designs: [design], evaluator, spare: hard[1] };
         let whole = [1.0 / reach[1], 1.0 / reach[0]];
         let [first, last] = whole;

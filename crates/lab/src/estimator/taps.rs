@@ -265,23 +265,15 @@ pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Grou
             let first = f(&taps[taps_here[0]]);
             first + mean(&|t| f(t) - first)
         };
+        let (a, drive) = (about(&|t| t.a), about(&|t| t.drive));
         let (signal, theory) = (about(&|t| t.signal.abs()), about(&linear));
         let ratio = signal / theory;
         let squares = n * mean(&|t| (t.signal.abs() - ratio * linear(t)).powi(2));
+        let (i, j, squares) =
+            (place / drives.len(), place % drives.len(), if n > 1.0 { squares } else { 0.0 });
         let (zeros, [of_mean, about_mean]) = zero_noise(taps_here.iter().map(|&k| &taps[k]));
-        Some(Cell {
-            i: place / drives.len(),
-            j: place % drives.len(),
-            a: about(&|t| t.a),
-            drive: about(&|t| t.drive),
-            signal,
-            linear: theory,
-            squares: if n > 1.0 { squares } else { 0.0 },
-            freedom: n - 1.0 + about_mean,
-            share: 1.0 / n + of_mean,
-            zeros,
-            taps: taps_here,
-        })
+        let (freedom, share, taps, linear) = (n - 1.0 + about_mean, 1.0 / n + of_mean, taps_here, theory);
+        Some(Cell { i, j, taps, a, drive, signal, linear, squares, freedom, share, zeros })
     };
     let cells = grid.into_iter().enumerate().filter_map(cell).collect();
     ([distances, drives], cells)

@@ -160,7 +160,7 @@ impl Opened {
         (record, side): (&SideRecord, Side),
         open: Opener<'_>,
     ) -> Result<Option<Self>, Error> {
-        let answers = estimator.open(rig, record, side, open)?;
+        let answers = estimator.open((rig, open), record, side)?;
         let (Some(answers), Some(bias)) = (answers, estimator.bias_mm(record)) else {
             return Ok(None);
         };

@@ -126,7 +126,7 @@ pub fn next(locator: &Locator, taps: &[Reading], May { within, shifts, same_run 
     if object.count > 0 {
         status |= doubts(side, &object, &told);
     }
-    if apart.is_some_and(|(_, by)| by.abs() > limit(object.compared())) {
+    if apart.is_some_and(|(_, by)| by.abs() > limit(object.taps.len())) {
         status |= Status::INCONSISTENT;
     }
     let (taps, near) = (object.count, told.near);

@@ -169,7 +169,7 @@ impl<'a> Objects<'a> {
                 return Some((numbers, located.status));
             }
             let apart = told.as_ref().and_then(|told| object.apart(told.a));
-            (lines, count, object.compared(), apart)
+            (lines, count, object.taps.len(), apart)
         };
         lines.push(line);
         lines.drain(..lines.len().saturating_sub(compared));

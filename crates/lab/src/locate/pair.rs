@@ -28,8 +28,9 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Model of `rig` with the parameters `values`, over the distances of `at`, for poles that lean by `lean` degrees.
-    pub fn new(rig: &Rig, values: &Values, at: Extent, lean: f64) -> Result<Self, ModelError> {
+    /// Model with the parameters `values`, over the distances of `at`, for poles that lean by `lean` degrees.
+    pub fn new(values: &Values, at: Extent<'_>, lean: f64) -> Result<Self, ModelError> {
+        let rig = at.rig;
         let mut setup = scene_with(&rig.setup, values);
         setup.gauge.side = at.side;
         setup.gauge.second = true;
@@ -114,8 +115,8 @@ impl Twofold {
         let factor = record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(1.0);
         let model = match record.exact.as_ref().filter(|_| estimator == Estimator::Exact) {
             Some(exact) => {
-                let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), 0.0);
-                let pair = Pair::new(rig, &exact.values(rig), at, second.lean_deg)?;
+                let at = Extent::around((rig, open), record.gauge(), record.ranges(), 0.0);
+                let pair = Pair::new(&exact.values(rig), at, second.lean_deg)?;
                 let method = open(&pair.setup.model)?;
                 Some((pair, Mutex::new(Some(method))))
             }

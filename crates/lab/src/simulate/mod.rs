@@ -9,10 +9,9 @@ use serde_json::{Value, json};
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::measure::{Rig, Unit};
-use crate::scene::channels::MOST_CHANNELS;
-use crate::scene::sampler::Sampler;
 use crate::scene::{Drive, Layout, Setup, Signal, Tuple};
 use crate::sink::{Field, Frame, heading};
+use crate::{scene::channels::MOST_CHANNELS, scene::sampler::Sampler};
 
 pub const SOURCE: &str = "synthetic";
 

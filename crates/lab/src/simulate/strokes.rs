@@ -11,13 +11,12 @@ use rayon::prelude::*;
 
 use super::object::Object;
 use super::{Counts, PIECE, Recorder, SOURCE, Settings};
-use crate::contour::point::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::{Rig, Skin};
 use crate::physics::rod::{RodProblem, RodTap};
-use crate::reduce::sorted;
 use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Model, Signal};
 use crate::sink::{Field, Frame, heading};
+use crate::{contour::point::Pose, reduce::sorted};
 use vibrissa_learned::fit::lowest;
 
 pub const FILE: &str = "strokes.csv";
@@ -241,19 +240,11 @@ impl<'a> Stroker<'a> {
     fn tap(&self, base: [f64; 2], heading: f64, at: [f64; 2]) -> Option<(RodTap, f64)> {
         let (a, touch) = self.reach(base, at)?;
         let turn = wrapped(heading - touch);
-        let shared = self.rig.shared();
-        let problem = RodProblem {
-            taper: shared.taper,
-            gauge: shared.gauge,
-            side: self.rig.setup.gauge.side,
-            distance: a,
-            hub: self.rig.setup.hub,
-            drive: Drive::Angle,
-            amount: turn,
-            foil: shared.foil,
-            body: None,
-            model: &self.model,
-        };
+        let (shared, model, drive) = (self.rig.shared(), &self.model, Drive::Angle);
+        let (taper, gauge, foil) = (shared.taper, shared.gauge, shared.foil);
+        let (side, hub, distance) = (self.rig.setup.gauge.side, self.rig.setup.hub, a);
+        let problem =
+            RodProblem { taper, gauge, side, distance, hub, drive, amount: turn, foil, body: None, model };
         let tap = (0.0..PI).contains(&turn).then(|| problem.solve().ok())??;
         Some((tap, heading - tap.base_angle + self.taper()))
     }

@@ -91,10 +91,9 @@ impl<'a> Task<'a> {
         let nodes = &joint.inverse.nodes;
         let ends = [f64::min, f64::max].map(|of| nodes.iter().copied().reduce(of));
         let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
-        let [first, last] = stroke.drives()?;
-        let from = (last - PAST * (drives[1] + joint.offset.mean))
-            .min(first - drives[0])
-            .max(course.least.min(last));
+        let [first, last] = [stroke.bins.first()?.u, stroke.bins.last()?.u];
+        let past = last - PAST * (drives[1] + joint.offset.mean);
+        let from = past.min(first - drives[0]).max(course.least.min(last));
         let ends = [[joint.x(0), joint.x(POINTS - 1)], [from, last]];
         Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, ends })
     }
@@ -167,11 +166,8 @@ impl<'a> Task<'a> {
         };
         let of_run = |c: usize| self.course.same_run && joint.of_run[c];
         let n = self.bins.len();
-        let mut off = Off {
-            left: DVector::zeros(n),
-            spread: DVector::zeros(n),
-            shared: DMatrix::zeros(self.shared(), n),
-        };
+        let (left, spread, shared) = (DVector::zeros(n), DVector::zeros(n), DMatrix::zeros(self.shared(), n));
+        let mut off = Off { left, spread, shared };
         for (k, bin) in self.bins.iter().enumerate() {
             let since = bin.u - touch;
             let (values, slope) = match since {
@@ -282,11 +278,6 @@ impl Stroke {
         likely.sort_by(|p, q| q.1[2].total_cmp(&p.1[2]));
         let (_, a, touch) = *likely.first()?;
         Some(Told { a, touch, near: likely.get(1).map(|t| t.1[2]), apart })
-    }
-
-    /// Least and largest mean drive of the bins.
-    fn drives(&self) -> Option<[f64; 2]> {
-        Some([self.bins.first()?.u, self.bins.last()?.u])
     }
 
     fn recent(&self) -> Option<&[Place]> {

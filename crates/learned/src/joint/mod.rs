@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
-use crate::invert::{Inverse, POINTS, blend, lagrange, place, prior, slopes, tabled};
+use crate::invert::{Inverse, blend, lagrange, place, prior, slopes, tabled};
 
 const SMALL: f64 = 1e-4;
 const WINDOW: f64 = 6.0;
@@ -77,18 +77,11 @@ impl Joint {
             let [signal, noise] = curve.moved(base, (a, u - inverse.offset), tared, &mut shared);
             [signal / u, noise / (u * u)].into_iter().chain(shared.iter().map(|x| x / u)).collect()
         };
-        let mut joint = Self {
-            inverse: inverse.clone(),
-            table: tabled(&inverse.nodes, inverse.grid, of),
-            of_run: (0..n).map(|k| k + OF_RUN >= n).collect(),
-            rest: curve.rest(tared),
-            offset: curve.offset(base),
-        };
-        let floor = joint.rest[1];
-        joint.prune(|point, u| match strokes {
-            true => floor / (u * u),
-            false => point[1] + point[2..].iter().map(|x| x * x).sum::<f64>(),
-        });
+        let (table, rest) = (tabled(&inverse.nodes, inverse.grid, of), curve.rest(tared));
+        let (floor, of_run) = (rest[1], (0..n).map(|k| k + OF_RUN >= n).collect());
+        let mut joint = Self { inverse: inverse.clone(), table, of_run, rest, offset: curve.offset(base) };
+        let whole = |point: &[f64]| point[1] + point[2..].iter().map(|x| x * x).sum::<f64>();
+        joint.prune(|point, u| if strokes { floor / (u * u) } else { whole(point) });
         joint
     }
 
@@ -162,13 +155,6 @@ impl Joint {
 
     fn x(&self, k: usize) -> f64 {
         self.inverse.grid[0] + self.inverse.grid[1] * k as f64
-    }
-
-    /// True if ln a = x is an end of the search range beyond the calibrated distances: the maximum lies farther out.
-    fn is_cut(&self, x: f64) -> bool {
-        let ([_, step], [first, last, _]) = (self.inverse.grid, self.inverse.ends);
-        let [near, far] = [x - self.x(0), self.x(POINTS - 1) - x];
-        near < 0.5 * step && x < first - step || far < 0.5 * step && x > last + step
     }
 
     /// ln prior at ln a = x, flat in mm; `shifts` are the least and largest shift of the base, mm.

@@ -5,9 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::{FREE, JUDGED, Joint, NEAR, NONE, SECOND, Tap, Told, WINDOW};
-use crate::curve::Weighted;
-use crate::evidence::ln_det;
 use crate::invert::{FINE, POINTS, lagrange, quantiles};
+use crate::{curve::Weighted, evidence::ln_det};
 
 /// Taps of one object so far.
 #[derive(Debug, Clone)]
@@ -15,7 +14,8 @@ pub struct Object<'a> {
     joint: &'a Joint,
     /// True for taps of a run of the calibration.
     same_run: bool,
-    taps: Vec<Tap>,
+    /// The last taps, which [`Self::apart`] compares.
+    pub taps: Vec<Tap>,
     /// Number of taps.
     pub count: usize,
     /// Zero whose error is the last shared number.
@@ -97,7 +97,10 @@ impl<'a> Object<'a> {
         let (joint, heights) = (self.joint, self.heights());
         let modes = modes(joint, &heights);
         let mode = modes.iter().find(|mode| mode.share >= SECOND)?;
-        if joint.is_cut(mode.at) {
+        // At an end of the search range beyond the calibrated distances the maximum lies farther out.
+        let ([_, step], [first, last, _], x) = (joint.inverse.grid, joint.inverse.ends, mode.at);
+        let [near, far] = [x - joint.x(0), joint.x(POINTS - 1) - x];
+        if near < 0.5 * step && x < first - step || far < 0.5 * step && x > last + step {
             return None;
         }
         let others = modes.iter().filter(|other| other.at != mode.at && other.share >= SECOND);
@@ -164,11 +167,6 @@ impl<'a> Object<'a> {
         let offs = local.iter().map(off).enumerate();
         let (k, most) = offs.max_by(|(_, p), (_, q)| p.abs().total_cmp(&q.abs()))?;
         Some((self.taps.len() - 1 - k, most))
-    }
-
-    /// Number of taps compared by [`Self::apart`].
-    pub fn compared(&self) -> usize {
-        self.taps.len()
     }
 }
 

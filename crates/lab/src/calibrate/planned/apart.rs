@@ -1,13 +1,11 @@
 //! Numbers that the taps of a plan cannot separate, and the tap that would.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::curve::Spread;
-use vibrissa_learned::plan::Tap;
+use vibrissa_learned::{curve::Spread, plan::Tap};
 
 use crate::estimator::parameter::{spec_values, width};
 use crate::estimator::{Exact, Parameter};
-use crate::measure::Rig;
-use crate::scene::Drive;
+use crate::{measure::Rig, scene::Drive};
 
 /// Above this correlation of their errors, two numbers cannot be separated.
 const ALIKE: f64 = 0.95;
@@ -87,7 +85,6 @@ pub fn apart(
         if share < UNDETERMINED {
             continue;
         }
-        let unit = exact.fitted[k].unit(kind);
         let after = |[a, u]: [f64; 2]| {
             let g = row(a, u);
             let more = &information + &g * g.transpose() * taps.len() as f64;
@@ -95,13 +92,10 @@ pub fn apart(
         };
         let best =
             tried(exact, ends, allowed).into_iter().map(|t| (t, after(t))).min_by(|p, q| p.1.total_cmp(&q.1));
-        found.push(Apart {
-            name: name(exact.fitted[k]),
-            other: (alike.abs() > ALIKE).then(|| name(exact.fitted[with])),
-            correlation: alike,
-            error: (share * widths[k], unit),
-            tap: best.filter(|b| b.1 < 0.9 * share).map(|(t, s)| (t, s * widths[k])),
-        });
+        let other = (alike.abs() > ALIKE).then(|| name(exact.fitted[with]));
+        let tap = best.filter(|b| b.1 < 0.9 * share).map(|(t, s)| (t, s * widths[k]));
+        let (name, error) = (name(exact.fitted[k]), (share * widths[k], exact.fitted[k].unit(kind)));
+        found.push(Apart { name, other, correlation: alike, error, tap });
     }
     found.sort_by(|p, q| q.correlation.abs().total_cmp(&p.correlation.abs()));
     found

@@ -131,9 +131,8 @@ pub fn plan(
             return Err(error.key("gauge.noise_strain").allowed(allowed).into());
         }
     };
-    let at = Extent::around(rig, rig.setup.gauge.side, [first, last], ends(&drives), 0.0);
-    let physical = apart::parameters(rig);
-    let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open);
+    let at = Extent::around((rig, open), rig.setup.gauge.side, [[first, last], ends(&drives)], 0.0);
+    let exact = Exact::new(spec_values(&rig.setup), apart::parameters(rig), at);
     let exact = exact.map_err(|why| {
         let message = format!("the model cannot be solved over these distances and drives: {why}");
         let error = InputError::new(message).key("tap").allowed("nearer distances, smaller drives");
@@ -147,15 +146,11 @@ pub fn plan(
         let measured = signal > 0.0 && signal <= limit && signal.is_finite();
         a > near && rig.design.admits(&rig.setup, a, u) && measured
     };
-    let ask = Ask {
-        curve: &curve,
-        distances: &distances,
-        drives: &drives,
-        allowed: &|i, j| allowed(distances[i], drives[j]),
-        runs: asked.runs,
-        positions: asked.positions.unwrap_or(usize::MAX),
-        rig: spread,
-    };
+    let at = [distances.as_slice(), &drives];
+    let may = |i: usize, j: usize| allowed(at[0][i], at[1][j]);
+    let (runs, positions) = (asked.runs, asked.positions.unwrap_or(usize::MAX));
+    let ask =
+        Ask { curve: &curve, distances: at[0], drives: at[1], allowed: &may, runs, positions, rig: spread };
     let Some(mut planner) = Planner::new(&ask) else {
         let message = "no tap of this spec tells a distance: two distances or more are needed beyond the gauge, within strain_limit, at which the signal falls";
         return Err(InputError::new(message).key("tap").allowed("other a and theta (delta) in [tap]").into());
@@ -194,7 +189,6 @@ pub fn plan(
         planner.grow();
         path.push((planner.count(), planner.sigma()));
     }
-    let at = [distances.as_slice(), &drives];
     let pairs: Vec<_> = distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
     Ok(Planned {

@@ -1,11 +1,8 @@
 //! Order of the taps of a plan: a drift must not look like a curve, nor a run like a position.
 
 use super::MOST;
-use crate::error::InputError;
-use crate::estimator::learned::LearnedRecord;
-use crate::locate::Calibration;
 use crate::measure::{Rig, Unit};
-use crate::scene::Sampler;
+use crate::{error::InputError, estimator::learned::LearnedRecord, locate::Calibration, scene::Sampler};
 use vibrissa_learned::curve::Spread;
 use vibrissa_learned::plan::{Planner, Tap};
 

@@ -182,16 +182,9 @@ impl Smooth {
         let (ends, closed) = ends(base, samples.iter().map(|s| s.at));
         let intervals = groups.clamp(6, INTERVALS);
         let n = if closed { intervals } else { intervals + 3 };
-        let (values, covariance) = (DVector::zeros(n), DMatrix::zeros(n, n));
-        (ends[1] - ends[0] > 0.0).then(|| Self {
-            base: base.clone(),
-            ends,
-            intervals,
-            closed,
-            stiffness,
-            values,
-            covariance,
-        })
+        let (base, values, covariance) = (base.clone(), DVector::zeros(n), DMatrix::zeros(n, n));
+        let curve = Self { base, ends, intervals, closed, stiffness, values, covariance };
+        (ends[1] - ends[0] > 0.0).then_some(curve)
     }
 
     /// Place of the first of four splines at s, their values and slopes.

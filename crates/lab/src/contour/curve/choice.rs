@@ -257,14 +257,10 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         let differences: Vec<f64> = d.losses.iter().zip(&least.losses).map(|(a, b)| a - b).collect();
         let mean = differences.iter().sum::<f64>() / n;
         let variance = differences.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        Judged {
-            kind: d.kind,
-            loss: d.loss() / shares,
-            left_out_rms_mm: (d.squares[0] / d.squares[1]).sqrt(),
-            outliers: d.off.iter().filter(|off| off.2).count(),
-            loss_more_than_best: n * mean / shares,
-            loss_more_se: (n * variance).sqrt() / shares,
-        }
+        let (loss, outliers) = (d.loss() / shares, d.off.iter().filter(|off| off.2).count());
+        let left_out_rms_mm = (d.squares[0] / d.squares[1]).sqrt();
+        let (loss_more_than_best, loss_more_se) = (n * mean / shares, (n * variance).sqrt() / shares);
+        Judged { kind: d.kind, loss, left_out_rms_mm, outliers, loss_more_than_best, loss_more_se }
     };
     let judged: Vec<Judged> = all.iter().map(judged).collect();
     let place = match asked {
