@@ -217,17 +217,15 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitt
         next[5] = next[5].clamp(0.0, NEAREST / longest);
         let there = residuals(&next);
         let after = sum(&there, &weights);
-        if after.is_finite() && after <= before {
-            let done = before - after <= 1e-12 * before;
+        let done = if after.is_finite() && after <= before {
             (x, r, damping) = (next, there, 0.3 * damping);
-            if done {
-                break;
-            }
+            before - after <= 1e-12 * before
         } else {
             damping *= 10.0;
-            if damping > 1e8 {
-                break;
-            }
+            damping > 1e8
+        };
+        if done {
+            break;
         }
     }
     let squares = sum(&r, &huber(&r));

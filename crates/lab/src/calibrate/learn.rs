@@ -249,14 +249,11 @@ pub fn text(learnt: &Learnt, kind: Drive) -> Vec<String> {
     let shares = budget(learnt).into_iter().filter(|(_, share)| *share > 0.0);
     let shares: Vec<String> = shares.map(|(name, share)| format!("{name} {:.2} %", 100.0 * share)).collect();
     lines.push(format!("σ of a reading in the middle, in shares of its signal: {}", shares.join(", ")));
-    for (name, tells) in numbers.iter().filter_map(|n| Some((n.name, n.alike?))) {
-        lines.push(format!("these data cannot tell gain and {name} apart: {tells} would"));
-    }
-    if learnt.runs < 2 {
-        lines.push(
-            "one run: σ holds for it; a second (column run) would tell how zero and gain change between runs"
-                .to_owned(),
-        );
-    }
+    let alike =
+        |n: &Number| Some(format!("these data cannot tell gain and {} apart: {} would", n.name, n.alike?));
+    lines.extend(numbers.iter().filter_map(alike));
+    let one =
+        "one run: σ holds for it; a second (column run) would tell how zero and gain change between runs";
+    lines.extend((learnt.runs < 2).then(|| one.to_owned()));
     lines
 }

@@ -248,14 +248,12 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
         let error = InputError::new(format!("the data have a column {}", kind.column())).key(flag);
         return Err(error.value(plain(x)).allowed("nothing: the column says it"));
     }
-    if let Some(x) = options.drive {
-        let (good, allowed) = match kind {
-            Drive::Angle => (x > 0.0 && x < 90.0, "0 < theta < 90 degrees"),
-            Drive::Displacement => (x > 0.0 && x.is_finite(), "> 0 mm"),
-        };
-        if !good {
-            return Err(InputError::new("this is no drive").key(flag).value(plain(x)).allowed(allowed));
-        }
+    let (end, allowed) = match kind {
+        Drive::Angle => (90.0, "0 < theta < 90 degrees"),
+        Drive::Displacement => (f64::INFINITY, "> 0 mm"),
+    };
+    if let Some(x) = options.drive.filter(|x| !(*x > 0.0 && *x < end)) {
+        return Err(InputError::new("this is no drive").key(flag).value(plain(x)).allowed(allowed));
     }
     if let Some((bits, [last, first])) = counts::of_other_bits(data) {
         let message = format!(

@@ -92,10 +92,8 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Frame, Err
         let signal = data.unit.above(z.signal, zero, locator.rig.setup.gauge.factor);
         row.extend([r.a, r.drive, r.value, zero, signal].map(Field::Number));
         row.extend([f64::NAN; 6].map(Field::Number));
-        let (word, why) = match &z.reason {
-            Some(reason) => ("suspect", reason.text(kind)),
-            None => ("used", "zero_reading".to_owned()),
-        };
+        let used = ("used", "zero_reading".to_owned());
+        let (word, why) = z.reason.as_ref().map_or(used, |reason| ("suspect", reason.text(kind)));
         table.row(row.into_iter().chain(["".into(), word.into(), why.into()]))
     };
     for (k, tap) in found.taps.iter().enumerate() {
@@ -121,8 +119,6 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Frame, Err
         let row = std::iter::once(tap.line.into()).chain(numbers);
         table.row(row.chain([status.into(), word.into(), why.into()]))?;
     }
-    for z in zeros {
-        zero_row(&mut table, z)?;
-    }
+    zeros.try_for_each(|z| zero_row(&mut table, z))?;
     Ok(table)
 }

@@ -246,17 +246,14 @@ fn signs(
     // Taps at several places never have one value: it means "missing".
     let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();
     values.dedup();
-    if let ([value], true) = (values.as_slice(), count(least) > 1) {
-        let none = Reason::Missing(*value);
-        taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(none.clone()));
-        return Ok(vec![most]);
-    }
+    let missing = values.len() == 1 && count(least) > 1;
     let both = count(least) as f64 >= MINORITY * count(most) as f64
         && distances(least) >= if whisker { 2 } else { 3 };
-    if both {
+    if both && !missing {
         return Ok(vec![most, least]);
     }
-    taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(Reason::OtherSide));
+    let reason = if missing { Reason::Missing(values[0]) } else { Reason::OtherSide };
+    taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(reason.clone()));
     Ok(vec![most])
 }
 
@@ -299,8 +296,7 @@ fn weak(taps: &[Tap], most: f64, rests: &[f64]) -> Vec<usize> {
 
 /// Side of the gauge for `sign`: tension is the contact side. For an unknown unit, most taps are on the side named in the spec.
 fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
-    if data.unit.signal() == Some(Signal::Strain) {
-        return if sign > 0.0 { Side::Contact } else { Side::Far };
-    }
-    if (rig.setup.gauge.side == Side::Far) == (sign == most) { Side::Far } else { Side::Contact }
+    let strain = data.unit.signal() == Some(Signal::Strain);
+    let far = if strain { sign < 0.0 } else { (rig.setup.gauge.side == Side::Far) == (sign == most) };
+    if far { Side::Far } else { Side::Contact }
 }

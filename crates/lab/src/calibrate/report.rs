@@ -253,12 +253,9 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         if s.table.drives.len() > 1 && rig.known {
             let b = best(s, kind, found.calibration.noise);
             let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
-            let say = |k: &str| {
-                let at = &b[k];
-                let number = |x: &Value| x.as_f64().map_or("?".to_owned(), |x| format!("{x:.4}"));
-                format!("{}{degree} ({} mm rms)", drive(at), number(&at["total_rms_mm"]))
-            };
-            let (without, with) = (drive(&b["without_noise"]), say("with_noise"));
+            let (at, without) = (&b["with_noise"], drive(&b["without_noise"]));
+            let rms = at["total_rms_mm"].as_f64().map_or("?".to_owned(), |x| format!("{x:.4}"));
+            let with = format!("{}{degree} ({rms} mm rms)", drive(at));
             lines.push(format!(
                 "  best {symbol} of the paper's procedure: {without} without noise, {with} with it"
             ));

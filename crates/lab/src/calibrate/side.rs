@@ -256,7 +256,6 @@ fn contradictions(cells: &[Cell], [distances, drives]: [&Groups; 2], noise: f64)
 
 /// Least rise of a signal that counts as growing, in standard deviations.
 const SURE: f64 = 6.0;
-const FEWEST: usize = 3;
 
 /// Number of drives with a signal that grows with the distance against the theory (unknown whisker: away from its gauge), and of drives compared.
 pub(super) fn growing(cells: &[Cell], drives: usize, noise: f64, known: bool) -> [usize; 2] {
@@ -264,10 +263,7 @@ pub(super) fn growing(cells: &[Cell], drives: usize, noise: f64, known: bool) ->
     for j in 0..drives {
         let mut cells: Vec<&Cell> = cells.iter().filter(|c| c.j == j).collect();
         cells.sort_by(|c, d| c.a.total_cmp(&d.a));
-        let (Some(near), Some(far)) = (cells.first(), cells.last()) else { continue };
-        if cells.len() < FEWEST {
-            continue;
-        }
+        let [near, _, .., far] = cells[..] else { continue };
         let sd = noise * (near.share + far.share).sqrt();
         let grows = far.signal - near.signal > SURE * sd && (!known || far.linear < near.linear);
         let between = cells.iter().all(|c| c.signal >= near.signal && c.signal <= far.signal);

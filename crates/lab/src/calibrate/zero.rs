@@ -255,9 +255,6 @@ fn middle(pairs: &[Pair], ratio: f64) -> f64 {
 impl Line {
     /// Least squares near a line of slope `ratio`, for noise with a constant share `floor`: middle of the signals over gap and squared gap, at gap 0.
     fn through(pairs: &[Pair], ratio: f64, floor: f64) -> Option<Self> {
-        if pairs.len() < FEWEST {
-            return None;
-        }
         let usual = median(&mut pairs.iter().map(Pair::gap).collect::<Vec<_>>());
         let weight = |p: &Pair| 1.0 / (floor + (1.0 - floor) * (p.gap() / usual).powi(2));
         let middle = middle(pairs, ratio);

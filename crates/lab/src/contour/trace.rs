@@ -181,9 +181,7 @@ pub fn described(trace: &Trace) -> Value {
 pub fn counts(trace: &Trace, readings: &Readings) -> Value {
     let (mut status, mut combinations) = (BTreeMap::<String, u64>::new(), BTreeMap::<String, u64>::new());
     for words in trace.points.iter().map(words) {
-        for word in words.split('+') {
-            *status.entry(word.to_owned()).or_default() += 1;
-        }
+        words.split('+').for_each(|word| *status.entry(word.to_owned()).or_default() += 1);
         *combinations.entry(words).or_default() += 1;
     }
     json!({

@@ -278,10 +278,8 @@ impl Answers for LearnedCurve {
     fn expected(&self, a: f64, drive: f64) -> f64 {
         let (inverse, zero) = self.plain();
         let [near, far] = inverse.reach();
-        if !(near..=far).contains(&a) {
-            return f64::NAN;
-        }
-        self.curve.expected(&self.base, a, drive, self.zero_read).signal + zero
+        let signal = || self.curve.expected(&self.base, a, drive, self.zero_read).signal + zero;
+        if (near..=far).contains(&a) { signal() } else { f64::NAN }
     }
 
     fn variance(&self, a: f64, drive: f64, same_run: bool) -> f64 {

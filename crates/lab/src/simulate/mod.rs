@@ -9,9 +9,8 @@ use serde_json::{Value, json};
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::measure::{Rig, Unit};
-use crate::scene::{Drive, Layout, Setup, Signal, Tuple};
+use crate::scene::{Drive, Layout, Setup, Signal, Tuple, channels::MOST_CHANNELS, sampler::Sampler};
 use crate::sink::{Field, Frame, heading};
-use crate::{scene::channels::MOST_CHANNELS, scene::sampler::Sampler};
 
 pub const SOURCE: &str = "synthetic";
 

@@ -88,13 +88,7 @@ pub fn simulate(
     let table = heading("strokes").frame(&[settings.unit.column()]);
     let mut recorder = Recorder::new((rig, settings), [false; 2], table, write);
     for (k, solved) in solved.into_iter().enumerate() {
-        let (pose, first, contacts) = match solved {
-            Ok(found) => found,
-            Err(why) => {
-                miss(k + 1, why);
-                continue;
-            }
-        };
+        let Ok((pose, first, contacts)) = solved.map_err(|why| miss(k + 1, why)) else { continue };
         // Degrees by which the touch is seen late: heading too large, drive too small.
         let late = strokes.touch_noise * recorder.normal(0)[0];
         recorder.row = recorder.row.wrapping_add(1);
