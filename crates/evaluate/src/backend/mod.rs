@@ -18,8 +18,8 @@ use crate::kernel::{
     rule::smallest_tolerance,
 };
 use crate::scene::{BackendChoice, Model, Precision, RunOptions};
-use drivers::{adapters, found};
-pub use drivers::{answer, ask_by, look};
+use drivers::found;
+pub use drivers::{adapters, answer, ask_by, look};
 
 /// The chosen backend; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -131,7 +131,7 @@ impl Choice {
             return Err(Error::Run(why.into()));
         }
         match asked {
-            _ if wanted => Self::among(options, &adapters()?)?.opened(),
+            _ if wanted => Self::among(options, &adapters(true)?)?.opened(),
             BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
             BackendChoice::Auto | BackendChoice::Gpu => {
                 if let Some(why) = cramped().or(gpu::forked().map(str::to_owned)) {

@@ -12,7 +12,7 @@ use crate::estimator::{
     surface::continued,
 };
 use crate::evaluate::{Evaluator, Method, Task};
-use crate::measure::{Rig, Skin};
+use crate::measure::Skin;
 use crate::scene::{Direction, Setup};
 use crate::{design::Design, status::Status};
 
