@@ -7,6 +7,7 @@ use crate::backend::Choice;
 use crate::chart::ranker::{Ranker, Rankers};
 use crate::chart::scope::Scope;
 use crate::error::InputError;
+use crate::evaluate::takes_all;
 use crate::scene::{
     Axis, Column, Contact, Geometry, Precision, Property, RunOptions, Search, Setup, Space, Study, Theory,
 };
@@ -185,30 +186,32 @@ const DOUBLE: f64 = 2.0;
 
 const SEARCHED: f64 = 2e4;
 
-pub fn of_study(study: &Study, options: &RunOptions) -> f64 {
+/// Seconds of a sweep of `study`; `None` if no device takes part, because the CPU solves all taps, or ranks whiskers that shaders have no f of.
+pub fn of_study(study: &Study, options: &RunOptions) -> Option<f64> {
     let taps = study.space.tuples().0 as f64;
     let charted = |layout: &Layout| options.precision != Some(Precision::F64) && Scope::fits(study, layout);
     let Some(layout) = study.space.layout().filter(charted) else {
         return solved(taps, &study.setup, options);
     };
     let each = if layout.drives().is_some_and(|axis| axis.len() > 1) { READ_TOGETHER } else { READ };
-    shared(taps * each, options)
+    study.setup.built.is_none().then(|| shared(taps * each, options))
 }
 
-pub fn of_search(search: &Search, space: &Space, setup: &Setup, options: &RunOptions) -> f64 {
+/// The same of a search.
+pub fn of_search(search: &Search, space: &Space, setup: &Setup, options: &RunOptions) -> Option<f64> {
     let distances = space.layout().map_or(1, |layout| layout.n_distances);
     let samples = search.robust.as_ref().map_or(0, |robust| robust.samples);
     let taps = SEARCHED * (1.0 + samples as f64) * distances as f64;
     solved(taps, setup, options)
 }
 
-fn solved(taps: f64, setup: &Setup, options: &RunOptions) -> f64 {
+fn solved(taps: f64, setup: &Setup, options: &RunOptions) -> Option<f64> {
     let rubs = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
     let friction = if rubs { FRICTION } else { 1.0 };
     let double = if options.precision == Some(Precision::F64) { DOUBLE } else { 1.0 };
     // Closed forms are fast on any backend.
     let each = if setup.model.geometry == Geometry::Linear { 0.0 } else { SOLVED * friction * double };
-    shared(taps * each, options)
+    (!takes_all(setup)).then(|| shared(taps * each, options))
 }
 
 fn shared(seconds: f64, options: &RunOptions) -> f64 {

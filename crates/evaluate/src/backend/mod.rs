@@ -115,13 +115,15 @@ impl Choice {
         Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
     }
 
-    /// [`Self::new`], but `auto` takes the CPU if a device does not pay for work of `seconds` of all CPU threads.
-    pub fn for_work(options: &RunOptions, seconds: f64) -> Result<Self, Error> {
+    /// [`Self::new`], but `auto` takes the CPU if a device does not pay for `work`, seconds of all CPU threads, or if there is none for it.
+    pub fn for_work(options: &RunOptions, work: Option<f64>) -> Result<Self, Error> {
         let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
-        if free && seconds < PAYS && gpu::forked().is_none() {
-            return Self::instead(options, "too short a run to look for a GPU".into());
-        }
-        Self::new(options)
+        let why = match work {
+            None => "the solver of such whiskers runs on the CPU",
+            Some(seconds) if seconds < PAYS => "too short a run to look for a GPU",
+            Some(_) => return Self::new(options),
+        };
+        if free && gpu::forked().is_none() { Self::instead(options, why.into()) } else { Self::new(options) }
     }
 
     fn found(options: &RunOptions) -> Result<Self, Error> {

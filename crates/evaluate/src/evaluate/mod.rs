@@ -32,6 +32,7 @@ use outcome::{Asked, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
 use solve::Solved;
 pub use strains::{closed, closed_gradient, is_closed};
+pub use rod::takes_all;
 pub use task::{Outcome, Outcomes, Task};
 
 /// A backend, ready to evaluate taps of one setup.

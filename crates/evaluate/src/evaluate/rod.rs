@@ -15,8 +15,8 @@ use crate::physics::solid::{Bonded, Held, Soft, is_solid};
 use crate::scene::{Contact, Drive, Geometry, Grip, Setup};
 use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt, slopes, solve};
 
-/// True if it solves all taps of `setup`.
-pub(super) fn takes_all(setup: &Setup) -> bool {
+/// True if the solver of every whisker, on the CPU, solves all taps of `setup`.
+pub fn takes_all(setup: &Setup) -> bool {
     let solid = || {
         setup.model.contact == Contact::Frictionless && (is_solid(&setup.model) || setup.gauge.foil.is_some())
     };
