@@ -30,9 +30,9 @@ pub use guard::{Guard, doubts};
 pub use input::Input;
 use outcome::{Asked, reference};
 pub use outcome::{beside_linear, outcome_of_chart, path, problem};
+pub use rod::takes_all;
 use solve::Solved;
 pub use strains::{closed, closed_gradient, is_closed};
-pub use rod::takes_all;
 pub use task::{Outcome, Outcomes, Task};
 
 /// A backend, ready to evaluate taps of one setup.
