@@ -36,7 +36,8 @@ pub fn run(asked: &Asked<OptimiseRequest>, context: &Context<'_>) -> Result<Repl
     let (mut spec, search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "optimise");
-    let work = plan::of_search(&search, &spec.study.space, &spec.study.setup, &options);
+    let bounded = RunOptions { model_error: asked.model_error.or(options.model_error), ..options.clone() };
+    let work = plan::of_search(&search, &spec.study.space, &spec.study.setup, &bounded);
     let choice = Choice::for_work(&options, work)?;
     let bound = context.model_error(asked.model_error, &spec, &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));

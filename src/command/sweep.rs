@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
-use crate::scene::{Geometry, MaterialFit, Per, RankBy, Spec};
+use crate::scene::{Geometry, MaterialFit, Per, RankBy, RunOptions, Spec};
 use crate::sink::{Shard, Table, TableFormat, Written, drive_unit, run_json};
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
@@ -67,7 +67,8 @@ pub fn run(asked: &Asked<SweepRequest>, context: &Context<'_>) -> Result<Reply, 
     }
     let out = folder(options.out.as_ref(), &spec.name, "sweep");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::for_work(&options, plan::of_study(&spec.study, &options))?;
+    let bounded = RunOptions { model_error: asked.model_error.or(options.model_error), ..options.clone() };
+    let choice = Choice::for_work(&options, plan::of_study(&spec.study, &bounded))?;
     let bound = context.model_error(asked.model_error, &spec, &choice)?;
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;

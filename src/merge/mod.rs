@@ -103,7 +103,7 @@ fn beside(parts: &[Part]) -> Result<PathBuf, Error> {
     Err(error.key("--out").allowed("the folder for the whole").into())
 }
 
-/// Places of sums; the largest values have theirs below.
+/// Places in run.json of numbers that are summed over the parts.
 const SUMS: [(&str, &[&str]); 3] = [
     ("counts", &["taps", "solved", "interpolated", "referred", "complete_rows", "status", "combinations"]),
     ("model_error", &["taps_by_full_model"]),

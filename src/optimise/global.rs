@@ -94,7 +94,10 @@ pub fn pick(variables: &Variables, goal: Goal, mut scored: Vec<Found>, count: us
     let mut picked: Vec<Place> = Vec::new();
     for (u, j) in scored.iter().map(|f| variables.place(&f.point)) {
         let near = |(v, k): &Place| *k == j && v.iter().zip(&u).all(|(a, b)| (a - b).abs() < DISTINCT);
-        if picked.len() < count && !picked.iter().any(near) {
+        if picked.len() == count {
+            break;
+        }
+        if !picked.iter().any(near) {
             picked.push((u, j));
         }
     }

@@ -4,6 +4,7 @@
 use std::sync::OnceLock;
 
 use super::linear::StrainCurve;
+use crate::reduce::distinct;
 use crate::scene::model::Drive;
 
 /// The inverse of f over u = 1/a.
@@ -63,12 +64,14 @@ impl Cut {
             [u, f, slope]
         };
         // Quadratic spacing resolves the steep rise next to the apex.
-        let mid = 1.0 / x2;
+        let mid = hi.min(1.0 / x2);
         let [beyond, on] = SAMPLES;
         let first = (0..beyond).map(|i| lo + (mid - lo) * (i as f64 / beyond as f64).powi(2));
         let second = (0..=on).map(|i| mid + (hi - mid) * (i as f64 / on as f64).powi(3));
-        let mut ends: Vec<[f64; 3]> = Vec::with_capacity(beyond + on + 4);
-        for next in first.chain(second).map(end) {
+        // f has kinks next to those of the whisker.
+        let knots = curve.knots().iter().map(|s| 1.0 / s).filter(|u| lo < *u && *u < hi);
+        let mut ends: Vec<[f64; 3]> = Vec::new();
+        for next in distinct(first.chain(second).chain(knots)).into_iter().map(end) {
             if let Some(&[u, _, before]) = ends.last()
                 && (before > 0.0 && next[2] < 0.0 || before < 0.0 && next[2] > 0.0)
             {

@@ -99,6 +99,11 @@ impl StrainCurve {
         self.built.as_ref().map(|built| built.body.reach())
     }
 
+    /// Places where the whisker is not smooth, mm.
+    pub fn knots(&self) -> &[f64] {
+        self.built.as_ref().map_or(&[], |built| built.body.knots())
+    }
+
     /// True for the strain of a gauge.
     pub fn reads_strain(&self) -> bool {
         self.built.as_ref().is_none_or(|built| built.signal == Signal::Strain)

@@ -46,12 +46,12 @@ pub struct Dual<const N: usize> {
 
 impl<const N: usize> Dual<N> {
     /// A function of this number with the value `value` and the derivative `by`.
-    #[inline(always)]
+    #[inline]
     fn chain(self, value: f64, by: f64) -> Self {
         Self { value, slope: self.slope.map(|slope| slope * by) }
     }
 
-    #[inline(always)]
+    #[inline]
     fn of_two(self, o: Self, value: f64, [p, q]: [f64; 2]) -> Self {
         let mut slope = self.slope;
         for (s, o) in slope.iter_mut().zip(&o.slope) {
@@ -69,7 +69,7 @@ impl<const N: usize> Default for Dual<N> {
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn neg(self) -> Self {
         self.chain(-self.value, -1.0)
     }
@@ -79,7 +79,7 @@ macro_rules! operator {
     ($trait:ident, $name:ident, |$a:ident, $b:ident| $value:expr, [$p:expr, $q:expr]) => {
         impl<const N: usize> $trait for Dual<N> {
             type Output = Self;
-            #[inline(always)]
+            #[inline]
             fn $name(self, o: Self) -> Self {
                 let ($a, $b) = (self.value, o.value);
                 let _ = ($a, $b);
@@ -94,11 +94,11 @@ operator!(Mul, mul, |a, b| a * b, [b, a]);
 operator!(Div, div, |a, b| a / b, [1.0 / b, -(a / b) * (1.0 / b)]);
 
 impl<const N: usize> Number for Dual<N> {
-    #[inline(always)]
+    #[inline]
     fn of(value: f64) -> Self {
         Self { value, slope: [0.0; N] }
     }
-    #[inline(always)]
+    #[inline]
     fn sqrt(self) -> Self {
         let y = self.value.sqrt();
         self.chain(y, 0.5 / y)
@@ -106,11 +106,11 @@ impl<const N: usize> Number for Dual<N> {
 }
 
 impl<const N: usize> Real for Dual<N> {
-    #[inline(always)]
+    #[inline]
     fn value(self) -> f64 {
         self.value
     }
-    #[inline(always)]
+    #[inline]
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.value.sin_cos();
         (self.chain(sin, cos), self.chain(cos, -sin))

@@ -119,7 +119,7 @@ impl Choice {
     pub fn for_work(options: &RunOptions, work: Option<f64>) -> Result<Self, Error> {
         let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
         let why = match work {
-            None => "the solver of such whiskers runs on the CPU",
+            None => "such taps are solved on the CPU",
             Some(seconds) if seconds < PAYS => "too short a run to look for a GPU",
             Some(_) => return Self::new(options),
         };

@@ -144,7 +144,7 @@ pub type Solver<'a> = (&'a Rig, Opener<'a>);
 /// Limits that allow a surface within seconds: taps left to the reference, taps without solution.
 const HARD: [usize; 2] = [48, 1024];
 
-/// Taps over which the model of a whisker is solved.
+/// A rig, its backend, and the taps over which its model is solved.
 #[derive(Clone, Copy)]
 pub struct Extent<'a> {
     pub rig: &'a Rig,

@@ -59,7 +59,7 @@ pub(crate) struct SideTap {
 
 /// Answers readings of one calibrated whisker.
 pub struct Locator {
-    /// What it was opened from; its own estimator and sides stand in place of those.
+    /// The calibration that it was opened from; `estimator` and `sides` below replace those of the calibration.
     calibration: Calibration,
     pub unit: Unit,
     pub estimator: Estimator,

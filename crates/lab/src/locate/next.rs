@@ -74,7 +74,7 @@ pub struct May {
     pub same_run: bool,
 }
 
-/// What is said where there is none.
+/// A value, or the reason why there is none.
 type Said<T> = Result<T, &'static str>;
 
 pub fn next(locator: &Locator, taps: &[Reading], May { within, shifts, same_run }: May) -> Said<Next> {

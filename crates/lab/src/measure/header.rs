@@ -23,7 +23,7 @@ pub fn before(comments: &Comments, first: &str, names: &[String], said: &Names) 
         return Ok(None);
     }
     let found = comments.iter().rev().find_map(|(line, text)| Some((*line, named(text, first, said)?)));
-    // Such a one has the names of a drive and of a signal.
+    // A line of headers has the names of a drive and of a signal.
     let names_columns = |text: &str| {
         let known = Names::default();
         let words = || text.split(|c: char| !(c.is_alphanumeric() || c == '_'));

@@ -47,7 +47,7 @@ pub fn is_usual(x: f64) -> bool {
 pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
     let cell = |r: &Row| if r.drive <= 0.0 { [0; 2] } else { [r.a, r.drive].map(f64::to_bits) };
     let column = |f: fn(&Row) -> f64| rows.iter().map(|r| (f(r), cell(r))).collect::<Vec<_>>();
-    // Of distances and drives only usual ones.
+    // Of distances and drives only usual placeholders count.
     let distances = find(&column(|r| r.a), false);
     let mut drives = find(&column(|r| r.drive), false);
     // A drive of -1 may be before contact, or to the other side.
