@@ -3,6 +3,7 @@
 // Index loops read like their WGSL twins, and vectorise where packs are not vectors.
 #![allow(clippy::needless_range_loop)]
 
+mod dual;
 mod exact;
 pub mod law;
 pub mod pack;
