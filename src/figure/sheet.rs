@@ -188,6 +188,7 @@ pub fn parallel(p: &Parallel, style: &Style) -> Drawing {
     let muted = |i: usize| p.muted[i] || !colours.share(p.values[i][p.colour]).is_finite();
     let mut order: Vec<usize> = (0..p.values.len()).collect();
     order.sort_by(|a, b| p.values[*b][p.colour].total_cmp(&p.values[*a][p.colour]));
+    // Muted rows first, so that the best lie on top.
     order.sort_by_key(|i| !muted(*i));
     for i in order {
         let points: Vec<[f64; 2]> = p.values[i].iter().enumerate().map(|(k, x)| at(k, *x)).collect();

@@ -88,6 +88,7 @@ impl Search<'_> {
             run.check_stop()?;
             let begun = Instant::now();
             let from = start + run.reached.next;
+            // Few designs at first, until there is a bound.
             let to = end.min(from + most.min(FIRST + (GROWTH - 1) * run.reached.next));
             let bound = bound(&mut run.reached.found, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
