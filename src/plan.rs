@@ -211,7 +211,7 @@ fn solved(taps: f64, setup: &Setup, options: &RunOptions) -> Option<f64> {
     let double = if options.precision == Some(Precision::F64) { DOUBLE } else { 1.0 };
     // Closed forms are fast on any backend.
     let each = if setup.model.geometry == Geometry::Linear { 0.0 } else { SOLVED * friction * double };
-    // What is left off may be what only the CPU solves.
+    // The effect that is left off may be the one that only the CPU solves.
     let served = !takes_all(setup) || options.model_error.is_some();
     served.then(|| shared(taps * each, options))
 }

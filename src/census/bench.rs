@@ -206,7 +206,7 @@ pub fn taps(c: &Configuration, count: usize) -> Taps {
     Taps::of_rows(&c.setup, &(0..whiskers).map(row).collect::<Vec<_>>())
 }
 
-/// What a benchmark tells while it runs.
+/// Progress of a benchmark.
 pub enum News {
     /// A step begins: its number, from 1, and what it measures.
     Begun(usize, String),

@@ -23,7 +23,7 @@ pub const QUICK: [&str; 7] =
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configuration {
     pub name: &'static str,
-    /// What its taps share.
+    /// The rig that its taps share.
     pub setup: Setup,
 }
 

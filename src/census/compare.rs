@@ -24,7 +24,7 @@ const BY_CHANCE: usize = 4;
 /// Arc: |c − c_ref| / c_ref.
 pub const QUANTITIES: [&str; 4] = ["strain", "K", "force", "arc"];
 
-/// What may be wrong beside an error of one of the [`QUANTITIES`].
+/// Faults other than an error of one of the [`QUANTITIES`].
 pub const FAULTS: [&str; 4] = ["nothing_compared", "status", "unsolved", "unanswered"];
 
 /// Words that say why there are no values.
@@ -70,7 +70,7 @@ fn compare_tap(taps: &Taps, i: usize, [expected, found]: [&Outcome; 2], bound: f
     }
 }
 
-/// Whether words and contact state agree, but for those whose threshold is nearer than the bound.
+/// True if words and contact state agree, but for those whose threshold is nearer than the bound.
 fn alike(taps: &Taps, i: usize, [expected, found]: [&Outcome; 2], bound: f64) -> bool {
     let design = taps.design(i);
     let (length, strain, gauge) = (design.tuple.L_a, expected.magnitude(), &taps.setup.gauge);
@@ -109,7 +109,7 @@ fn errors(least: f64, expected: &Outcome, found: &Outcome) -> [Option<f64>; 4] {
     [strain, k, force, arc]
 }
 
-/// What many errors come to.
+/// Statistics of many errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     /// Largest; NaN if any is not a number.
@@ -202,7 +202,7 @@ impl Line {
         }
     }
 
-    /// What is wrong, in words of the table; empty if nothing is.
+    /// The faults, in words of the table; empty without one.
     pub fn faults(&self) -> Vec<&'static str> {
         let [neither, referred, unanswered, unsolved, differ] = self.odd;
         let solved = self.compared + unsolved + referred + differ;

@@ -24,7 +24,7 @@ pub const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_
 const EXTENSION: &str = "extension";
 const SURFACE: &str = "surface";
 
-/// What a comparison keeps and changes: the setup and the direction of the pole.
+/// The settings that a comparison changes: the setup and the direction of the pole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     pub setup: Setup,
@@ -126,17 +126,17 @@ impl Effect {
         TERMS.iter().find(|term| term.key == key).map(Self::Term)
     }
 
-    /// Whether it is of the rig, not of the model: nobody can leave it off.
+    /// True if it is of the rig, not of the model: nobody can leave it off.
     pub fn is_of_rig(self) -> bool {
         matches!(self, Self::Hub | Self::Tilt | Self::Lean | Self::Foil) || self.is_of_shape()
     }
 
-    /// Whether it is what the whisker is beyond a cone clamped at its base.
+    /// True if it is what the whisker is beyond a cone clamped at its base.
     fn is_of_shape(self) -> bool {
         matches!(self, Self::Root | Self::Curvature | Self::Inner | Self::Profile)
     }
 
-    /// Whether there is something to tell of it in `s`: nobody can say which shape a cone could have.
+    /// True if there is something to tell of it in `s`: nobody can say which shape a cone could have.
     pub(super) fn is_told(self, s: &Setting) -> bool {
         !self.is_of_shape() || self.is_on(s) == Some(true)
     }
@@ -170,7 +170,7 @@ impl Effect {
         if matches!(self, Self::Term(_)) { format!("model.{key}") } else { key.to_owned() }
     }
 
-    /// Whether the setting has it; `None` for the side, which is no effect.
+    /// True if the setting has it; `None` for the side, which is no effect.
     pub fn is_on(self, s: &Setting) -> Option<bool> {
         Some(match self {
             Self::Rotation => s.setup.model.geometry == Geometry::Exact,

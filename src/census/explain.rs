@@ -1,4 +1,4 @@
-//! What each effect of the model changes, in % of strain, for the taps of a spec.
+//! Changes by each effect of the model, in % of strain, for the taps of a spec.
 //!
 //! Every effect is switched alone: off where the spec has it, on at a stated value where it has not, and the strains
 //! of both settings are compared tap by tap. Where the rules of the model do not allow the switch alone, both settings
@@ -15,7 +15,7 @@ use crate::reduce::{Spread, median};
 use crate::scene::{Drive, Study};
 use crate::status::Status;
 
-/// How much |strain| changes from one setting to another; in %.
+/// Change of |strain| from one setting to another, in %.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Change {
     /// Median over the taps.
@@ -54,7 +54,7 @@ pub struct Both {
 pub struct Explained {
     pub effect: Effect,
     pub key: String,
-    /// Whether the spec has it; `None` for the side.
+    /// True if the spec has it; `None` for the side.
     pub on: Option<bool>,
     pub spec: String,
     /// The value it is switched to.
@@ -63,7 +63,7 @@ pub struct Explained {
     pub both_with: Vec<Both>,
     /// Why nothing is compared, if so.
     pub not_compared: Option<String>,
-    /// What the switch changes; `None` where it is not compared, or where no tap counts in both settings.
+    /// Change by the switch; `None` where it is not compared, or where no tap counts in both settings.
     pub change: Option<Change>,
 }
 

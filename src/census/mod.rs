@@ -37,20 +37,20 @@ pub struct Taps {
 }
 
 impl Taps {
-    /// Of `rows`, each a whisker of its own.
+    /// The taps of `rows`, each of a whisker of its own.
     pub fn of_rows(setup: &Setup, rows: &[Row]) -> Self {
         let designs = rows.par_iter().map(|row| Design::new(setup, row.point)).collect();
         let tasks = (0..).zip(rows).flat_map(|(k, row)| row.taps().map(move |t| Task::of(k, &t))).collect();
         Self { setup: setup.clone(), designs, tasks }
     }
 
-    /// Of `tuples`, each a whisker of its own.
+    /// The taps `tuples`, each of a whisker of its own.
     pub fn of(setup: &Setup, tuples: &[Tuple]) -> Self {
         let rows: Vec<Row> = tuples.iter().map(|t| Row::new(*t, [t.a].into())).collect();
         Self::of_rows(setup, &rows)
     }
 
-    /// What `method` answers.
+    /// The answers of `method`.
     pub fn answers(&self, method: Method) -> Result<Vec<Outcome>, SolveError> {
         Evaluator::new(&self.setup, method).run(&self.designs, &self.tasks)
     }

@@ -55,7 +55,7 @@ pub fn bound(asked: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<
     Err(error.allowed(format!("{least:e} ≤ E < 1{tolerance}")).into())
 }
 
-/// What a model says of the taps of some rows.
+/// Answers of a model to the taps of some rows.
 struct Said {
     taps: Taps,
     /// Strain, contact arc, mm, and all words of each tap.
@@ -92,7 +92,7 @@ impl Said {
     }
 }
 
-/// How far a model is from the full one at some taps.
+/// Difference of a model to the full one at some taps.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 struct Checked {
     taps: u64,
@@ -110,7 +110,7 @@ struct Checked {
 }
 
 impl Checked {
-    /// Whether taps were compared, no word differs and the strain is within `bound`.
+    /// True if taps were compared, no word differs and the strain is within `bound`.
     fn holds(&self, bound: f64) -> bool {
         self.taps > 0 && self.statuses_changed == 0 && self.error <= bound
     }
@@ -148,7 +148,7 @@ struct Part {
     alone: Option<Checked>,
     /// What leaving it off beside those before it changes, over the whole spread; `None` where that was not looked at.
     together: Option<Checked>,
-    /// Whether it is left off.
+    /// True if it is left off.
     left: bool,
 }
 
@@ -257,7 +257,7 @@ impl Needed {
         self.setup = self.full.clone();
     }
 
-    /// Whether the model keeps the bound at `rows`, which are kept; where it does not and that is `binding`, the full model is taken. `go_on` is asked
+    /// True if the model keeps the bound at `rows`, which are kept; where it does not and that is `binding`, the full model is taken. `go_on` is asked
     /// between parts.
     /// Errors: a kernel that fails; that of `go_on`.
     pub fn keeps(
@@ -326,7 +326,7 @@ impl Needed {
         }
     }
 
-    /// What was left off and how well that holds, in a few lines.
+    /// The effects left off and the error that this makes, in a few lines.
     pub fn sentence(&self) -> String {
         let bound = self.bound;
         let name = |p: &Part| format!("{} ({} in place of {})", p.effect.name(), p.instead, p.spec);
@@ -361,7 +361,7 @@ impl Part {
     }
 }
 
-/// Whether such a model can be computed: friction needs extension.
+/// True if such a model can be computed: friction needs extension.
 fn allowed(setup: &Setup) -> bool {
     setup.model.contact == Contact::Frictionless || setup.model.extension
 }

@@ -53,7 +53,7 @@ impl Case {
     }
 }
 
-/// What a census tells while it runs.
+/// Progress of a census.
 pub enum CensusNews {
     /// So many taps are solved everywhere.
     Done(u64),

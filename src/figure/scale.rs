@@ -172,7 +172,7 @@ fn ten(power: i32) -> String {
 /// x and y, in sizes of the marker.
 type Corner = [f64; 2];
 
-/// What figures and pages look like, from `look.toml`.
+/// The look of figures and pages, from `look.toml`.
 #[derive(Debug, Deserialize)]
 pub struct Look {
     /// Colours of series.

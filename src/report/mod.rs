@@ -28,7 +28,7 @@ use content::Content;
 
 pub const PAGE: &str = "report.html";
 
-/// What is drawn of a table, unless it lacks a column.
+/// The drawing of a table; none if it lacks a column.
 type Drawn<T = crate::figure::Figure> = Result<T, InputError>;
 /// x and y.
 type Point = (f64, f64);

@@ -67,7 +67,7 @@ impl<'a> Run<'a> {
         Ok(outcomes)
     }
 
-    /// What `solve` finds by further taps, whose number it tells.
+    /// The result of `solve`, which takes further taps and counts them.
     pub fn more<T>(
         &mut self,
         solve: impl FnOnce(&Setup, &mut Evaluator<'a>) -> Result<(Vec<T>, u64), SolveError>,

@@ -136,10 +136,10 @@ impl Error {
     }
 }
 
-/// Of what fails for any reason, unless another one is said.
+/// Result of work that may fail for any reason; the error type may be another one.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Of what fails only by its input.
+/// Result of a check of input.
 pub type Checked<T> = Result<T, InputError>;
 
 /// The word of `known` that is closest to `word`, if any is close; case, `_`, `-` and spaces hardly count.

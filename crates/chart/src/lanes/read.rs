@@ -49,7 +49,7 @@ pub(super) struct Products {
     inner: Vec<[u8; 2]>,
     /// Orders over drive, width and base.
     outer: Vec<[u8; 3]>,
-    /// Of the functions up to each.
+    /// For each function, the products that it and those before it need.
     pub needs: Vec<Need>,
 }
 

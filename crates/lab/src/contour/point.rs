@@ -14,14 +14,14 @@ const MOST_NOISE: f64 = 1000.0;
 /// Standard deviation of a heading where none is said, degrees.
 pub const ANGLE: f64 = 0.1;
 
-/// What is not certain beside the signal: one standard deviation each.
+/// Uncertainty of everything but the signal: one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Of the heading at first touch, degrees: it moves a point across the whisker.
+    /// Heading at first touch, degrees: it moves a point across the whisker.
     pub angle: f64,
-    /// Of each coordinate of the base, mm.
+    /// Each coordinate of the base, mm.
     pub base: f64,
-    /// Of the motor's angle at first touch, degrees: heading and drive err in opposite ways. `None`: 0 for a tap, unknown for a stroke.
+    /// Motor's angle at first touch, degrees: heading and drive err in opposite ways. `None`: 0 for a tap, unknown for a stroke.
     pub touch: Option<f64>,
 }
 
@@ -77,7 +77,7 @@ impl Pose {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Where, mm; NaN where there is none.
+    /// Its place, mm; NaN without a contact.
     pub at: [f64; 2],
     /// mm².
     pub covariance: Covariance,

@@ -1,4 +1,4 @@
-//! What `calibrate` found, for `locate` to use; `files` writes and reads it as `calibration.toml`. And one side of it, opened.
+//! The result of `calibrate`, for `locate` to use; `files` writes and reads it as `calibration.toml`. And one side of it, opened.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -21,7 +21,7 @@ pub struct Calibration {
     pub estimator: String,
     /// Column of the signal that was measured.
     pub signal: String,
-    /// Whether the drive was recorded; where it was not it counts as 1.
+    /// True if the drive was recorded; where it was not it counts as 1.
     pub drive_recorded: bool,
     /// The drive, as it is recorded, that counts as 0; drives below are counted from there.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -54,7 +54,7 @@ pub struct Source {
 pub struct Second {
     /// Reading per strain.
     pub factor: f64,
-    /// How much further than 90° from the first it is, degrees.
+    /// Its angle from the first gauge, less 90°, degrees.
     pub misalignment_deg: f64,
     pub noise: f64,
     /// What was fitted: misalignment, and factor where poles were tilted; else it is that of the first gauge.
@@ -69,7 +69,7 @@ pub struct Second {
 }
 
 impl Second {
-    /// Whether its values are those of a gauge.
+    /// True if its values are those of a gauge.
     pub fn is_sound(&self) -> bool {
         let sizes = [self.noise, self.sigma_factor, self.sigma_misalignment_deg];
         self.factor.is_finite()

@@ -1,4 +1,4 @@
-//! What a stroke leaves free: its zero, and friction and tilt of the object.
+//! Quantities that a stroke leaves free: its zero, and friction and tilt of the object.
 
 use super::{Locator, Opened};
 use crate::error::{Error, InputError};
@@ -49,7 +49,7 @@ impl std::str::FromStr for Free {
 }
 
 impl Free {
-    /// What friction and tilt change of the signals of a `side`.
+    /// Changes of the signals of a `side` by friction and tilt.
     pub(crate) fn nuisances(self, locator: &Locator, side: &Opened) -> Result<Vec<Nuisance>, Error> {
         let mut all = Vec::new();
         let setup = &locator.rig.setup;

@@ -21,9 +21,9 @@ pub struct Line<'a> {
     pub number: usize,
     /// Number among the rows, from 0.
     pub place: usize,
-    /// Whether it has ended.
+    /// True if it has ended.
     pub whole: bool,
-    /// Whether no whole line has come yet after it.
+    /// True if no whole line has come yet after it.
     pub waiting: bool,
 }
 
@@ -35,7 +35,7 @@ pub struct Source<'a> {
     /// Lines so far; of a table in memory, those with its names and its rows.
     number: usize,
     place: usize,
-    /// Whether the line was read and not yet given.
+    /// True if the line was read and not yet given.
     held: bool,
     begun: bool,
     comments: Comments,
@@ -79,7 +79,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// Whether the line that was read last is one of those that are asked for.
+    /// True if the line that was read last is one of those that are asked for.
     fn is_read(&self) -> bool {
         self.ask.only.is_none_or(|only| only(self.number))
     }

@@ -63,7 +63,7 @@ pub struct Locator {
     calibration: Calibration,
     pub unit: Unit,
     pub estimator: Estimator,
-    /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
+    /// True if readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
     pub same_run: bool,
     /// Variance of the zero of the calibration: it moves all of it.
     pub(crate) of_zero: f64,
@@ -133,7 +133,7 @@ impl Locator {
         self.sides.iter().map(|side| side.ends()[1]).fold(0.0, f64::max)
     }
 
-    /// Whether a reading of this drive is one of the zero, but for rounding.
+    /// True if a reading of this drive is one of the zero, but for rounding.
     pub fn rests(&self, drive: f64) -> bool {
         let largest = self.drive_origin.abs().max(self.largest_drive());
         let known = [Some(0.0), self.zero.until];
@@ -148,7 +148,7 @@ impl Locator {
         if self.zero.wraps { zero + wrapped(value - zero, 0.0) } else { value }
     }
 
-    /// What a tap in the middle of the calibration gives.
+    /// The answer to a tap in the middle of the calibration.
     pub(crate) fn size(&self) -> f64 {
         let of = |s: &Opened| {
             let [first, last] = s.distances;
@@ -251,7 +251,7 @@ impl Locator {
         variance + (side.bias_at(drive) * slope).powi(2) + self.of_zero
     }
 
-    /// Whether the strain of a tared signal is beyond the limit.
+    /// True if the strain of a tared signal is beyond the limit.
     pub(crate) fn limit_of(&self, signal: f64) -> Status {
         if self.rig.setup.signal != Signal::Strain {
             return Status::OK;

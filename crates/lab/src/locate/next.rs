@@ -21,7 +21,7 @@ const ALL: f64 = 1e4;
 pub struct Tried {
     /// Degrees or mm, as it is recorded.
     pub drive: f64,
-    /// How much nearer to the object the base stands than where its distance is told from, mm.
+    /// Shift of the base towards the object from where distances are counted, mm.
     pub shift: f64,
     /// The signal above its zero that is expected where the object is most likely: strain, or the unit of the reading.
     pub signal: f64,
@@ -30,14 +30,14 @@ pub struct Tried {
     pub status: Status,
 }
 
-/// What is known of an object, and what one more tap would bring.
+/// Knowledge of an object, and the gain by one more tap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Next {
     pub taps: usize,
     /// Distance and σ so far, mm; the middle of the calibrated distances where nothing is known.
     pub now: [f64; 2],
     pub near: Option<f64>,
-    /// How much nearer than where the distance is told from the base stands now, mm.
+    /// Shift of the base now, towards the object from where distances are counted, mm.
     pub stands: f64,
     /// In the order of their shifts, and of their drives.
     pub tried: Vec<Tried>,
@@ -54,7 +54,7 @@ pub struct Next {
 }
 
 impl Next {
-    /// Whether more than one place of the base was tried.
+    /// True if more than one place of the base was tried.
     pub fn moves(&self) -> bool {
         self.tried.first().zip(self.tried.last()).is_some_and(|(first, last)| first.shift != last.shift)
     }
@@ -138,7 +138,7 @@ struct Known<'a> {
     side: &'a Opened,
     joint: &'a Joint,
     outlook: &'a Outlook<'a>,
-    /// How much nearer the base stood for the first tap than where the distance is told from.
+    /// Shift of the base for the first tap, towards the object from where distances are counted.
     frame: f64,
     /// Distance that the taps so far tell, mm.
     a: f64,

@@ -55,7 +55,7 @@ pub struct Objects<'a> {
 }
 
 impl<'a> Objects<'a> {
-    /// Whether `who` can take taps of one object together, if they are told apart `by` something that was said.
+    /// Checks that `who` can take taps of one object together, if something that was said (`by`) tells them apart.
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
         let two = who.is_twofold() && !matches!(by, By::Strokes(_));

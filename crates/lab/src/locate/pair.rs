@@ -164,7 +164,7 @@ impl Twofold {
     }
 }
 
-/// What was made of the two readings of one tap, before it is judged.
+/// Distance and tilt from the two readings of one tap, before they are judged.
 struct Solved {
     /// Positive on the side that is calibrated.
     readings: [f64; 2],
@@ -176,7 +176,7 @@ struct Solved {
     tilt: f64,
     /// d(a, β)/d(r₁, r₂).
     inverse: [[f64; 2]; 2],
-    /// Whether strain grows with distance there: the root is the near one.
+    /// True if strain grows with distance there: the root is the near one.
     rising: bool,
 }
 

@@ -39,7 +39,7 @@ pub struct Reading {
     pub shares: Vec<f64>,
     /// Zero readings before it: taps with the same number are above the same zero.
     pub zeros: u64,
-    /// How much nearer to the object the base stands than where its distance is told from, mm; NaN where a row does not say it.
+    /// Shift of the base towards the object from where distances are counted, mm; NaN if the row has none.
     pub shift: f64,
 }
 
@@ -118,7 +118,7 @@ pub struct RowReader<'a> {
     pub(super) who: Answerer<'a>,
     pub(super) header: Header,
     decimals: Decimals,
-    /// What a sensor that lags remembers of the rows before.
+    /// Memory of a sensor that lags, from the rows before.
     memory: Memory,
     /// True if the last row is taken as settled because its time is missing, or before that of a row above.
     pub untimed: bool,

@@ -33,12 +33,12 @@ pub type Write<'a> = &'a mut dyn FnMut(&Frame, bool) -> Result<(), Error>;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Counts {
     pub lines: u64,
-    /// Of these, zero readings.
+    /// Zero readings among them.
     pub zeros: u64,
-    /// Of these, lines without any text.
+    /// Empty lines among them.
     pub blank: u64,
     pub combinations: Combinations,
-    /// Whether it was asked to stop, and some of the input may not be answered.
+    /// True if it was asked to stop, and some of the input may not be answered.
     pub stopped: bool,
 }
 
@@ -56,10 +56,10 @@ pub struct Ask<'a> {
     pub zero: [Option<f64>; 2],
     /// Name of the file, if it is one: its first line must then be a header or a reading.
     pub label: Option<&'a str>,
-    /// Whether answers keep the fields of their line, its number first, and say which zero was subtracted.
+    /// True if answers keep the fields of their line, its number first, and say which zero was subtracted.
     pub keep: bool,
     pub by: By<'a>,
-    /// Whether the interval that holds a distance with 95 % is told.
+    /// True if the interval that holds a distance with 95 % is told.
     pub interval: bool,
     /// True for the numbers of the lines that are read; `None` reads all.
     pub only: Option<&'a dyn Fn(usize) -> bool>,
@@ -110,7 +110,7 @@ fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
 pub(super) struct Kept {
     pub empty: Frame,
     own: Vec<Kind>,
-    /// Whether drive and signal are added.
+    /// True if drive and signal are added.
     more: [bool; 2],
 }
 
@@ -293,7 +293,7 @@ pub fn add(answers: &mut Frame, names: &[&'static str]) {
     }
 }
 
-/// Whether a reading is of the one drive of a calibration whose drive was not recorded: that of the first reading is taken as it.
+/// True if a reading is of the one drive of a calibration whose drive was not recorded: that of the first reading is taken as it.
 fn same(one: &mut Option<f64>, drive: f64, locator: &Locator, ask: &Ask<'_>) -> bool {
     if one.is_none() && drive != UNRECORDED {
         (ask.warn)(&format!(

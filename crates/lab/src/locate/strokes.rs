@@ -95,7 +95,7 @@ const EARLY: f64 = 0.03;
 
 /// Variance of a zero that may be anywhere, over the square of the largest signal.
 const ANYWHERE: f64 = 100.0;
-/// Signals of the other side beyond so many times the noise are of a contact.
+/// A signal of the other side beyond this multiple of the noise is of a contact.
 const BESIDE: f64 = 10.0;
 const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 
@@ -129,7 +129,7 @@ struct Side {
     stroke: Stroke,
     tared: bool,
     largest: f64,
-    /// What is subtracted, since the zero is free: the first reading.
+    /// The number that is subtracted, because the zero is free: the first reading.
     first: f64,
 }
 

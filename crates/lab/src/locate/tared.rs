@@ -56,11 +56,11 @@ pub(super) struct TaredRow<'b> {
     pub line: Line<'b>,
     /// Its fields by the names of the columns.
     pub cells: Vec<LabCell<'b>>,
-    /// As recorded; NaN where the line says nothing.
+    /// The recorded number; NaN if the line has none.
     pub drive: f64,
     pub recorded: Vec<f64>,
     pub rests: bool,
-    /// Whether it is taken as settled for want of a time.
+    /// True if it is taken as settled for want of a time.
     pub untimed: bool,
     /// What was subtracted from the first signal; NaN where nothing is known.
     pub zero: f64,

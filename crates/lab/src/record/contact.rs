@@ -1,4 +1,4 @@
-//! What is read of one contact: plateaus, or its peak.
+//! Readings of one contact: plateaus, or its peak.
 
 use super::Record;
 use super::find::{Kind, Reading, Take};
@@ -9,7 +9,7 @@ use crate::reduce::{median, sorted};
 const RARE: (f64, usize) = (0.03, 5);
 /// Share of a contact that a plateau lasts at least.
 const LASTS: f64 = 0.15;
-/// Band of a plateau beside its noise: share of its level.
+/// Band of a plateau, in addition to its noise: share of its level.
 const BAND: f64 = 0.02;
 /// Parts of a contact that are looked at together for a drive that stands still.
 const PARTS: usize = 60;

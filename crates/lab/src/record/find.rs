@@ -21,7 +21,7 @@ pub enum Take {
 }
 
 vibrissa_core::words! {
-    /// What a reading is of.
+    /// The kind of a reading.
     Kind {
         /// The sensor without contact.
         Rest = "rest",
@@ -240,7 +240,7 @@ fn humps(off: &[f64]) -> usize {
     all.iter().filter(|n| **n as f64 > lasts * longest as f64).count()
 }
 
-/// Whether the signal stays at a rest, which may drift, beside contacts of this `height`, rather than turns there.
+/// True if the signal stays at a rest, which may drift, beside contacts of this `height`, rather than turns there.
 fn stays(rest: &Rest, [first, last]: [usize; 2], height: f64) -> bool {
     let middle = (first + last) / 2;
     let [p, q] = [level(rest, [first, middle]), level(rest, [(middle + 1).min(last), last])];

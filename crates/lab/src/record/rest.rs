@@ -39,7 +39,7 @@ pub struct Rest {
     pub scatter: f64,
     pub signal: Vec<f64>,
     pub level: Vec<f64>,
-    /// How far from it a sample may be without contact.
+    /// Largest distance from it of a sample without contact.
     pub away: f64,
     /// Each rest.
     pub blocks: Vec<Span>,
@@ -91,7 +91,7 @@ pub fn spreads(values: &[f64], window: usize, [first, last]: [usize; 2]) -> Vec<
     all.iter().map(|[most, least]| most - least).collect()
 }
 
-/// Whether the motor pushes at each sample; none where no drive is recorded.
+/// For each sample, true if the motor pushes; `None` without a recorded drive.
 fn driven(record: &Record) -> Option<Vec<bool>> {
     let (_, drives) = record.drive.as_ref()?;
     let sizes = || drives.iter().map(|d| d.abs());
@@ -202,7 +202,7 @@ const MOVED: f64 = 0.5;
 const SLOW: f64 = 0.1;
 /// The most that a way may cost.
 const WORST: f64 = 4.0;
-/// What a contact costs that the begin or the end of the record cuts.
+/// Cost of a contact that the beginning or the end of the record cuts.
 const CUT: f64 = 1.5;
 /// Blocks that lie between two rests, at most.
 const BETWEEN: usize = 24;

@@ -39,7 +39,7 @@ pub fn recorded(rig: &Rig, asked: Option<&str>, key: &str) -> Result<Unit, Input
 const PIECE: usize = 1 << 13;
 const BATCH: usize = 1 << 14;
 
-/// What a rig adds to the model; all but noise is off by default.
+/// Effects of a rig in addition to the model; all but noise are off by default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Taps of each distance and drive.
@@ -47,7 +47,7 @@ pub struct Settings {
     /// Standard deviation of one reading, in strain.
     pub noise: f64,
     pub seed: u64,
-    /// A zero reading before every so many taps.
+    /// Number of taps of a group; a zero reading stands before each group.
     pub zero_every: Option<u64>,
     /// Drift of the zero per row, in strain.
     pub drift: f64,
@@ -254,7 +254,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Whether a zero reading stands before the next tap.
+    /// True if a zero reading stands before the next tap.
     fn rests(&mut self) -> bool {
         let rests = self.settings.zero_every.is_some_and(|n| self.since_zero >= n);
         self.since_zero = if rests { 1 } else { self.since_zero.saturating_add(1) };

@@ -224,7 +224,7 @@ impl<'a> Stroker<'a> {
         if along { Ok((pose, t)) } else { Err(Missed::ByTip) }
     }
 
-    /// Whether a straight side of direction `side` may rest on the corner at `t`.
+    /// True if a straight side of direction `side` may rest on the corner at `t`.
     fn admits(&self, t: f64, side: f64) -> bool {
         let [before, after] = [self.object.at(t - 0.5).direction, self.object.at(t + 0.5).direction];
         wrapped(side - before) > 0.0 && wrapped(after - side) > 0.0

@@ -70,7 +70,7 @@ impl<'a> Object<'a> {
             shared[width - 2] = tap.of_zero.sqrt();
             a.ger(times / d, &shared, &shared, 1.0);
             b.axpy(times * r / d, &shared, 1.0);
-            // The mean of so many taps.
+            // The mean of this number of taps.
             *c += times * r * r / d + d.ln();
         }
     }

@@ -63,7 +63,7 @@ impl Arc {
         (origin, [cos, sin], [-sin, cos])
     }
 
-    /// How far a place lies to the left, mm.
+    /// Distance of a place to the left of the curve, mm.
     pub fn off(&self, p: [f64; 2]) -> f64 {
         let (origin, _, n) = self.frame();
         let (u, k) = ([p[0] - origin[0], p[1] - origin[1]], self.curvature());
@@ -71,7 +71,7 @@ impl Arc {
         q / (1.0 + (1.0 - k * q).max(0.0).sqrt())
     }
 
-    /// Unit vector to the left at a place beside it.
+    /// Unit vector to the left, at a place next to the curve.
     pub fn normal(&self, p: [f64; 2]) -> [f64; 2] {
         let (origin, _, n) = self.frame();
         let k = self.curvature();
@@ -246,7 +246,7 @@ impl Smooth {
         (offset, slope, variance.max(0.0).sqrt())
     }
 
-    /// How far a place lies to the left, mm, and the unit vector across the curve there.
+    /// Distance of a place to the left of the curve, mm, and the unit vector across the curve there.
     pub fn off(&self, p: [f64; 2]) -> (f64, [f64; 2]) {
         let (offset, slope, _) = self.offset(self.along(p));
         let size = 1.0f64.hypot(slope);
