@@ -15,16 +15,23 @@ pub trait Lane: Packed {
     /// Number `i`.
     fn one(&self, i: usize) -> Self::One;
 
-    /// The largest magnitude of a number and its derivatives.
+    /// The magnitude of a number or of its derivatives together, whichever is larger.
     #[inline(always)]
     fn size(self) -> Self {
         self.abs()
     }
 
-    /// A number whose derivative is larger by `by`.
+    /// A number whose first derivative is larger by `by`.
     #[inline(always)]
     fn grown(self, _by: Self) -> Self {
         self
+    }
+
+    /// 1 − cos x and x − sin x by their series in x², over x² and x³.
+    #[inline(always)]
+    fn turn(one_minus_cos: &[Self::Scalar], x_minus_sin: &[Self::Scalar], x: Self) -> [Self; 2] {
+        let z = x * x;
+        [z * Self::polynomial(one_minus_cos, z), x * z * Self::polynomial(x_minus_sin, z)]
     }
 
     /// self to the power n, 0 where self is not above 0.
@@ -56,13 +63,13 @@ impl<const K: usize> Lane for Dual<K> {
 
     #[inline]
     fn size(self) -> Self {
-        let most = self.slope.into_iter().fold(self.value.abs(), |most, slope| most.max(slope.abs()));
-        Self { value: most, ..Self::default() }
+        let slopes: f64 = self.slope.into_iter().map(f64::abs).sum();
+        Self { value: self.value.abs().max(slopes), ..Self::default() }
     }
 
     #[inline]
     fn grown(self, by: Self) -> Self {
-        Self { slope: self.slope.map(|slope| slope + by.value), ..self }
+        Self { slope: std::array::from_fn(|k| self.slope[k] + if k == 0 { by.value } else { 0.0 }), ..self }
     }
 
     #[inline]

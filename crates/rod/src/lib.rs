@@ -77,6 +77,9 @@ const TERMS: usize = 14;
 /// Most passes of a rung.
 const PASSES: usize = 40;
 
+/// Numbers by which derivatives are taken together.
+pub const SLOPES: usize = 3;
+
 const GRAIN: usize = 128;
 const LANES: usize = 8;
 
@@ -113,16 +116,16 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
     climb(taps, effects, tolerance, (chart, &[]), &[[NEWTON, SLIDE]], block)
 }
 
-/// The same of taps with their derivatives by a number each, without Newton's method. Values and derivatives are iterated to the same tolerance: a unit of
-/// the number must change a tap by as much as the tap itself. `nearby`: charts of laws of nearby moduli, with their weights in the
-/// derivative of the law.
+/// The same of taps with their derivatives by [`SLOPES`] numbers each, without Newton's method. Values and derivatives are iterated to the same tolerance:
+/// a unit of each number must change a tap by as much as the tap itself. `nearby`: charts of laws of nearby moduli, with their weights in the
+/// derivative of the law by the first number.
 pub fn slopes(
-    taps: &[Tap<'_, One<1>>],
+    taps: &[Tap<'_, One<SLOPES>>],
     effects: Effects,
     tolerance: f64,
     chart: Option<&Chart>,
     nearby: &[(f64, &Chart)],
-) -> Vec<Solution<One<1>>> {
+) -> Vec<Solution<One<SLOPES>>> {
     climb(taps, effects, tolerance, (chart, nearby), &[], dual_block)
 }
 
@@ -191,7 +194,7 @@ fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
 }
 
 /// On x86-64 without the vectors nothing is solved: the reference gives such derivatives.
-fn dual_block(job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<Solution<One<1>>> {
+fn dual_block(job: &Job<'_>, taps: &[Tap<'_, One<SLOPES>>]) -> Vec<Solution<One<SLOPES>>> {
     match Vectors::found() {
         // SAFETY: the CPU has the vectors.
         Some(has) => unsafe { dual_wide(has, job, taps) },
@@ -202,11 +205,11 @@ fn dual_block(job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<Solution<One<1>>> 
 /// # Safety
 /// As its first argument proves.
 #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
-unsafe fn dual_wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_, One<1>>]) -> Vec<Solution<One<1>>> {
+unsafe fn dual_wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_, One<SLOPES>>]) -> Vec<Solution<One<SLOPES>>> {
     #[cfg(target_arch = "x86_64")]
     return packs::<sloped::Sloped, { sloped::NUMBERS }>(job, taps);
     #[cfg(not(target_arch = "x86_64"))]
-    packs::<One<1>, 1>(job, taps)
+    packs::<One<SLOPES>, 1>(job, taps)
 }
 
 /// # Safety

@@ -1,9 +1,10 @@
 //! Gauss's nodes on a panel, from its end at the contact (w = 0) to that at the base (w = 1), and the series of small turns.
 
 use vibrissa_core::physics::nodes::Nodes;
-use vibrissa_kernel::cpu::law::polynomial;
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 use vibrissa_kernel::cpu::series;
+
+use super::lane::Lane;
 
 /// Tables of up to N nodes.
 #[derive(Debug, Clone)]
@@ -94,14 +95,13 @@ impl<T: Scalar> Turns<T> {
 
     /// 1 − cos x and x − sin x.
     #[inline(always)]
-    pub fn of<P: Packed<Scalar = T>>(&self, x: P) -> [P; 2] {
-        let z = x * x;
-        [z * polynomial(&self.one_minus_cos, z), x * z * polynomial(&self.x_minus_sin, z)]
+    pub fn of<P: Lane<Scalar = T>>(&self, x: P) -> [P; 2] {
+        P::turn(&self.one_minus_cos, &self.x_minus_sin, x)
     }
 
     /// 1 − cos x and sin x.
     #[inline(always)]
-    pub fn rotation<P: Packed<Scalar = T>>(&self, x: P) -> [P; 2] {
+    pub fn rotation<P: Lane<Scalar = T>>(&self, x: P) -> [P; 2] {
         let [versine, over] = self.of(x);
         [versine, x - over]
     }

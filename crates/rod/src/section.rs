@@ -96,8 +96,8 @@ impl<P: Lane> Piece<P> {
             area = area + other * i2;
             inertia = inertia + of(0.25) * other * i2 * i2;
         }
-        let mut section = Section { radius, bare: one / inertia, ..Section::default() };
-        section.flex = section.bare * self.bends;
+        let bare = one / inertia;
+        let mut section = Section { radius, flex: bare * self.bends, bare, stretch: zero, slack: zero };
         if effects.extension {
             section.stretch = one / area;
         }

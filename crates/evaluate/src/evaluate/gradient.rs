@@ -2,17 +2,19 @@
 //! from its solution to an outcome, are closed forms: their derivatives are differences of four taps.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::input::Input;
 use super::outcome::{Asked, by_reference, sign};
-use super::rod::Rods;
+use super::rod::{Near, Rods};
 use super::solve::Question;
 use super::{Outcome, Task, closed_gradient, is_closed};
 use crate::design::Design;
 use crate::kernel::{Ladder, Section};
 use crate::scene::{Contact, Geometry, Grip, Precision, Property, Setup, Tuple};
+use vibrissa_rod::SLOPES;
 
 /// Outputs with derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
 pub const OUTPUTS: usize = 9;
@@ -20,11 +22,11 @@ pub const OUTPUTS: usize = 9;
 /// Step of closed forms and laws over the scale of an input: the fifth derivative and rounding show as some 1e-11 of the first.
 const STEP: f64 = 1e-3;
 
-/// Steps at which they are taken, first that of the tap itself, and their weights in the derivative.
+/// Places of the taps next to one, in steps, and their weights in the derivative.
 pub(super) const POINTS: [[f64; 2]; EACH] =
-    [[0.0, 0.0], [2.0, -1.0 / 12.0], [1.0, 8.0 / 12.0], [-1.0, -8.0 / 12.0], [-2.0, 1.0 / 12.0]];
+    [[2.0, -1.0 / 12.0], [1.0, 8.0 / 12.0], [-1.0, -8.0 / 12.0], [-2.0, 1.0 / 12.0]];
 /// Number of these.
-pub(super) const EACH: usize = 5;
+pub(super) const EACH: usize = 4;
 
 /// Largest share of the step per distance, over a, at which linear theory has a kink: of the contact or of an end of the gauge from the other, or from a
 /// knot of the profile. And its least share: rounding then shows more than the kink.
@@ -55,8 +57,13 @@ struct Moved {
     step: f64,
 }
 
-/// Outcomes of a group of taps to the first order, and the derivatives of P, T and the arc from where the rod begins, by the input over its scale.
-type Beside = ([Outcome; EACH], [f64; 3]);
+/// Inputs of one tap whose derivatives are found together, as places in a list of [`Moved`].
+type Group = Range<usize>;
+
+/// Places of the tasks of the group at `place`: its tap, then [`EACH`] next to it for each input.
+fn tasks_of(place: usize, group: &Group) -> Range<usize> {
+    place + EACH * group.start..place + 1 + EACH * group.end
+}
 
 /// The section law of `setup` for [`Gradient`], charted on first use.
 pub fn section(setup: &Setup) -> Section {
@@ -68,7 +75,8 @@ fn tuple(design: &Design, task: &Task) -> Tuple {
     Tuple { a, drive, tilt: direction.tilt, lean: direction.lean, ..design.tuple }
 }
 
-fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
+/// The numbers of `o` that have derivatives.
+pub(super) fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
     let [pressed, rubbed] = [o.normal_force, o.tangential_force];
     [o.strain, o.strain_linear, o.deviation, pressed, rubbed, o.arc, o.strain_2, o.azimuth, o.slide]
 }
@@ -82,7 +90,7 @@ impl<'a> Gradient<'a> {
                 Some((weight / STEP, section(&input.moved(setup, point * STEP * scale)?)))
             };
             let hyperelastic = matches!(input, Input::Modulus(_));
-            if hyperelastic { POINTS[1..].iter().filter_map(at).collect() } else { Vec::new() }
+            if hyperelastic { POINTS.iter().filter_map(at).collect() } else { Vec::new() }
         };
         Self { setup, inputs, section: law.clone(), laws: inputs.iter().map(laws).collect() }
     }
@@ -161,51 +169,65 @@ impl<'a> Gradient<'a> {
                 }
             }
         }
-        let mut those = Vec::with_capacity(EACH * moved.len());
-        for by in &moved {
-            those.push(Task { design: by.tap as u32, ..tasks[by.tap] });
-            for [point, _] in &POINTS[1..] {
-                let (other, task) =
-                    self.moved(&designs[by.tap], &tasks[by.tap], by, point * by.step * by.scale);
-                let place = if other.is_some() { designs.len() } else { by.tap };
-                designs.extend(other);
-                those.push(Task { design: place as u32, ..task });
+        let groups = self.groups(&moved);
+        let mut those = Vec::with_capacity((1 + EACH) * moved.len());
+        for group in &groups {
+            let tap = moved[group.start].tap;
+            those.push(Task { design: tap as u32, ..tasks[tap] });
+            for by in &moved[group.clone()] {
+                for [point, _] in &POINTS {
+                    let (other, task) =
+                        self.moved(&designs[tap], &tasks[tap], by, point * by.step * by.scale);
+                    let place = if other.is_some() { designs.len() } else { tap };
+                    designs.extend(other);
+                    those.push(Task { design: place as u32, ..task });
+                }
             }
         }
-        let found = self.solved(&designs, &those, &moved, outcomes);
-        for ((by, those), found) in moved.into_iter().zip(those.chunks(EACH)).zip(found) {
-            let here = &outcomes[by.tap];
-            let (mut slope, mut value, mut start) = ([0.0; OUTPUTS], [0.0; OUTPUTS], 0.0);
-            for (k, [_, weight]) in POINTS.into_iter().enumerate() {
-                let asked = self.asked(&designs, &those[k]);
-                let linear = asked.map_or(f64::NAN, |asked| sign(asked.setup) * asked.linear);
-                let solved = match (here.arc.is_nan(), found) {
-                    (true, _) => None,
-                    (false, Some((found, _))) => Some(found[k]),
-                    (false, None) if k == 0 => Some(*here),
-                    (false, None) => asked.map(by_reference).filter(|o| o.sticking == here.sticking),
+        let found = self.solved(&designs, &those, (&moved, &groups), outcomes);
+        let mut moved = moved.into_iter();
+        for ((place, group), near) in groups.iter().enumerate().zip(found) {
+            let next = those[tasks_of(place, group)][1..].chunks(EACH);
+            for (k, (next, by)) in next.zip(moved.by_ref()).enumerate() {
+                let here = &outcomes[by.tap];
+                let (value, slopes, unit) = match &near {
+                    Some((value, slopes)) => (*value, slopes[k], by.scale),
+                    None => (numbers(here), self.differences(&designs, next, here), by.step * by.scale),
                 };
-                let all = numbers(&Outcome { strain_linear: linear, ..solved.unwrap_or(Outcome::NOTHING) });
-                if k == 0 {
-                    value = all;
-                    continue;
-                }
-                let weight = weight / (by.step * by.scale);
-                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight * x);
-                start += weight * asked.map_or(0.0, |asked| asked.shared.start);
+                let mut slope = slopes.map(|slope| slope / unit);
+                slope[2] = of_k(&value, &slope);
+                out.push((by, slope));
             }
-            slope[2] = of_k(&value, &slope);
-            if let Some((_, [normal, friction, arc])) = found.filter(|_| !here.arc.is_nan()) {
-                [slope[3], slope[4]] = [normal, friction].map(|x| x / by.scale);
-                slope[5] = arc / by.scale + start;
-            }
-            out.push((by, slope));
         }
         out
     }
 
-    fn asked<'b>(&'b self, designs: &'b [Design], task: &'b Task) -> Option<Asked<'b>> {
-        Asked::known(self.setup, &designs[task.design as usize], task)
+    /// `moved` in groups: up to [`SLOPES`] inputs of a tap, and moduli of a hyperelastic law alone.
+    fn groups(&self, moved: &[Moved]) -> Vec<Group> {
+        let alone = |i: usize| !self.laws[moved[i].input].is_empty();
+        let mut groups: Vec<Group> = Vec::with_capacity(moved.len());
+        for i in 0..moved.len() {
+            let joins = |last: &Group| last.len() < SLOPES && moved[last.start].tap == moved[i].tap;
+            match groups.last_mut() {
+                Some(last) if joins(last) && !alone(i) && !alone(last.start) => last.end += 1,
+                _ => groups.push(i..i + 1),
+            }
+        }
+        groups
+    }
+
+    /// Derivatives of a tap by the step from the outcomes `next` to it, where only the reference or a closed form has them.
+    fn differences(&self, designs: &[Design], next: &[Task], here: &Outcome) -> [f64; OUTPUTS] {
+        let mut slope = [0.0; OUTPUTS];
+        for (task, [_, weight]) in next.iter().zip(POINTS) {
+            let asked = Asked::known(self.setup, &designs[task.design as usize], task);
+            let linear = asked.map_or(f64::NAN, |asked| sign(asked.setup) * asked.linear);
+            let solved = asked.filter(|_| !here.arc.is_nan()).map(by_reference);
+            let solved = solved.filter(|o| o.sticking == here.sticking).unwrap_or(Outcome::NOTHING);
+            let all = numbers(&Outcome { strain_linear: linear, ..solved });
+            slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight * x);
+        }
+        slope
     }
 
     /// The tap with the input moved by `step`, and its design, if that is another one.
@@ -217,43 +239,48 @@ impl<'a> Gradient<'a> {
         ((!same).then(whisker), Task::of(task.design, &tuple))
     }
 
-    /// Outcomes of the taps next to those of `moved`, to the first order; `None` where only the reference has them. `tasks`: each tap and those next to it.
+    /// Values and derivatives of the taps of `groups`; `None` where the solver has none of them. `tasks`: those of each group in turn.
     fn solved(
         &self,
         designs: &[Design],
         tasks: &[Task],
-        moved: &[Moved],
+        (moved, groups): (&[Moved], &[Group]),
         outcomes: &[Outcome],
-    ) -> Vec<Option<Beside>> {
-        let mut out = vec![None; moved.len()];
+    ) -> Vec<Option<Near>> {
+        let mut out = vec![None; groups.len()];
         let setup = self.setup;
         if setup.model.geometry == Geometry::Linear {
             return out;
         }
-        let here = |i: usize| &outcomes[moved[i].tap];
-        let grip = |k: usize| match designs[tasks[k].design as usize].setup(setup).model.contact {
-            _ if here(k / EACH).sticking => Grip::Stick,
-            Contact::Coulomb(mu) => Grip::Slide(mu.copysign(here(k / EACH).tangential_force)),
-            _ => Grip::Slide(0.0),
-        };
-        let laws = |i: usize| self.laws[moved[i].input].as_slice();
+        let here = |group: &Group| &outcomes[moved[group.start].tap];
+        let grip =
+            |task: &Task, here: &Outcome| match designs[task.design as usize].setup(setup).model.contact {
+                _ if here.sticking => Grip::Stick,
+                Contact::Coulomb(mu) => Grip::Slide(mu.copysign(here.tangential_force)),
+                _ => Grip::Slide(0.0),
+            };
+        let laws = |group: &Group| self.laws[moved[group.start].input].as_slice();
         let mut classes: BTreeMap<(bool, Option<usize>), Vec<usize>> = BTreeMap::new();
-        for i in (0..moved.len()).filter(|i| !here(*i).arc.is_nan()) {
-            let law = (!laws(i).is_empty()).then_some(moved[i].input);
-            classes.entry((here(i).sticking, law)).or_default().push(i);
+        for (place, group) in groups.iter().enumerate().filter(|(_, group)| !here(group).arc.is_nan()) {
+            let law = (!laws(group).is_empty()).then_some(moved[group.start].input);
+            classes.entry((here(group).sticking, law)).or_default().push(place);
         }
         for places in classes.values() {
-            let all = || places.iter().flat_map(|i| EACH * i..EACH * (i + 1));
-            let tasks: Vec<Task> = all().map(|k| tasks[k]).collect();
-            let grips: Vec<Grip> = all().map(grip).collect();
+            let (mut those, mut grips, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+            for &place in places {
+                let group = &groups[place];
+                let own = &tasks[tasks_of(place, group)];
+                those.extend_from_slice(own);
+                grips.extend(own.iter().map(|task| grip(task, here(group))));
+                steps.push(moved[group.clone()].iter().map(|by| by.step).collect());
+            }
             let question =
-                Question { setup, designs, tasks: &tasks, grips: &grips, charted: false, beyond: true };
-            let every: Vec<usize> = (0..tasks.len()).collect();
-            let steps: Vec<f64> = places.iter().map(|&i| moved[i].step).collect();
-            let laws = laws(places[0]);
+                Question { setup, designs, tasks: &those, grips: &grips, charted: false, beyond: true };
+            let every: Vec<usize> = (0..those.len()).collect();
+            let laws = laws(&groups[places[0]]);
             let found = Rods::new(&question, &every).beside(&steps, TOLERANCE, &self.section, laws);
-            for (&i, found) in places.iter().zip(found) {
-                out[i] = found;
+            for (&place, found) in places.iter().zip(found) {
+                out[place] = found;
             }
         }
         out

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::Outcome;
-use super::gradient::{EACH, POINTS};
+use super::gradient::{EACH, OUTPUTS, POINTS, numbers};
 use super::outcome::{Asked, reading, sign};
 use super::solve::{Question, Solved};
 use crate::design::{Shared, radians};
@@ -13,7 +13,7 @@ use crate::physics::pole::{self, Pole};
 use crate::physics::real::Dual;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
 use crate::scene::{Contact, Drive, Geometry, Grip, Setup};
-use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt, slopes, solve};
+use vibrissa_rod::{Effects, Rod, SLOPES, Skin, Solution, Tap, Tilt, slopes, solve};
 
 /// True if the solver of every whisker, on the CPU, solves all taps of `setup`.
 pub fn takes_all(setup: &Setup) -> bool {
@@ -32,6 +32,35 @@ pub(super) struct Rods<'a> {
     /// The designs of these taps, ascending, and their whiskers.
     designs: Vec<u32>,
     rods: Vec<Option<Rod>>,
+}
+
+/// A tap at a place of the question, and as the solver takes it.
+struct Framed<'a> {
+    place: usize,
+    asked: Asked<'a>,
+    tap: Tap<'a>,
+}
+
+/// A number with its derivatives by the inputs of a group over their scales.
+type Slopes = Dual<SLOPES>;
+
+/// Numbers of a tap that have derivatives, and those by the inputs of its group over their scales.
+pub(super) type Near = ([f64; OUTPUTS], [[f64; OUTPUTS]; SLOPES]);
+
+/// The taps next to the first of `group`, with the places of their inputs and their weights in the derivative.
+fn next<'a>(group: &'a [Framed<'a>], steps: &'a [f64]) -> impl Iterator<Item = (&'a Tap<'a>, usize, f64)> {
+    let weights = steps.iter().enumerate().flat_map(|(k, step)| POINTS.map(|[_, weight]| (k, weight / step)));
+    group[1..].iter().zip(weights).map(|(framed, (k, weight))| (&framed.tap, k, weight))
+}
+
+/// Adds what `x` of a tap next to one, of this weight, has in derivative `k` of a number.
+fn moved(k: usize, weight: f64) -> impl Fn(Slopes, f64) -> Slopes {
+    move |mut sum, x| {
+        if x != sum.value {
+            sum.slope[k] += weight * (x - sum.value);
+        }
+        sum
+    }
 }
 
 impl<'a> Rods<'a> {
@@ -58,84 +87,87 @@ impl<'a> Rods<'a> {
 
     /// Their solutions; `section`: the law of the material, where it is not Hooke's.
     pub fn solve(&self, tolerance: f64, section: &Section) -> Vec<Solved> {
-        let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
-        let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
+        let framed: Vec<Option<Framed<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
+        let taps: Vec<Tap<'_>> = framed.iter().flatten().map(|framed| framed.tap).collect();
         let section = if taps.is_empty() { None } else { section.chart() };
-        let mut next = taps.iter().zip(solve(&taps, self.effects(), tolerance, section));
-        let solved: Vec<_> = framed.iter().map(|tap| tap.and_then(|_| next.next())).collect();
-        let one = |(&i, solved): (&usize, &Option<(&Tap<'_>, Solution)>)| {
+        let mut next = solve(&taps, self.effects(), tolerance, section).into_iter();
+        let solved: Vec<_> = framed.iter().map(|one| Some((one.as_ref()?, next.next()?))).collect();
+        let one = |(&i, solved): (&usize, &Option<(&Framed<'_>, Solution)>)| {
             let lost = Solved { grip: self.question.grips[i], ..Solved::LOST };
-            solved.and_then(|(tap, s)| self.told(i, tap, &s)).unwrap_or(lost)
+            solved.and_then(|(framed, s)| self.told(framed, &s)).unwrap_or(lost)
         };
         self.open.par_iter().zip(&solved).map(one).collect()
     }
 
-    /// Outcomes of taps in groups of [`EACH`], to the first order: a tap, and those next to it at [`POINTS`] of one of `steps`. `None` where the solver does
-    /// not meet the tolerance. With the derivatives of P, T and the arc from where the rod begins, by the
-    /// input over its scale. `laws`: those of nearby moduli, with their weights in the derivative.
+    /// Values and derivatives of the taps of groups: a tap, then those next to it, at [`POINTS`] of each of the `steps` of its group. `None` where the
+    /// solver does not meet the tolerance. `laws`: those of nearby moduli, with their weights in the derivative.
     pub fn beside(
         &self,
-        steps: &[f64],
+        steps: &[Vec<f64>],
         tolerance: f64,
         section: &Section,
         laws: &[(f64, Section)],
-    ) -> Vec<Option<([Outcome; EACH], [f64; 3])>> {
-        let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
-        let sum = |step: f64, weight: f64| {
-            move |sum: Dual<1>, x: f64| match x == sum.value {
-                true => sum,
-                false => Dual { slope: [sum.slope[0] + weight / step * (x - sum.value)], ..sum },
-            }
+    ) -> Vec<Option<Near>> {
+        let mut first = 0;
+        let frame = |steps: &Vec<f64>| {
+            let places = first..first + 1 + EACH * steps.len();
+            first = places.end;
+            places.map(|i| self.framed(i)).collect()
         };
-        let group = |k: usize| -> Option<[Tap<'_>; EACH]> {
-            let mut group = [framed[EACH * k]?; EACH];
-            for (tap, framed) in group.iter_mut().zip(&framed[EACH * k..]) {
-                *tap = (*framed)?;
-            }
-            Some(group)
+        let groups: Vec<Option<Vec<Framed<'_>>>> = steps.iter().map(frame).collect();
+        let groups = || groups.iter().map(Option::as_deref).zip(steps);
+        let rod = |(group, steps): (Option<&[Framed<'_>]>, &Vec<f64>)| {
+            let here = group?[0].tap.rod;
+            let mut others = next(group?, steps).filter(|(tap, ..)| !std::ptr::eq(tap.rod, here));
+            others.try_fold(here.map(Dual::of), |rod, (tap, k, weight)| rod.with(tap.rod, moved(k, weight)))
         };
-        let rod = |k: usize| {
-            let group = group(k)?;
-            if group.iter().all(|tap| std::ptr::eq(tap.rod, group[0].rod)) {
-                return Some(group[0].rod.map(Dual::of));
-            }
-            group.iter().zip(POINTS).try_fold(group[0].rod.map(Dual::of), |rod, (tap, [_, weight])| {
-                rod.with(tap.rod, sum(steps[k], weight))
-            })
-        };
-        let rods: Vec<Option<Rod<Dual<1>>>> = (0..steps.len()).map(rod).collect();
-        let tap = |k: usize| {
-            let (group, rod) = (group(k)?, rods[k].as_ref()?);
-            group.iter().zip(POINTS).try_fold(group[0].map(rod, Dual::of), |all, (tap, [_, weight])| {
-                all.with(tap, rod, sum(steps[k], weight))
-            })
-        };
-        let duals: Vec<Option<Tap<'_, Dual<1>>>> = (0..steps.len()).map(tap).collect();
-        let taps: Vec<Tap<'_, Dual<1>>> = duals.iter().flatten().copied().collect();
+        let rods: Vec<Option<Rod<Slopes>>> = groups().map(rod).collect();
+        let mut duals: Vec<Option<Tap<'_, Slopes>>> = Vec::with_capacity(steps.len());
+        for ((group, steps), rod) in groups().zip(&rods) {
+            duals.push(group.zip(rod.as_ref()).and_then(|(group, rod)| {
+                let here = group[0].tap.map(rod, Dual::of);
+                next(group, steps)
+                    .try_fold(here, |all, (tap, k, weight)| all.with(tap, rod, moved(k, weight)))
+            }));
+        }
+        let taps: Vec<Tap<'_, Slopes>> = duals.iter().flatten().copied().collect();
         let chart = if taps.is_empty() { None } else { section.chart() };
         let charts: Option<Vec<_>> = laws.iter().map(|(weight, law)| Some((*weight, law.chart()?))).collect();
         let Some(laws) = charts else { return vec![None; steps.len()] };
         let mut solved = slopes(&taps, self.effects(), tolerance, chart, &laws).into_iter();
-        let one = |(k, dual): (usize, &Option<Tap<'_, Dual<1>>>)| {
-            let s = dual.and_then(|_| solved.next()).filter(|s| s.error.value <= tolerance)?;
-            let mut out = [Outcome::NOTHING; EACH];
-            let own = self.question.asked(EACH * k)?;
-            let no_strain = own.unread(own.shared.start + s.arc.value);
-            for (m, (out, [point, _])) in out.iter_mut().zip(POINTS).enumerate() {
-                let i = EACH * k + m;
-                let near = s.map(|x| x.value + point * steps[k] * x.slope[0]);
-                let found = self.told(i, &framed[i]?, &near)?.found;
-                *out = self.question.asked(i)?.outcome_where(found, no_strain);
-            }
-            Some((out, [s.normal, s.tangential, s.arc].map(|x| x.slope[0])))
+        let one = |((group, steps), dual): ((Option<&[Framed<'_>]>, &Vec<f64>), &Option<_>)| {
+            let s = dual.as_ref().and_then(|_| solved.next()).filter(|s| s.error.value <= tolerance)?;
+            self.near(group?, steps, &s)
         };
-        duals.iter().enumerate().map(one).collect()
+        groups().zip(&duals).map(one).collect()
     }
 
-    /// The solution `s` of the tap at place `i`; `None` outside the domain, where its plane of bending does not touch the pole, and where only the reference
+    /// The numbers of the first tap of `group`, solved by `s`, and their derivatives.
+    fn near(&self, group: &[Framed<'_>], steps: &[f64], s: &Solution<Slopes>) -> Option<Near> {
+        let own = &group[0].asked;
+        let no_strain = own.unread(own.shared.start + s.arc.value);
+        let told = |framed: &Framed<'_>, s: &Solution| {
+            let found = self.told(framed, s)?.found;
+            Some(numbers(&framed.asked.outcome_where(found, no_strain)))
+        };
+        let mut slopes = [[0.0; OUTPUTS]; SLOPES];
+        for (k, (step, next)) in steps.iter().zip(group[1..].chunks(EACH)).enumerate() {
+            let (slope, mut start) = (&mut slopes[k], 0.0);
+            for (framed, [point, weight]) in next.iter().zip(POINTS) {
+                let all = told(framed, &s.map(|x| x.value + point * step * x.slope[k]))?;
+                slope.iter_mut().zip(all).for_each(|(slope, x)| *slope += weight / step * x);
+                start += weight / step * framed.asked.shared.start;
+            }
+            [slope[3], slope[4]] = [s.normal, s.tangential].map(|x| x.slope[k]);
+            slope[5] = s.arc.slope[k] + start;
+        }
+        Some((told(&group[0], &s.map(|x| x.value))?, slopes))
+    }
+
+    /// The solution `s` of a tap; `None` outside the domain, where its plane of bending does not touch the pole, and where only the reference
     /// can roll the contact.
-    fn told(&self, i: usize, tap: &Tap<'_>, s: &Solution) -> Option<Solved> {
-        let Asked { setup, shared, task, linear, .. } = self.question.asked(i)?;
+    fn told(&self, Framed { place, asked, tap }: &Framed<'_>, s: &Solution) -> Option<Solved> {
+        let Asked { setup, shared, task, linear, .. } = *asked;
         let effects = self.effects();
         // Only the reference can roll a contact along a skin whose slope changes.
         if effects.roll && tap.rod.turns(setup.model.surface) {
@@ -157,7 +189,7 @@ impl<'a> Rods<'a> {
         let (sin, cos) = azimuth.sin_cos();
         let one = if azimuth == 0.0 { share * s.strain } else { axial + bending * cos };
         let strain = reading(setup, wrench, one);
-        let grip = self.question.grips[i];
+        let grip = self.question.grips[*place];
         let mut found = Outcome {
             strain,
             deviation: linear / strain - 1.0,
@@ -185,8 +217,9 @@ impl<'a> Rods<'a> {
     }
 
     /// The tap at place `i` as the solver takes it; `None` outside the domain, and where only the reference can decide.
-    fn framed(&self, i: usize) -> Option<Tap<'_>> {
-        let Asked { setup, shared, amount, task, .. } = self.question.asked(i)?;
+    fn framed(&self, i: usize) -> Option<Framed<'_>> {
+        let asked = self.question.asked(i)?;
+        let Asked { setup, shared, amount, task, .. } = asked;
         let (place, grip) = (self.designs.binary_search(&task.design).ok()?, self.question.grips[i]);
         let rod = self.rods[place].as_ref()?;
         let (model, angle) = (&setup.model, setup.drive == Drive::Angle);
@@ -210,7 +243,7 @@ impl<'a> Rods<'a> {
             (a, turn, lift) = (planar.distance, planar.angle, 0.0);
             tilt = Some(Tilt { point: pole.point, along: pole.along, azimuth });
         }
-        Some(Tap {
+        let tap = Tap {
             rod,
             a,
             hub,
@@ -223,7 +256,8 @@ impl<'a> Rods<'a> {
             skin: model.distorting.then(|| Skin::new(model, &shared.taper, shared.start)),
             tilt,
             least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
-        })
+        };
+        Some(Framed { place: i, asked, tap })
     }
 }
 

@@ -23,28 +23,7 @@ impl<T: Scalar> Chart<T> {
         let x = t * P::splat(self.scale);
         let load = if self.covers { x.abs() } else { beta.max(x.abs()) };
         let (x, y) = (x.max(of(-1.0)).min(of(1.0)), beta.min(of(1.0)).mul_add(of(2.0), of(-1.0)));
-        let (extra, chi) = (plane(&self.p, x, y), plane(&self.q, x, y));
-        [t * t * polynomial(&self.r, x) + b2 * extra, t * polynomial(&self.c, x) + b2 * chi, load]
+        let (extra, chi) = (P::plane(&self.p, x, y), P::plane(&self.q, x, y));
+        [t * t * P::polynomial(&self.r, x) + b2 * extra, t * P::polynomial(&self.c, x) + b2 * chi, load]
     }
-}
-
-/// Σ c_k z^k.
-#[inline(always)]
-pub fn polynomial<P: Packed>(c: &[P::Scalar], z: P) -> P {
-    let Some((&last, others)) = c.split_last() else { return P::of(0.0) };
-    let mut sum = P::splat(last);
-    for &next in others.iter().rev() {
-        sum = sum.mul_add(z, P::splat(next));
-    }
-    sum
-}
-
-/// Σ c_jk x^k y^j. Loops, no closure: code not inlined has neither the caller's vectors nor its fused operations.
-#[inline(always)]
-fn plane<P: Packed>(c: &[Vec<P::Scalar>], x: P, y: P) -> P {
-    let mut sum = P::of(0.0);
-    for row in c.iter().rev() {
-        sum = sum.mul_add(y, polynomial(row, x));
-    }
-    sum
 }

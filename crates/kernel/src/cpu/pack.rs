@@ -128,6 +128,27 @@ pub trait Packed:
 
     /// True if self ≤ `o` in every lane; false where either is NaN.
     fn all_at_most(self, o: Self) -> bool;
+
+    /// Σ c_k z^k.
+    #[inline(always)]
+    fn polynomial(c: &[Self::Scalar], z: Self) -> Self {
+        let Some((&last, others)) = c.split_last() else { return Self::of(0.0) };
+        let mut sum = Self::splat(last);
+        for &next in others.iter().rev() {
+            sum = sum.mul_add(z, Self::splat(next));
+        }
+        sum
+    }
+
+    /// Σ c_jk x^k y^j. Loops, no closure: code not inlined has neither the caller's vectors nor its fused operations.
+    #[inline(always)]
+    fn plane(c: &[Vec<Self::Scalar>], x: Self, y: Self) -> Self {
+        let mut sum = Self::of(0.0);
+        for row in c.iter().rev() {
+            sum = sum.mul_add(y, Self::polynomial(row, x));
+        }
+        sum
+    }
 }
 
 /// Instructions of packs.

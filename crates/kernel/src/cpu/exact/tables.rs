@@ -1,6 +1,5 @@
 //! Constants of a rule in the precision of the kernel.
 
-use super::super::law::polynomial;
 use super::super::pack::{Packed, Scalar};
 use crate::{Chart, Rule, nodes::Nodes};
 
@@ -52,13 +51,13 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
     #[inline(always)]
     pub fn one_minus_cos<P: Packed<Scalar = T>>(&self, x: P) -> P {
         let z = x * x;
-        z * polynomial(&self.one_minus_cos, z)
+        z * P::polynomial(&self.one_minus_cos, z)
     }
 
     #[inline(always)]
     pub fn x_minus_sin<P: Packed<Scalar = T>>(&self, x: P) -> P {
         let z = x * x;
-        x * z * polynomial(&self.x_minus_sin, z)
+        x * z * P::polynomial(&self.x_minus_sin, z)
     }
 
     #[inline(always)]
