@@ -2,6 +2,7 @@
 
 pub mod body;
 pub mod chebyshev;
+mod cumulative;
 pub mod fit;
 pub mod flexure;
 pub mod inverse;
