@@ -205,7 +205,7 @@ impl<'a> Gradient<'a> {
     }
 
     fn asked<'b>(&'b self, designs: &'b [Design], task: &'b Task) -> Option<Asked<'b>> {
-        Asked::known(self.setup, &designs[task.design as usize], task)
+        Asked::known(self.setup, &designs[task.design as usize], task, f64::NAN)
     }
 
     /// The tap with the input moved by `step`, and its design, if that is another one.

@@ -260,7 +260,8 @@ impl<'a> Evaluator<'a> {
         // `None` where the reference must decide.
         let tell = |(task, s): (&Task, &Solved)| {
             let design = &designs[task.design as usize];
-            let Some(asked) = Asked::new(setup, design, task) else { return Some(Outcome::OUTSIDE) };
+            let asked = Asked::of(setup, design, task, s.found.strain_linear);
+            let Some(asked) = asked else { return Some(Outcome::OUTSIDE) };
             let nothing = || unsolved(task, design, s).then(|| asked.unsolved(Status::NOT_CONVERGED));
             asked.told(s, tolerance).or_else(nothing)
         };

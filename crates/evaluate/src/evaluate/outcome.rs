@@ -26,15 +26,21 @@ pub(super) struct Asked<'a> {
 impl<'a> Asked<'a> {
     /// The tap `task` of `design`; `None` outside the domain.
     pub fn new(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
+        Self::of(setup, design, task, f64::NAN)
+    }
+
+    /// The same, with θ f if that is known, else NaN.
+    pub fn of(setup: &'a Setup, design: &'a Design, task: &'a Task, linear: f64) -> Option<Self> {
         let inside = design.admits(setup, task.a, task.drive) && task.direction.is_valid();
-        if inside { Self::known(setup, design, task) } else { None }
+        if inside { Self::known(setup, design, task, linear) } else { None }
     }
 
     /// The same for a tap known to be in the domain, or next to it; `None` for an invalid whisker.
-    pub fn known(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
+    pub fn known(setup: &'a Setup, design: &'a Design, task: &'a Task, linear: f64) -> Option<Self> {
         let (setup, shared) = (design.setup(setup), design.shared.as_ref()?);
         let amount = amount(setup.drive, task.drive);
-        Some(Self { setup, shared, task, amount, linear: amount * shared.theory.curve().value(task.a) })
+        let theory = || amount * shared.theory.curve().value(task.a);
+        Some(Self { setup, shared, task, amount, linear: if linear.is_nan() { theory() } else { linear } })
     }
 }
 
@@ -47,7 +53,7 @@ pub fn outcome_of_chart(
     ([strain, arc, normal, friction], beside): ([f64; 4], Option<[f64; 3]>),
     sticking: bool,
 ) -> Option<Outcome> {
-    let asked = Asked::known(setup, design, task)?;
+    let asked = Asked::known(setup, design, task, f64::NAN)?;
     let Asked { setup, shared, amount, linear, .. } = asked;
     let (share, deviation) = match (task.direction.is_upright(), shared.foil) {
         (true, None) => (1.0, -strain / (1.0 + strain)),

@@ -24,6 +24,9 @@ pub fn takes_all(setup: &Setup) -> bool {
     setup.model.geometry == Geometry::Exact && (!one || solid())
 }
 
+/// A tap as it is asked, and as the solver takes it.
+type Framed<'a> = (Asked<'a>, Tap<'a>);
+
 /// Taps with their whiskers.
 pub(super) struct Rods<'a> {
     question: &'a Question<'a>,
@@ -58,14 +61,15 @@ impl<'a> Rods<'a> {
 
     /// Their solutions; `section`: the law of the material, where it is not Hooke's.
     pub fn solve(&self, tolerance: f64, section: &Section) -> Vec<Solved> {
-        let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
-        let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
+        let framed: Vec<_> = self.open.par_iter().map(|&i| self.framed(i)).collect();
+        let taps: Vec<Tap<'_>> = framed.iter().flatten().map(|(_, tap)| *tap).collect();
         let section = if taps.is_empty() { None } else { section.chart() };
-        let mut next = taps.iter().zip(solve(&taps, self.effects(), tolerance, section));
-        let solved: Vec<_> = framed.iter().map(|tap| tap.and_then(|_| next.next())).collect();
-        let one = |(&i, solved): (&usize, &Option<(&Tap<'_>, Solution)>)| {
-            let lost = Solved { grip: self.question.grips[i], ..Solved::LOST };
-            solved.and_then(|(tap, s)| self.told(i, tap, &s)).unwrap_or(lost)
+        let mut next = solve(&taps, self.effects(), tolerance, section).into_iter();
+        let solved: Vec<_> = framed.into_iter().map(|tap| Some((tap?, next.next()?))).collect();
+        let one = |(&i, solved): (&usize, &Option<(Framed<'_>, Solution)>)| {
+            let grip = self.question.grips[i];
+            let told = solved.as_ref().and_then(|(tap, s)| self.told(grip, tap, s));
+            told.unwrap_or(Solved { grip, ..Solved::LOST })
         };
         self.open.par_iter().zip(&solved).map(one).collect()
     }
@@ -80,7 +84,7 @@ impl<'a> Rods<'a> {
         section: &Section,
         laws: &[(f64, Section)],
     ) -> Vec<Option<([Outcome; EACH], [f64; 3])>> {
-        let framed: Vec<Option<Tap<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
+        let framed: Vec<Option<Framed<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
         let sum = |step: f64, weight: f64| {
             move |sum: Dual<1>, x: f64| match x == sum.value {
                 true => sum,
@@ -88,9 +92,9 @@ impl<'a> Rods<'a> {
             }
         };
         let group = |k: usize| -> Option<[Tap<'_>; EACH]> {
-            let mut group = [framed[EACH * k]?; EACH];
+            let mut group = [framed[EACH * k]?.1; EACH];
             for (tap, framed) in group.iter_mut().zip(&framed[EACH * k..]) {
-                *tap = (*framed)?;
+                *tap = (*framed)?.1;
             }
             Some(group)
         };
@@ -119,23 +123,23 @@ impl<'a> Rods<'a> {
         let one = |(k, dual): (usize, &Option<Tap<'_, Dual<1>>>)| {
             let s = dual.and_then(|_| solved.next()).filter(|s| s.error.value <= tolerance)?;
             let mut out = [Outcome::NOTHING; EACH];
-            let own = self.question.asked(EACH * k)?;
+            let (own, _) = framed[EACH * k]?;
             let no_strain = own.unread(own.shared.start + s.arc.value);
             for (m, (out, [point, _])) in out.iter_mut().zip(POINTS).enumerate() {
                 let i = EACH * k + m;
                 let near = s.map(|x| x.value + point * steps[k] * x.slope[0]);
-                let found = self.told(i, &framed[i]?, &near)?.found;
-                *out = self.question.asked(i)?.outcome_where(found, no_strain);
+                let found = self.told(self.question.grips[i], &framed[i]?, &near)?.found;
+                *out = framed[i]?.0.outcome_where(found, no_strain);
             }
             Some((out, [s.normal, s.tangential, s.arc].map(|x| x.slope[0])))
         };
         duals.iter().enumerate().map(one).collect()
     }
 
-    /// The solution `s` of the tap at place `i`; `None` outside the domain, where its plane of bending does not touch the pole, and where only the reference
+    /// The solution `s` of a tap held by `grip`; `None` outside the domain, where its plane of bending does not touch the pole, and where only the reference
     /// can roll the contact.
-    fn told(&self, i: usize, tap: &Tap<'_>, s: &Solution) -> Option<Solved> {
-        let Asked { setup, shared, task, linear, .. } = self.question.asked(i)?;
+    fn told(&self, grip: Grip, (asked, tap): &Framed<'_>, s: &Solution) -> Option<Solved> {
+        let Asked { setup, shared, task, linear, .. } = *asked;
         let effects = self.effects();
         // Only the reference can roll a contact along a skin whose slope changes.
         if effects.roll && tap.rod.turns(setup.model.surface) {
@@ -157,9 +161,9 @@ impl<'a> Rods<'a> {
         let (sin, cos) = azimuth.sin_cos();
         let one = if azimuth == 0.0 { share * s.strain } else { axial + bending * cos };
         let strain = reading(setup, wrench, one);
-        let grip = self.question.grips[i];
         let mut found = Outcome {
             strain,
+            strain_linear: linear,
             deviation: linear / strain - 1.0,
             normal_force: s.normal,
             tangential_force: s.tangential,
@@ -185,8 +189,9 @@ impl<'a> Rods<'a> {
     }
 
     /// The tap at place `i` as the solver takes it; `None` outside the domain, and where only the reference can decide.
-    fn framed(&self, i: usize) -> Option<Tap<'_>> {
-        let Asked { setup, shared, amount, task, .. } = self.question.asked(i)?;
+    fn framed(&self, i: usize) -> Option<Framed<'_>> {
+        let asked = self.question.asked(i)?;
+        let Asked { setup, shared, amount, task, .. } = asked;
         let (place, grip) = (self.designs.binary_search(&task.design).ok()?, self.question.grips[i]);
         let rod = self.rods[place].as_ref()?;
         let (model, angle) = (&setup.model, setup.drive == Drive::Angle);
@@ -210,7 +215,7 @@ impl<'a> Rods<'a> {
             (a, turn, lift) = (planar.distance, planar.angle, 0.0);
             tilt = Some(Tilt { point: pole.point, along: pole.along, azimuth });
         }
-        Some(Tap {
+        let tap = Tap {
             rod,
             a,
             hub,
@@ -223,7 +228,8 @@ impl<'a> Rods<'a> {
             skin: model.distorting.then(|| Skin::new(model, &shared.taper, shared.start)),
             tilt,
             least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
-        })
+        };
+        Some((asked, tap))
     }
 }
 

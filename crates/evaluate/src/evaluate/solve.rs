@@ -93,8 +93,8 @@ impl<'a> Question<'a> {
 
     /// The tap of task `i`; `None` outside the domain.
     pub fn asked(&self, i: usize) -> Option<Asked<'a>> {
-        let ask = if self.beyond { Asked::known } else { Asked::new };
-        ask(self.setup, self.design(i), &self.tasks[i])
+        let ask = if self.beyond { Asked::known } else { Asked::of };
+        ask(self.setup, self.design(i), &self.tasks[i], f64::NAN)
     }
 
     fn design(&self, i: usize) -> &'a Design {
@@ -176,7 +176,7 @@ impl Evaluator<'_> {
         // Samples of a smooth function of cones: it ends where the kernel has no answer.
         let ends =
             |i: usize| self.samples && !takes_all(question.setup) && question.tasks[i].direction.is_upright();
-        let open = |i: &usize| solved[*i].error > *tolerance && !ends(*i) && question.asked(*i).is_some();
+        let open = |i: &usize| solved[*i].error > *tolerance && !ends(*i);
         let open: Vec<usize> = (0..solved.len()).filter(open).collect();
         if open.is_empty() {
             return Ok(solved);
@@ -232,6 +232,7 @@ fn of_cone(asked: &Asked<'_>, frame: &Frame, s: &Solution, grip: Grip) -> Solved
     let ratio = asked.linear / tap.strain - 1.0;
     let found = Outcome {
         strain: tap.strain(s),
+        strain_linear: asked.linear,
         deviation: (ratio - s.strain) / (1.0 + s.strain),
         normal_force,
         tangential_force,
