@@ -16,8 +16,10 @@ const POINTS: usize = 16;
 /// Largest share of the last coefficients of a series in its largest one.
 const ROUNDING: f64 = 4e-15;
 
-/// Halvings of a smooth piece, after which a panel is taken as it is: the tip may be sharp.
+/// Halvings of a smooth piece, after which a panel is taken as it is: the tip may be sharp. At that of a power law five leave an error of 6e-7 of f for
+/// n = 0.5 and d = D/40, less elsewhere.
 const HALVINGS: u32 = 12;
+const OF_POWER: u32 = 5;
 
 /// Ratio of the radii at its ends from which on the series of a cone's panel would be too short.
 const TAPERED: f64 = 1.6;
@@ -229,7 +231,7 @@ impl Cumulative {
         let mut sums = Self { of, panels: Vec::new(), end: from, far, all };
         let inside = body.knots().iter().copied().filter(|knot| *knot > from && *knot < to);
         for end in inside.chain([to]) {
-            sums.add(body, end, HALVINGS);
+            sums.add(body, end, if body.power().is_some() { OF_POWER } else { HALVINGS });
         }
         sums
     }
