@@ -10,7 +10,7 @@ use super::build::{Bound, Built, MOST, ROUGH, build};
 use super::ranges::shaped;
 use crate::design::{Design, Shared};
 use crate::error::SolveError;
-use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::evaluate::{Evaluator, Method, Outcome, Referral, Task};
 use crate::kernel::cpu::Cpu;
 use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, taper::Taper};
 use crate::reduce::Sweeps;
@@ -42,7 +42,7 @@ impl<'a> Taps<'a> {
     ) -> Self {
         let cpu = Box::new(Cpu::new(Precision::F64));
         let method = Method::fast(cpu, Precision::F64, &setup.model.material, tolerance);
-        let evaluator = Evaluator::new(setup, method).sparing(usize::MAX).stopping(stop);
+        let evaluator = Evaluator::new(setup, method).stopping(stop);
         let (grid, sweeps) = (l.filter(|_| setup.gauge.foil.is_some()), Sweeps::default());
         Self { setup, evaluator, a, grip, direction, grid, sweeps }
     }
@@ -80,8 +80,8 @@ impl<'a> Taps<'a> {
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
         let outcomes = match self.grip {
-            Some(grip) => self.evaluator.run_gripped(&designs, &tasks, grip)?,
-            None => self.evaluator.run(&designs, &tasks)?,
+            Some(grip) => self.evaluator.run_gripped(&designs, &tasks, (grip, Referral::SAMPLES))?,
+            None => self.evaluator.run_referring(&designs, &tasks, Referral::SAMPLES)?,
         };
         self.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(outcomes)

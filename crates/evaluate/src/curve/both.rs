@@ -4,7 +4,7 @@
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
 use crate::estimate::{Estimated, Estimator};
-use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::evaluate::{Evaluator, Outcome, Referral, Task};
 use crate::scene::{Contact, Direction, Setup, Side, Theory};
 use crate::status::Status;
 
@@ -69,6 +69,8 @@ pub struct Inverter<'e, 'a> {
     pub setup: &'e Setup,
     /// Solves them.
     pub evaluator: &'e mut Evaluator<'a>,
+    /// What it refers to the reference.
+    pub referral: Referral,
     /// The whiskers.
     pub designs: &'e [Design],
     /// The readings.
@@ -85,7 +87,7 @@ impl Inverter<'_, '_> {
         let around: Vec<Task> =
             tasks.iter().flat_map(|task| self.around(*task).into_iter().take(taps)).collect();
         self.taps += around.len() as u64;
-        let outcomes = self.evaluator.run(self.designs, &around)?;
+        let outcomes = self.evaluator.run_referring(self.designs, &around, self.referral)?;
         let one = |(taps, outcomes): (&[Task], &[Outcome])| self.seen_around(taps, outcomes);
         Ok(around.chunks_exact(taps).zip(outcomes.chunks_exact(taps)).map(one).collect())
     }
@@ -277,7 +279,7 @@ impl Ask {
 /// The estimate for each of `asks`, and the number of taps solved. Empty unless the model gives distances from two strains.
 pub fn both(
     setup: &Setup,
-    evaluator: &mut Evaluator<'_>,
+    (evaluator, referral): (&mut Evaluator<'_>, Referral),
     designs: &[Design],
     asks: &[Ask],
 ) -> Result<(Vec<Option<Both>>, u64), SolveError> {
@@ -286,7 +288,7 @@ pub fn both(
     }
     evaluator.unguarded(|evaluator| {
         let reading: Reading<'_> = &|[_, e1, e2]| [e1, e2];
-        let mut inverter = Inverter { setup, evaluator, designs, reading, taps: 0 };
+        let mut inverter = Inverter { setup, evaluator, referral, designs, reading, taps: 0 };
         let mut all = Vec::with_capacity(asks.len());
         for asks in asks.chunks(TOGETHER) {
             all.extend(inverter.answers(asks)?);

@@ -5,7 +5,7 @@
 use super::{Extent, ModelError, Values, parameter::scene_with};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
-use crate::evaluate::{Evaluator, Task};
+use crate::evaluate::{Evaluator, Referral, Task};
 use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
 use crate::scene::{Drive, Tuple};
 use crate::{error::SolveError, measure::Rig, physics::linear::StrainCurve};
@@ -65,8 +65,9 @@ impl Surface {
         let edge = 1.0 / curve.gauge[1];
         let (kind, yields, strips) = (setup.drive, setup.model.indentation, Vec::new());
         let surface = Self { curve, kind, yields, reach, drives, strips, error: 0.0 };
-        let evaluator = Evaluator::new(&setup, open(&setup.model)?).sparing(hard[0]);
-        let mut solver = Solve { surface, designs: [design], evaluator, spare: hard[1] };
+        let evaluator = Evaluator::new(&setup, open(&setup.model)?);
+        let referral = Referral { most: hard[0], ..Referral::SAMPLES };
+        let mut solver = Solve { surface, designs: [design], evaluator, referral, spare: hard[1] };
         let whole = [1.0 / reach[1], 1.0 / reach[0]];
         let [first, last] = whole;
         let cut = if edge > first && edge < last { vec![[first, edge], [edge, last]] } else { vec![whole] };
@@ -196,6 +197,8 @@ struct Solve<'a> {
     surface: Surface,
     designs: [Design; 1],
     evaluator: Evaluator<'a>,
+    referral: Referral,
+    /// Taps that may still stay without a solution.
     spare: usize,
 }
 
@@ -204,7 +207,8 @@ impl Solve<'_> {
     fn end(&mut self, range: [f64; 2], drive: f64) -> Result<f64, ModelError> {
         let mut solved = |us: &[f64]| -> Result<Vec<bool>, ModelError> {
             let tasks: Vec<Task> = us.iter().map(|u| Task { a: 1.0 / u, drive, ..Task::default() }).collect();
-            Ok(self.evaluator.run(&self.designs, &tasks)?.iter().map(|o| o.strain.is_finite()).collect())
+            let outcomes = self.evaluator.run_referring(&self.designs, &tasks, self.referral)?;
+            Ok(outcomes.iter().map(|o| o.strain.is_finite()).collect())
         };
         if solved(&range[..1])?[0] {
             return Ok(0.0);
@@ -248,7 +252,7 @@ impl Solve<'_> {
                 tasks.extend(ys.iter().map(|drive| Task { a, drive: *drive, ..Task::default() }));
             }
         }
-        let outcomes = self.evaluator.run(&self.designs, &tasks)?;
+        let outcomes = self.evaluator.run_referring(&self.designs, &tasks, self.referral)?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
         self.spare = self.spare.checked_sub(unsolved).ok_or(ModelError::Solve(SolveError::TooHard))?;
         let Surface { curve, kind, .. } = &self.surface;
