@@ -12,9 +12,10 @@ use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Referral, Task};
 use crate::kernel::cpu::Cpu;
+use crate::physics::driven::Driven;
 use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, taper::Taper};
 use crate::reduce::Sweeps;
-use crate::scene::{Direction, Drive, Grip, Precision, Setup, Tuple};
+use crate::scene::{Direction, Grip, Precision, Setup, Tuple};
 
 /// Solves the taps of a chart at one distance.
 pub struct Taps<'a> {
@@ -73,10 +74,11 @@ impl<'a> Taps<'a> {
     pub fn solve_at(&mut self, points: &[(f64, [f64; AXES])]) -> Result<Vec<Outcome>, SolveError> {
         let designs: Vec<Design> =
             points.par_iter().map(|(a, q)| design(self.setup, self.grid, *a, q)).collect();
-        let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| {
-            let amount = amount(self.setup, *a, q);
-            let drive = if self.setup.drive == Drive::Angle { amount.to_degrees() } else { amount };
-            Task { design, a: *a, direction: self.direction, drive }
+        let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| Task {
+            design,
+            a: *a,
+            direction: self.direction,
+            drive: driven(self.setup, *a, q).to_users(),
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
         let outcomes = match self.grip {
@@ -88,9 +90,9 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// The drive of a tap at `a` mm with the quantities `q`, rad or mm.
-pub(super) fn amount(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
-    q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a }
+/// The drive of a tap at `a` mm with the quantities `q`.
+pub(super) fn driven(setup: &Setup, a: f64, q: &[f64; AXES]) -> Driven {
+    Driven::of_chart(setup.drive, q[Quantity::Drive as usize], a)
 }
 
 /// A whisker, longer than any contact, with a point gauge, or a grid of `grid` mm and its foil, for a tap at `a` mm with the quantities `q`. The foil

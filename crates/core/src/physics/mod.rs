@@ -2,6 +2,7 @@
 
 pub mod body;
 pub mod chebyshev;
+pub mod driven;
 pub mod fit;
 pub mod flexure;
 pub mod inverse;

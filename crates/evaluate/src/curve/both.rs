@@ -1,7 +1,7 @@
 //! Distance and tilt from the strains of two gauges (model §6.4), for a known lean of the pole: Newton's method in both, with coarse differences of
 //! the smooth shares ε/(θ f cos β).
 
-use crate::design::{Design, amount, radians};
+use crate::design::{Design, radians};
 use crate::error::SolveError;
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::{Evaluator, Outcome, Referral, Task};
@@ -98,7 +98,7 @@ impl Inverter<'_, '_> {
         // Shares of θ f cos β of ε₀, ε₁, ε₂, less 0, cos β, sin β.
         let shares = |k: usize| {
             let (sin, cos) = radians(taps[k].direction)[0].sin_cos();
-            let unit = amount(setup.drive, taps[k].drive) * curve.value(taps[k].a) * cos;
+            let unit = taps[k].driven(setup).size() * curve.value(taps[k].a) * cos;
             strains(setup, &outcomes[k])
                 .map(|[axial, e1, e2]| [axial / unit, e1 / unit - cos, e2 / unit - sin])
         };
@@ -115,7 +115,7 @@ impl Inverter<'_, '_> {
         let by_a = slope(1, &|i| taps[i].a - taps[0].a)?;
         let by_tilt = slope(2, &|i| radians(taps[i].direction)[0] - radians(taps[0].direction)[0])?;
         let (sin, cos) = radians(taps[0].direction)[0].sin_cos();
-        let of_unit = amount(setup.drive, taps[0].drive) * cos;
+        let of_unit = taps[0].driven(setup).size() * cos;
         let (f, slope) = (of_unit * curve.value(taps[0].a), of_unit * curve.slope(taps[0].a));
         let (whole, turn) = ([here[0], here[1] + cos, here[2] + sin], [0.0, -sin, cos]);
         let along = reading([0, 1, 2].map(|k| slope * whole[k] + f * by_a[k]));

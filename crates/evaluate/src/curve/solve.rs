@@ -5,10 +5,11 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Referral, Task};
 use crate::physics::chebyshev::{matrix, placed, points};
+use crate::physics::driven::Driven;
 use crate::scene::{Direction, Geometry, Setup, Theory};
 
 use super::{Curve, LOOKS, NODES, Piece, Ratio, look};
@@ -129,11 +130,11 @@ impl<'w, 'a> Work<'w, 'a> {
         let Self { setup, designs, asks, pieces, .. } = self;
         let made = |(ask, mut pieces): (&Ask, Vec<Piece>)| {
             let shared = designs[ask.design as usize].shared.as_ref().filter(|_| !pieces.is_empty())?;
-            let (of, amount) = (shared.model.clone(), amount(setup.drive, ask.drive));
+            let (of, driven) = (shared.model.clone(), Driven::of_users(setup.drive, ask.drive));
             pieces.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
             let f = |p: &Piece| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0);
             let f: Vec<[f64; LOOKS + 1]> = pieces.iter().map(f).collect();
-            Some(Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0))
+            Some(Curve::new(of, driven, pieces.into_iter().zip(&f), 0.0))
         };
         asks.par_iter().zip(pieces).map(made).collect()
     }
@@ -218,7 +219,7 @@ impl<'w, 'a> Work<'w, 'a> {
 
     fn ratio(&self, task: &Task, strain: f64) -> f64 {
         let Some(shared) = &self.designs[task.design as usize].shared else { return f64::NAN };
-        let linear = amount(self.setup.drive, task.drive) * shared.model.value(task.a);
+        let linear = task.driven(self.setup).size() * shared.model.value(task.a);
         // A contact that slid onto the gauge's near end shows nothing.
         if strain == 0.0 { f64::NAN } else { strain.abs() / linear }
     }

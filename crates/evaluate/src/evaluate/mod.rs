@@ -29,7 +29,7 @@ pub use gradient::{Gradient, OUTPUTS, section};
 pub use guard::{Guard, doubts};
 pub use input::Input;
 use outcome::{Asked, reference};
-pub use outcome::{beside_linear, outcome_of_chart, path, problem};
+pub use outcome::{beside_linear, outcome_of_chart, problem};
 pub use rod::takes_all;
 use solve::Solved;
 pub use strains::{closed, closed_gradient, is_closed};

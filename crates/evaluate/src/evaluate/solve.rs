@@ -265,5 +265,5 @@ fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Fram
     let setup = design.setup(setup);
     let inside = task.direction.is_upright() && design.admits(setup, task.a, task.drive);
     let shared = design.shared.as_ref().filter(|_| inside)?;
-    Frame::new(setup, shared, (task.a, task.drive), grip)
+    Frame::new(setup, shared, (task.a, task.driven(setup)), grip)
 }

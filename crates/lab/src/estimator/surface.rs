@@ -4,9 +4,10 @@
 
 use super::{Extent, ModelError, Values, parameter::scene_with};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::evaluate::{Evaluator, Referral, Task};
 use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
+use crate::physics::driven::Driven;
 use crate::scene::{Drive, Tuple};
 use crate::{error::SolveError, measure::Rig, physics::linear::StrainCurve};
 
@@ -99,7 +100,7 @@ impl Surface {
         let (u, strip) = (1.0 / a, self.strip(drive));
         let Some(piece) = strip.piece(u) else { return f64::NAN };
         let c = piece.at(self.place_of(strip.drives, drive), false);
-        amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
+        self.driven(drive).size() * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
     /// Derivatives of the strain by a, 1/mm, and by the drive, per degree or mm (0 where it is clamped); NaN without a solution.
@@ -114,11 +115,15 @@ impl Surface {
         let (y, dy) = (self.place_of(strip.drives, at), 2.0 * by_root / (hi - lo));
         let (x, dx) = (scaled(piece.u, u), 2.0 / (piece.u[1] - piece.u[0]));
         let (ratio, ratio_x) = series(&piece.at(y, false), x);
-        let ((f, f_u), size) = (self.curve.at_inverse(u), amount(self.kind, at));
+        let ((f, f_u), size) = (self.curve.at_inverse(u), self.driven(at).size());
         let by_a = -u * u * size * (f_u * ratio + f * ratio_x * dx);
         let moves = first < last && at == drive;
-        let by_drive = amount(self.kind, 1.0) * f * ratio + size * f * series(&piece.at(y, true), x).0 * dy;
+        let by_drive = self.driven(1.0).size() * f * ratio + size * f * series(&piece.at(y, true), x).0 * dy;
         [by_a, if moves { by_drive } else { 0.0 }]
+    }
+
+    fn driven(&self, drive: f64) -> Driven {
+        Driven::of_users(self.kind, drive)
     }
 
     fn base(&self, drive: f64) -> f64 {
@@ -148,7 +153,7 @@ impl Surface {
             .pieces
             .iter()
             .map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y, false)) }, &p.looks));
-        Curve::new(self.curve.clone(), amount(self.kind, drive), cuts, strip.end)
+        Curve::new(self.curve.clone(), self.driven(drive), cuts, strip.end)
     }
 }
 
@@ -255,8 +260,8 @@ impl Solve<'_> {
         let outcomes = self.evaluator.run_referring(&self.designs, &tasks, self.referral)?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
         self.spare = self.spare.checked_sub(unsolved).ok_or(ModelError::Solve(SolveError::TooHard))?;
-        let Surface { curve, kind, .. } = &self.surface;
-        let linear = |t: &Task| amount(*kind, t.drive) * curve.value(t.a);
+        let (surface, curve) = (&self.surface, &self.surface.curve);
+        let linear = |t: &Task| surface.driven(t.drive).size() * curve.value(t.a);
         let ratios: Vec<f64> = outcomes.iter().zip(&tasks).map(|(o, t)| o.strain.abs() / linear(t)).collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
