@@ -5,10 +5,9 @@ use crate::chart::build::{Bound, Built, build};
 use crate::chart::distance::{lobatto, power};
 use crate::chart::{function::variables, ranges::holds};
 use crate::error::SolveError;
-use crate::physics::driven::Driven;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::{inverse::bracketed, solid::is_solid, taper::Taper};
-use crate::scene::{Contact, Grip, Material, Setup, Side, Signal, Theory, Tuple};
+use crate::physics::{driven::Driven, inverse::bracketed, solid::is_solid, taper::Taper};
+use crate::scene::{Contact, Drive, Grip, Material, Setup, Side, Signal, Theory, Tuple};
 
 use super::Domain;
 use super::taps::{Taps, sides, skin};
@@ -128,10 +127,8 @@ impl Along {
         let taper = Taper::new(t.D, t.d, t.L_a);
         let [x1, x2] = taper.gauge(t.x_ss, t.l);
         let side = if setup.gauge.side == Side::Contact { CONTACT } else { FAR };
-        let own = match Driven::of_users(setup.drive, t.drive) {
-            Driven::Radians(theta) => theta,
-            Driven::Millimetres(delta) => delta / t.a,
-        };
+        let driven = Driven::of_users(setup.drive, t.drive);
+        let own = driven.size() / if driven.kind() == Drive::Angle { 1.0 } else { t.a };
         let offset = if setup.model.pole_radius > 0.0 { setup.model.pole_radius } else { hub };
         let at = |x: f64| {
             let q = [own, offset / t.a, t.D / t.a, taper.tau * t.a, x / t.a];

@@ -8,12 +8,11 @@ use crate::census::{self, sample};
 use crate::chart::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared, is_whisker};
 use crate::error::SolveError;
-use crate::evaluate::{Evaluator, Method, Outcome, Referral, Task};
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::cpu::Cpu;
-use crate::physics::driven::Driven;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::solid::{distorted_linear, is_solid};
-use crate::physics::{inverse::Inverse, taper::Taper};
+use crate::physics::{driven::Driven, inverse::Inverse, taper::Taper};
 use crate::scene::{Grip, Precision, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 
@@ -59,7 +58,7 @@ impl<'a> Taps<'a> {
             // A solid has no friction; only `run` includes the motion of its base and its indentation.
             found.push(match is_solid(&setup.model) {
                 true => evaluator.run(&designs, &tasks)?,
-                false => evaluator.run_gripped(&designs, &tasks, (grip, Referral::ALL))?,
+                false => evaluator.run_gripped(&designs, &tasks, grip, false)?,
             });
         }
         let (contact, far) = (&found[0], found.last().unwrap_or(&found[0]));

@@ -167,10 +167,9 @@ impl<'a> Scorer<'a> {
         let sampled = |t: &&Task| judge.blind() && !(t.design as usize).is_multiple_of(whiskers);
         let calibrating = tasks.iter().filter(sampled).map(|t| Task { direction: Direction::UPRIGHT, ..*t });
         let asked: Vec<Task> = calibrating.collect();
-        let upright = if asked.is_empty() {
-            Vec::new()
-        } else {
-            self.evaluator.read(&designs, &asked, self.referral)?
+        let upright = match asked.is_empty() {
+            true => Vec::new(),
+            false => self.evaluator.read(&designs, &asked, self.referral)?,
         };
         let ask = |(w, design): (usize, &Design)| {
             let direction = design.tuple.direction();

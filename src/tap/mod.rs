@@ -157,7 +157,7 @@ fn best(study: &Study, of: TapAsked<'_>, steps: f64, progress: &mut dyn Progress
     let mut curve = Curve::new(scorer, &layout, progress);
     curve.scorer.referral.most = REFERRED[0];
     let samples = curve.grid(ends, steps)?;
-    curve.scorer.referral.most = curve.scorer.evaluator.referred() + REFERRED[1];
+    curve.scorer.referral.most = curve.scorer.evaluator.referred + REFERRED[1];
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
     // All limits but that of the strain.

@@ -5,8 +5,7 @@ use super::build::Bound;
 use super::taps::{design, driven};
 use crate::design::{Shared, radians};
 use crate::evaluate::Outcome;
-use crate::physics::driven::Driven;
-use crate::physics::{linear::shear_length2, solid::is_solid};
+use crate::physics::{driven::Driven, linear::shear_length2, solid::is_solid};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 

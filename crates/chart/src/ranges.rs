@@ -1,8 +1,7 @@
 //! Ranges of the designs, and the box of a chart that holds them.
 
 use super::axis::{AXES, FIRST_PLACE};
-use crate::physics::driven::Driven;
-use crate::physics::{solid::Held, taper::Taper};
+use crate::physics::{driven::Driven, solid::Held, taper::Taper};
 use crate::scene::built::Profile;
 use crate::scene::{Column, Drive, Layout, Setup};
 

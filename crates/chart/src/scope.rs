@@ -10,8 +10,7 @@ use crate::design::is_whisker;
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
-use crate::physics::driven::Driven;
-use crate::physics::taper::Taper;
+use crate::physics::{driven::Driven, taper::Taper};
 use crate::reduce::range;
 use crate::scene::{Convention, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
 

@@ -12,8 +12,7 @@ use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Referral, Task};
 use crate::kernel::cpu::Cpu;
-use crate::physics::driven::Driven;
-use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, taper::Taper};
+use crate::physics::{body::Body, driven::Driven, inverse::Inverse, linear::StrainCurve, taper::Taper};
 use crate::reduce::Sweeps;
 use crate::scene::{Direction, Grip, Precision, Setup, Tuple};
 
@@ -74,15 +73,13 @@ impl<'a> Taps<'a> {
     pub fn solve_at(&mut self, points: &[(f64, [f64; AXES])]) -> Result<Vec<Outcome>, SolveError> {
         let designs: Vec<Design> =
             points.par_iter().map(|(a, q)| design(self.setup, self.grid, *a, q)).collect();
-        let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| Task {
-            design,
-            a: *a,
-            direction: self.direction,
-            drive: driven(self.setup, *a, q).to_users(),
+        let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| {
+            let (direction, drive) = (self.direction, driven(self.setup, *a, q).to_users());
+            Task { design, a: *a, direction, drive }
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
         let outcomes = match self.grip {
-            Some(grip) => self.evaluator.run_gripped(&designs, &tasks, (grip, Referral::SAMPLES))?,
+            Some(grip) => self.evaluator.run_gripped(&designs, &tasks, grip, true)?,
             None => self.evaluator.run_referring(&designs, &tasks, Referral::SAMPLES)?,
         };
         self.sweeps.merge(&self.evaluator.take_sweeps());

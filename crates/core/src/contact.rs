@@ -5,8 +5,7 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::estimate::Estimated;
-use crate::physics::driven::Driven;
-use crate::physics::linear::StrainCurve;
+use crate::physics::{driven::Driven, linear::StrainCurve};
 use crate::scene::channels::{Channels, PerChannel};
 use crate::status::Status;
 
@@ -74,9 +73,8 @@ impl Contact {
         driven: Driven,
         interesting: impl Fn(f64) -> bool,
     ) -> Estimated {
-        let size = driven.size();
         let white = |x: &PerChannel| self.channels.white(x, readings);
-        let scaled = |s: &PerChannel| white(&std::array::from_fn(|j| size * s[j] / k[j]));
+        let scaled = |s: &PerChannel| white(&std::array::from_fn(|j| driven.size() * s[j] / k[j]));
         let at = |a: f64| scaled(&self.linear(curve, a));
         let y = white(readings);
         // (vᵀy)²/vᵀv: the part of yᵀy that the best force explains; 0 if the force would pull.
@@ -101,7 +99,7 @@ impl Contact {
         Estimated {
             distance: a,
             sigma: if noisy { fit.sigma } else { 0.0 },
-            force: fit.share * size * curve.force(self.modulus, a),
+            force: fit.share * driven.size() * curve.force(self.modulus, a),
             status: if twice { Status::AMBIGUOUS } else { Status::OK },
         }
     }

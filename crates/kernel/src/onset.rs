@@ -11,10 +11,7 @@
 
 use crate::Tap;
 use crate::cpu::{Pack, Packed, Plain};
-use vibrissa_core::physics::driven::Driven;
-use vibrissa_core::physics::linear::shear_length2;
-use vibrissa_core::physics::solid::Held;
-use vibrissa_core::physics::taper::Taper;
+use vibrissa_core::physics::{driven::Driven, linear::shear_length2, solid::Held, taper::Taper};
 use vibrissa_core::scene::{Grip, Model, Side};
 
 /// One number, or one of each of several taps. Lanes round as scalars do, and no operation is fused: each gives the same bits as a single number.

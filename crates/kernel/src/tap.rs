@@ -7,8 +7,7 @@ use super::cpu::Pack;
 use super::onset::Pose;
 use super::rule::limits::{EDGE, HOPELESS};
 use vibrissa_core::design::Shared;
-use vibrissa_core::physics::driven::Driven;
-use vibrissa_core::physics::linear::StrainCurve;
+use vibrissa_core::physics::{driven::Driven, linear::StrainCurve};
 use vibrissa_core::scene::{Grip, Setup};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.

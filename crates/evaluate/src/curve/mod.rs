@@ -10,9 +10,7 @@ use std::sync::LazyLock;
 
 use crate::estimate::{Estimated, Estimator};
 use crate::physics::chebyshev::{basis, placed, scaled, series, transpose};
-use crate::physics::driven::Driven;
-use crate::physics::inverse::bracketed;
-use crate::physics::linear::StrainCurve;
+use crate::physics::{driven::Driven, inverse::bracketed, linear::StrainCurve};
 
 /// |ε| over a, of one whisker at one drive.
 #[derive(Debug, Clone)]

@@ -43,7 +43,7 @@ pub struct Evaluator<'a> {
     solutions: Vec<Solution>,
     sweeps: Sweeps,
     /// Taps referred to the reference so far.
-    referred: usize,
+    pub referred: usize,
     reader: Option<Arc<dyn Source>>,
     /// Ladders for materials of rigs that differ.
     laws: Vec<(Material, Ladder)>,
@@ -163,11 +163,6 @@ impl<'a> Evaluator<'a> {
         Ok(outcomes)
     }
 
-    /// Taps referred to the reference so far.
-    pub fn referred(&self) -> usize {
-        self.referred
-    }
-
     /// The method, for another setup.
     pub fn into_method(self) -> Method {
         self.method
@@ -240,16 +235,11 @@ impl<'a> Evaluator<'a> {
         Ok(outcomes)
     }
 
-    /// Outcomes of `tasks` with all contacts of `grip`: accurate to the tolerance relative to their strain or, where that crosses zero next to the
-    /// contact, to the strain of linear theory, as charts hold their ratio.
-    pub fn run_gripped(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        (grip, referral): (Grip, Referral),
-    ) -> Outcomes {
+    /// Outcomes of `tasks` with all contacts of `grip`, none by the reference: accurate to the tolerance relative to their strain or, where that crosses
+    /// zero next to the contact, to the strain of linear theory, as charts hold their ratio. `samples`: see [`Referral`].
+    pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip, samples: bool) -> Outcomes {
         go_on(self.stop)?;
-        self.outcomes(designs, tasks, (Some(grip), referral), None)
+        self.outcomes(designs, tasks, (Some(grip), Referral { samples, ..Referral::ALL }), None)
     }
 
     fn outcomes(

@@ -5,11 +5,9 @@ use super::{Evaluator, Input, Method};
 use crate::design::{is_tap, is_whisker};
 use crate::error::SolveError;
 use crate::kernel::{self, Effects, Solution, Tap, frames::Framed};
-use crate::physics::driven::Driven;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
-use crate::physics::taper::Taper;
+use crate::physics::{driven::Driven, number::Number, taper::Taper};
 use crate::progress::go_on;
 use crate::scene::{Clamp, Contact, Geometry, Property, Setup, Signal, Tuple};
 

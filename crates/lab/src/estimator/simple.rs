@@ -7,9 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use super::polynomial::{Form, Point, Polynomial};
 use super::{Answers, Found, Known, between, held_out::Side, known, positive, taps::Cell};
-use crate::physics::driven::Driven;
 use crate::scene::{Drive, Theory};
-use crate::{measure::Rig, physics::inverse::Inverse, status::Status};
+use crate::{
+    measure::Rig,
+    physics::{driven::Driven, inverse::Inverse},
+    status::Status,
+};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -7,9 +7,12 @@ use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::Design;
 use crate::evaluate::{Evaluator, Referral, Task};
 use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
-use crate::physics::driven::Driven;
 use crate::scene::{Drive, Tuple};
-use crate::{error::SolveError, measure::Rig, physics::linear::StrainCurve};
+use crate::{
+    error::SolveError,
+    measure::Rig,
+    physics::{driven::Driven, linear::StrainCurve},
+};
 
 const NODES: [usize; 2] = [curve::NODES, 10];
 /// Relative size of the last coefficients of a fine piece.

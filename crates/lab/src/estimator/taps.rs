@@ -1,8 +1,7 @@
 //! Rows of a data file as taps and zero readings, tared and grouped, and cells: taps of one distance and one drive.
 
 use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts, zero::Rest};
-use crate::physics::driven::Driven;
-use crate::{fields::plain, reduce::median, scene::Drive};
+use crate::{fields::plain, physics::driven::Driven, reduce::median, scene::Drive};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tap {

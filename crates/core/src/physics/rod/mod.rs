@@ -8,11 +8,10 @@ mod tilted;
 
 use glam::DVec2;
 
-use crate::physics::body::Body;
-use crate::physics::driven::Driven;
 use crate::physics::section::SectionStrain;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
+use crate::physics::{body::Body, driven::Driven};
 use crate::scene::{Contact, Grip, Model, Side};
 use crate::status::Status;
 use shoot::{Shooter, Shot, Stopped};

@@ -5,10 +5,9 @@ use glam::DVec2;
 use super::super::RodProblem;
 use super::super::statics::{Bent, EndLoad, Whisker};
 use super::{Shooter, Shot};
-use crate::physics::body::Touched;
-use crate::physics::driven::Driven;
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Held, Soft};
+use crate::physics::{body::Touched, driven::Driven};
 use crate::scene::Grip;
 use crate::status::Status;
 
