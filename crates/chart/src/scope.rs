@@ -6,11 +6,11 @@ use super::distance::DistanceChart;
 use super::gauge::asked;
 use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, shaped, slackened};
-use crate::design::{amount, is_whisker};
+use crate::design::is_whisker;
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
-use crate::physics::taper::Taper;
+use crate::physics::{driven::Driven, taper::Taper};
 use crate::reduce::range;
 use crate::scene::{Convention, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
 
@@ -122,8 +122,9 @@ impl Scope {
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let many = layout.len() / layout.n_distances >= MANY_PAY;
         let listed = layout.drives().into_iter().flat_map(|axis| axis.iter().zip(0..));
+        let size = |drive: f64| Driven::of_users(setup.drive, drive).size();
         let mut drives: Vec<(f64, f64, u32)> =
-            listed.map(|(drive, place)| (amount(setup.drive, drive), drive, place)).collect();
+            listed.map(|(drive, place)| (size(drive), drive, place)).collect();
         drives.sort_by(|a, b| a.0.total_cmp(&b.0));
         let shared: Vec<f64> = drives.iter().map(|d| d.0).collect();
         let bounds = (tolerance, MOST_DISTANCES[usize::from(many)]);
@@ -203,7 +204,7 @@ impl Scope {
         let taper = Taper::new(t.D, t.d, t.L_a);
         // Shared drives lie within.
         let drive = if self.drives.is_empty() {
-            amount(self.setup.drive, t.drive)
+            Driven::of_users(self.setup.drive, t.drive).size()
         } else {
             self.within[Quantity::Drive as usize][0]
         };

@@ -4,8 +4,8 @@ use super::passed::Passed;
 use super::tap::TapSeries;
 use super::theory::Whisker;
 use super::{Charted, Distance, LANES, Lanes, ORDERS, PAIRS, Ranker, Scratch, Stroke, powered};
-use crate::design::amount;
 use crate::kernel::cpu::{Pack, Packed};
+use crate::physics::driven::Driven;
 use crate::scene::Tuple;
 
 /// Largest deviation of the strain for which K is given.
@@ -97,7 +97,8 @@ impl Rows {
         let mut columns = [[0.0f32; LANES]; 6];
         for lane in 0..LANES {
             let t = &tuples[if lane < live { lane } else { 0 }];
-            let values = [t.D, t.D - t.d, t.L_a, t.x_ss, t.l, amount(ranker.scope.setup.drive, t.drive)];
+            let driven = Driven::of_users(ranker.scope.setup.drive, t.drive);
+            let values = [t.D, t.D - t.d, t.L_a, t.x_ss, t.l, driven.size()];
             for (column, value) in columns.iter_mut().zip(values) {
                 column[lane] = value as f32;
             }

@@ -8,7 +8,8 @@ use crate::axis::{AXES, Quantity};
 use crate::distance::{Function, lobatto, matrix_at};
 use crate::estimate::FAR;
 use crate::kernel::ranking::{BEYOND, FARTHEST, Sheet};
-use crate::scene::{Drive, Per, RankBy};
+use crate::physics::driven::Driven;
+use crate::scene::{Per, RankBy};
 use crate::series::Series;
 
 /// Numbers of a distance before the points of its gauge, by their names in the shader: factor of the functions, largest arc over driveᵉ, number of
@@ -214,7 +215,7 @@ impl Ranker {
             rows: written.rows,
             kept: (points + KEPT) * n,
             rounds: if own { drives * (read + n * 16) } else { read + ranked },
-            unit: if scope.setup.drive == Drive::Angle { 1f32.to_radians() } else { 1.0 },
+            unit: Driven::of_users(scope.setup.drive, 1.0).size() as f32,
         })
     }
 }

@@ -5,9 +5,9 @@ use super::read::{Basis, Values};
 use super::rows::Rows;
 use super::theory::{Growth, Whisker};
 use super::{Charted, LANES, Lanes, ORDERS, Ranker, Scratch};
-use crate::design::amount;
 use crate::distance::Function;
 use crate::kernel::cpu::Packed;
+use crate::physics::driven::Driven;
 use crate::scene::Tuple;
 
 /// Slack of a tap without a known bound.
@@ -200,7 +200,7 @@ impl Ranker {
             }
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();
-                let drive = amount(self.scope.setup.drive, tuple.drive) as f32;
+                let drive = Driven::of_users(self.scope.setup.drive, tuple.drive).size() as f32;
                 let shared = self.angles.iter().map(|a| &a.stroke).find(|a| !own && a.drive == drive);
                 let deviation = match shared {
                     Some(a) => a.power * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),

@@ -3,6 +3,7 @@
 pub mod body;
 pub mod chebyshev;
 mod cumulative;
+pub mod driven;
 pub mod fit;
 pub mod flexure;
 pub mod inverse;

@@ -246,8 +246,9 @@ impl<'a> Gradient<'a> {
             let all = || places.iter().flat_map(|i| EACH * i..EACH * (i + 1));
             let tasks: Vec<Task> = all().map(|k| tasks[k]).collect();
             let grips: Vec<Grip> = all().map(grip).collect();
+            let (tasks, grips) = (&tasks, &grips);
             let question =
-                Question { setup, designs, tasks: &tasks, grips: &grips, charted: false, beyond: true };
+                Question { setup, designs, tasks, grips, charted: false, samples: false, beyond: true };
             let every: Vec<usize> = (0..tasks.len()).collect();
             let steps: Vec<f64> = places.iter().map(|&i| moved[i].step).collect();
             let laws = laws(places[0]);

@@ -12,7 +12,7 @@ use crate::physics::number::Number;
 use crate::physics::pole::{self, Pole};
 use crate::physics::real::Dual;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
-use crate::scene::{Contact, Drive, Geometry, Grip, Setup};
+use crate::scene::{Contact, Geometry, Grip, Setup};
 use vibrissa_rod::{Effects, Rod, Skin, Solution, Tap, Tilt, slopes, solve};
 
 /// True if the solver of every whisker, on the CPU, solves all taps of `setup`.
@@ -191,15 +191,11 @@ impl<'a> Rods<'a> {
     /// The tap at place `i` as the solver takes it; `None` outside the domain, and where only the reference can decide.
     fn framed(&self, i: usize) -> Option<Framed<'_>> {
         let asked = self.question.asked(i)?;
-        let Asked { setup, shared, amount, task, .. } = asked;
+        let Asked { setup, shared, driven, task, .. } = asked;
         let (place, grip) = (self.designs.binary_search(&task.design).ok()?, self.question.grips[i]);
         let rod = self.rods[place].as_ref()?;
-        let (model, angle) = (&setup.model, setup.drive == Drive::Angle);
-        let hub = if angle { shared.model.hub + shared.start } else { 0.0 };
-        let (mut a, mut turn, mut lift) = (task.a - shared.start, 0.0, amount);
-        if angle {
-            (turn, lift) = (amount, 0.0);
-        }
+        let (model, hub) = (&setup.model, driven.if_turned(shared.model.hub + shared.start));
+        let (mut a, [mut turn, mut lift]) = (task.a - shared.start, driven.turn_and_lift());
         let mut tilt = None;
         // A contact that sticks on an edge stays in the plane of rotation. One that would roll along the pole too, or slide with friction, is not modelled.
         // Taps next to an upright one may be tilted: they have one form.
@@ -209,7 +205,7 @@ impl<'a> Rods<'a> {
                 return None;
             }
             let taper = shared.taper.from(shared.start);
-            let pole = Pole::new(&taper, model, (setup.drive, hub), radians(task.direction), (a, amount));
+            let pole = Pole::new(&taper, model, radians(task.direction), (a, hub, driven));
             let azimuth = pole::azimuth(pole.along, normal(setup, rod))?;
             let planar = pole.planar(azimuth)?;
             (a, turn, lift) = (planar.distance, planar.angle, 0.0);
@@ -227,7 +223,7 @@ impl<'a> Rods<'a> {
             soft: Soft::new(model, &shared.taper, task.a).map_or([0.0; 2], |soft| soft.parts()),
             skin: model.distorting.then(|| Skin::new(model, &shared.taper, shared.start)),
             tilt,
-            least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
+            least: if shared.model.reads_strain() { 1e-3 * driven.size() * shared.peak } else { 1.0 },
         };
         Some((asked, tap))
     }
