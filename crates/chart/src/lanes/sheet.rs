@@ -68,13 +68,10 @@ impl Written {
 }
 
 impl Ranker {
-    /// The charts as a device reads them, one for each distance; `None` where it cannot: between charts, with a foil, or of other whiskers than cones.
+    /// The charts as a device reads them, one for each distance; `None` where it cannot: between charts, with a foil, or of built whiskers.
     pub(crate) fn sheet(&self) -> Option<Sheet> {
         let (scope, charts) = (&self.scope, &self.scope.charts);
-        if self.between.is_some()
-            || scope.setup.gauge.foil.is_some()
-            || charts.iter().any(|c| c.weight.is_some())
-        {
+        if self.between.is_some() || scope.setup.gauge.foil.is_some() || scope.setup.built.is_some() {
             return None;
         }
         let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);

@@ -36,7 +36,7 @@ pub(super) struct Taps {
     pub arc: Vec<Lanes>,
     pub force: Vec<Lanes>,
     largest: Vec<Lanes>,
-    strain: Vec<Lanes>,
+    pub strain: Vec<Lanes>,
     slack: Vec<[Lanes; 2]>,
     growth: Vec<Growth>,
 }
@@ -76,12 +76,9 @@ impl Taps {
         }
     }
 
-    /// Adds the theory of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
+    /// Adds the growth of the theory of `design` at each distance where distances are estimated, and with `FIGURES`.
     #[inline(always)]
-    pub fn add_theory<const FIGURES: bool>(&mut self, ranker: &Ranker, design: &Whisker) {
-        for (strain, distance) in self.strain.iter_mut().zip(&ranker.distances) {
-            *strain = design.strain(ranker, Lanes::splat(distance.inverse));
-        }
+    pub fn add_growth<const FIGURES: bool>(&mut self, ranker: &Ranker, design: &Whisker) {
         if FIGURES || ranker.by.is_some() {
             for (growth, distance) in self.growth.iter_mut().zip(&ranker.distances) {
                 *growth = design.growth(ranker, distance);
