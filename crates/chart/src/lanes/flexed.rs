@@ -24,12 +24,15 @@ use crate::scene::{Setup, Signal, Theory};
 /// Errors of series to try, relative to their first function in the middle: sharp tips need the second.
 const ERRORS: [f64; 2] = [1e-5, 5e-5];
 
+/// Least distance of the middle of both diameters from a cylinder, relative.
+const CYLINDER: f64 = 0.25;
+
 /// Places between the ends of a gauge, and weights of Gauss's mean; first the middle, which has none.
 const POINTS: [[f32; 2]; 4] =
-    [[0.5, 0.0], [0.112_701_665, 0.277_777_78], [0.5, 0.444_444_45], [0.887_298_35, 0.277_777_78]];
+    [[0.5, 0.0], [0.112_701_66, 0.277_777_8], [0.5, 0.444_444_45], [0.887_298_35, 0.277_777_8]];
 
 /// Contacts between which the peak of f is found, evenly in ln a; nearest first.
-const SAMPLES: usize = 24;
+const SAMPLES: usize = 48;
 
 /// Coefficients over the place of some functions, at the diameters of a pack.
 pub(super) type Sums = [[Lanes; MOST]; 4];
@@ -115,7 +118,12 @@ impl Flexed {
         let [length, longest] = wanted.L_a.map(|length| length.max(far));
         let ends_of =
             |d: f64| [length, longest].map(|own| wanted.D.map(|base| base - (base - d) / own * length));
-        let [base, tip] = [wanted.D, range(wanted.d.into_iter().flat_map(ends_of).flatten())];
+        let (base, mut tip) = (wanted.D, range(wanted.d.into_iter().flat_map(ends_of).flatten()));
+        // A cylinder in the middle would not depend on the place, and the series would stop at its first order.
+        let [middle, of_tip] = [base, tip].map(|[lo, hi]| 0.5 * (lo + hi));
+        if (of_tip / middle - 1.0).abs() < CYLINDER {
+            tip[1] = 2.0 * (1.0 + CYLINDER) * middle - tip[0];
+        }
         let body = |base: f64, tip: f64| Body::new(built, [base, tip, length], e0, nu);
         let contact = |[base, tip, ln]: [f64; 3]| {
             let (body, taper, a) = (Arc::new(body(base, tip)), Taper::new(base, tip, length), ln.exp());

@@ -41,16 +41,14 @@ pub(super) struct Thresholds {
 impl Thresholds {
     #[inline(always)]
     pub fn picked(&self, places: &[Place]) -> Self {
-        Self {
-            low: picked(&self.low, places),
-            high: picked(&self.high, places),
-            peak: picked(&self.peak, places),
-            unseen: match &self.unseen {
-                None => None,
-                Some([from, to]) => Some([picked(from, places), picked(to, places)]),
-            },
-            ..*self
+        let mut own = *self;
+        own.low = picked(&self.low, places);
+        own.high = picked(&self.high, places);
+        own.peak = picked(&self.peak, places);
+        if let Some([from, to]) = &self.unseen {
+            own.unseen = Some([picked(from, places), picked(to, places)]);
         }
+        own
     }
 }
 
