@@ -17,6 +17,7 @@ use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Method, Source, Task};
 use vibrissa::kernel::tap::Frame;
 use vibrissa::kernel::{self, Effects, Tap};
+use vibrissa::physics::driven::Driven;
 use vibrissa::scene::Grip;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{BackendChoice, Direction, Precision, RunOptions, Setup, Tuple};
@@ -98,7 +99,8 @@ fn framed(setup: &Setup) -> (Effects, Vec<Tap<f64>>) {
     let tap = |index: u32| {
         let t = tuple(index);
         let shared = Design::new(setup, t).shared?;
-        Frame::new(setup, &shared, (t.a, t.drive), Grip::Slide(0.0)).map(|frame| *frame.tap())
+        Frame::new(setup, &shared, (t.a, Driven::of_users(setup.drive, t.drive)), Grip::Slide(0.0))
+            .map(|frame| *frame.tap())
     };
     (
         Effects::new(&setup.model, setup.gauge.side, false),

@@ -14,6 +14,7 @@ use vibrissa::evaluate::Method;
 use vibrissa::kernel::frames::{Framed, Framing};
 use vibrissa::kernel::tap::Frame;
 use vibrissa::kernel::{self, Effects, Tap};
+use vibrissa::physics::driven::Driven;
 use vibrissa::scene::Grip;
 use vibrissa::scene::Precision;
 use vibrissa::scene::sampler::Sampler;
@@ -64,7 +65,8 @@ fn tuple(kind: Drive, index: usize) -> Tuple {
 fn framed(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let design = Design::new(setup, *t);
     let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
-    Frame::new(setup, shared, (t.a, t.drive), Grip::Slide(0.0)).map(|frame| *frame.tap())
+    Frame::new(setup, shared, (t.a, Driven::of_users(setup.drive, t.drive)), Grip::Slide(0.0))
+        .map(|frame| *frame.tap())
 }
 
 fn told(mut all: Vec<f64>) -> [f64; 2] {

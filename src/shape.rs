@@ -6,13 +6,13 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 
 use crate::census::Taps;
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task, problem};
 use crate::locate::locator::opener;
 use crate::physics::{rod::BentSection, solid::Soft};
 use crate::progress::{Progress, go_on};
-use crate::scene::{BackendChoice, Drive, Geometry, Model, RunOptions, Setup, Space, Spec, Tuple};
+use crate::scene::{BackendChoice, Geometry, Model, RunOptions, Setup, Space, Spec, Tuple};
 use crate::sink::{Field, Frame, heading};
 use crate::status::Status;
 
@@ -55,10 +55,10 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     if model.geometry == Geometry::Linear || ![arc, normal, tangential].iter().all(|x| x.is_finite()) {
         return None;
     }
-    let amount = amount(setup.drive, task.drive);
-    let rod = problem(setup, shared, task.a, amount);
+    let driven = task.driven(setup);
+    let rod = problem(setup, shared, task.a, driven);
     let bent = rod.bent(arc, [normal, tangential], nodes.max(3) as u32 - 1)?;
-    let turn = if setup.drive == Drive::Angle { amount } else { 0.0 };
+    let [turn, _] = driven.turn_and_lift();
     let (base, (moved, turned)) = (bent.clamp.angle, bent.base);
     // The face of the clamp, in line with the section that does not turn.
     let clamp = bent.clamp.place - shared.start * DVec2::from_angle(base);

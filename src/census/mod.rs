@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 use crate::backend::{Backend, Choice, adapters, cramped};
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::gpu::Adapter;
@@ -67,7 +67,7 @@ impl Taps {
     /// 1e-3 θ f_max of tap `i`: a strain error is relative to the strain, or to this where the strain is smaller.
     pub fn least(&self, i: usize) -> f64 {
         let peak = self.design(i).shared.as_ref().map_or(0.0, |s| s.peak);
-        1e-3 * peak * amount(self.setup.drive, self.tasks[i].drive)
+        1e-3 * peak * self.tasks[i].driven(&self.setup).size()
     }
 }
 

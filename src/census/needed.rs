@@ -17,7 +17,7 @@ use crate::backend::Choice;
 use crate::curve::{self, Ask, Reach, both};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
-use crate::evaluate::{Evaluator, Guard, Outcome, doubts};
+use crate::evaluate::{Evaluator, Guard, Outcome, Referral, doubts};
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Setup, Spec};
 use crate::statistics::Told;
 use crate::status::Status;
@@ -72,11 +72,11 @@ impl Said {
         let reach = |row: &Row| Reach::of(row.point.direction(), row.reach);
         let ask = |(design, row): (u32, &Row)| Ask { design, drive: row.point.drive, reach: reach(row) };
         let asks: Vec<Ask> = (0..).zip(rows).map(ask).collect();
-        let (own, _) = curve::solve(setup, &mut evaluator, designs, &asks)?;
+        let (own, _) = curve::solve(setup, (&mut evaluator, Referral::ALL), designs, &asks)?;
         let ask =
             |i: usize| both::Ask::own(setup, tasks[i], &outcomes[i], rows[tasks[i].design as usize].reach);
         let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();
-        let (both, _) = both::both(setup, &mut evaluator, designs, &asks)?;
+        let (both, _) = both::both(setup, (&mut evaluator, Referral::ALL), designs, &asks)?;
         let mut answers = Vec::with_capacity(tasks.len());
         for (k, row) in rows.iter().enumerate() {
             let from = answers.len();

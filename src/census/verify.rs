@@ -12,7 +12,7 @@ use super::compare::{Compared, Line, Odd, compare};
 use super::{Place, Taps, relative, sample};
 use crate::chart::ranker::Ranker;
 use crate::error::{Error, SolveError};
-use crate::evaluate::{Evaluator, Method, Outcome};
+use crate::evaluate::{Evaluator, Method, Outcome, Referral};
 use crate::kernel::Solver;
 use crate::kernel::ranking::Case as Reading;
 use crate::scene::{Setup, Study, Tuple};
@@ -126,7 +126,7 @@ impl Solved {
             let solver = kept.take().map_or_else(|| place.choice.solver(), Ok)?;
             let method = place.choice.method(solver, &taps.setup.model);
             let mut evaluator = Evaluator::new(&taps.setup, method).stopping(stop);
-            let found = evaluator.run_alike(&taps.designs, &taps.tasks, Some(&expected));
+            let found = evaluator.run_alike(&taps.designs, &taps.tasks, Referral::ALL, Some(&expected));
             if let Method::Fast { solver, .. } = evaluator.into_method() {
                 *kept = Some(solver);
             }

@@ -221,9 +221,7 @@ fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
     let mut text = best_rows(spec, report);
     let c = &report.counts;
     let words = c.combinations.told(grouped);
-    let part = c.chart.as_ref().is_some_and(|chart| chart.get("words").is_some());
-    let rest = if part { "; other words are told of the listed rows only" } else { "" };
-    let _ = writeln!(text, "status of {} taps: {words}{rest}", grouped(c.taps));
+    let _ = writeln!(text, "status of {} taps: {words}", grouped(c.taps));
     if let (Some(kept), Some(complete), Some(top)) = (c.kept, c.complete, spec.study.output.top) {
         let (kept, complete) = (grouped(kept), grouped(complete));
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");

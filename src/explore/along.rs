@@ -6,7 +6,7 @@ use crate::chart::distance::{lobatto, power};
 use crate::chart::{function::variables, ranges::holds};
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::{inverse::bracketed, solid::is_solid, taper::Taper};
+use crate::physics::{driven::Driven, inverse::bracketed, solid::is_solid, taper::Taper};
 use crate::scene::{Contact, Drive, Grip, Material, Setup, Side, Signal, Theory, Tuple};
 
 use super::Domain;
@@ -122,12 +122,13 @@ impl Along {
         self.branches.iter().map(|b| self.read(signal).map(|f| b.series[f].terms()).sum::<usize>()).sum()
     }
 
-    /// δ = s/(θ f) − 1 of the signal s of `t` (drive in rad or mm), f the linear limit of the model; `None` outside the chart.
-    pub fn signal(&self, setup: &Setup, hub: f64, t: &Tuple, drive: f64) -> Option<f64> {
+    /// δ = s/(θ f) − 1 of the signal s of `t`, f the linear limit of the model; `None` outside the chart.
+    pub fn signal(&self, setup: &Setup, hub: f64, t: &Tuple) -> Option<f64> {
         let taper = Taper::new(t.D, t.d, t.L_a);
         let [x1, x2] = taper.gauge(t.x_ss, t.l);
         let side = if setup.gauge.side == Side::Contact { CONTACT } else { FAR };
-        let own = if setup.drive == Drive::Angle { drive } else { drive / t.a };
+        let driven = Driven::of_users(setup.drive, t.drive);
+        let own = driven.size() / if driven.kind() == Drive::Angle { 1.0 } else { t.a };
         let offset = if setup.model.pole_radius > 0.0 { setup.model.pole_radius } else { hub };
         let at = |x: f64| {
             let q = [own, offset / t.a, t.D / t.a, taper.tau * t.a, x / t.a];

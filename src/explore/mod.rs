@@ -10,9 +10,8 @@ mod taps;
 
 use crate::chart::axis::{AXES, FIRST_PLACE};
 use crate::chart::ranges::Wanted;
-use crate::design::amount;
 use crate::error::{Error, InputError};
-use crate::physics::solid::is_solid;
+use crate::physics::{driven::Driven, solid::is_solid};
 use crate::plan::Layout;
 use crate::scene::{Axis, Contact, Drive, Geometry, Setup, Spec, Theory, Tuple};
 use along::Along;
@@ -207,7 +206,7 @@ impl Domain {
         let [near, far] = self.a;
         let over_a = |[lo, hi]: [f64; 2]| [lo / far, hi / near];
         let Wanted { D: base, d: tip, L_a: length, drive, .. } = self.whiskers;
-        let drive = drive.map(|drive| amount(kind, drive));
+        let drive = drive.map(|drive| Driven::of_users(kind, drive).size());
         let reach = [near / length[1], (far / length[0]).min(1.0)];
         let lost = [1.0 - tip[1] / base[0], 1.0 - tip[0] / base[1]];
         let least = lost[0] * if lost[0] < 0.0 { reach[1] } else { reach[0] };

@@ -6,14 +6,14 @@ use super::Domain;
 use super::along::{ARC, Along, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, SIGNAL, TAPER, linear};
 use crate::census::{self, sample};
 use crate::chart::axis::{AXES, POINT, Quantity};
-use crate::design::{Design, Shared, amount, is_whisker};
+use crate::design::{Design, Shared, is_whisker};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::cpu::Cpu;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::solid::{distorted_linear, is_solid};
-use crate::physics::{inverse::Inverse, taper::Taper};
-use crate::scene::{Drive, Grip, Precision, Setup, Side, Signal, Tuple};
+use crate::physics::{driven::Driven, inverse::Inverse, taper::Taper};
+use crate::scene::{Grip, Precision, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 
 /// Contact distance of taps without a length scale, mm.
@@ -58,7 +58,7 @@ impl<'a> Taps<'a> {
             // A solid has no friction; only `run` includes the motion of its base and its indentation.
             found.push(match is_solid(&setup.model) {
                 true => evaluator.run(&designs, &tasks)?,
-                false => evaluator.run_gripped(&designs, &tasks, grip)?,
+                false => evaluator.run_gripped(&designs, &tasks, grip, false)?,
             });
         }
         let (contact, far) = (&found[0], found.last().unwrap_or(&found[0]));
@@ -107,7 +107,7 @@ fn strain(o: &Outcome) -> Option<f64> {
 /// P by the model's linear theory, N.
 fn force(setup: &Setup, design: &Design, task: &Task) -> f64 {
     let curve = design.shared.as_ref().map(|s| s.theory.curve().force(setup.model.material.e0(), task.a));
-    curve.unwrap_or(f64::NAN) * amount(setup.drive, task.drive)
+    curve.unwrap_or(f64::NAN) * task.driven(setup).size()
 }
 
 /// A whisker longer than any contact with a point gauge, its contact distance (mm) and drive, from `q`. Its theory is the linear limit of the model,
@@ -127,10 +127,7 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
     let (x_ss, l, none) = (gauge[0], a * POINT, f64::NAN);
     let tuple = Tuple { D, d, L_a, x_ss, l, a: none, drive: none, ..Tuple::default() };
     let shared = Shared { theory, ..Shared::new(setup, (taper, L_a), None, (gauge, hub), None) };
-    let drive = match setup.drive {
-        Drive::Angle => q[DRIVE].to_degrees(),
-        Drive::Displacement => q[DRIVE] * a,
-    };
+    let drive = Driven::of_chart(setup.drive, q[DRIVE], a).to_users();
     (Design { shared: Some(shared), ..Design::nothing(tuple) }, a, drive)
 }
 
@@ -158,7 +155,7 @@ impl Census {
                 if !is_whisker(&t) || t.a > t.L_a {
                     continue;
                 }
-                match chart.signal(setup, hub, &t, amount(setup.drive, t.drive)) {
+                match chart.signal(setup, hub, &t) {
                     Some(delta) => taps.push((t, delta)),
                     None => census.outside += 1,
                 }
@@ -168,7 +165,7 @@ impl Census {
             for ((t, delta), o) in taps.iter().zip(&found).filter(|(_, o)| o.strain.is_finite()) {
                 // K − 1 refers to the estimator's theory; convert it to the linear limit in closed form.
                 let theory = o.strain_linear.abs();
-                let limit = amount(setup.drive, t.drive) * linear(setup, hub, t);
+                let limit = Driven::of_users(setup.drive, t.drive).size() * linear(setup, hub, t);
                 let ratio = if theory == limit { 1.0 } else { theory / limit };
                 let known = ((ratio - 1.0) - o.deviation) / (1.0 + o.deviation);
                 let error = (delta - known).abs();

@@ -92,7 +92,7 @@ pub(super) fn judge(
     let mut setup = setup.clone();
     setup.estimate.theory = theory;
     let mut scorer = Scorer::new(&setup, layout, search, choice.open(&setup.model)?);
-    scorer.evaluator.leaves = true;
+    scorer.referral.far = false;
     let taps = |drives: &[f64]| drives.iter().map(|&drive| Tuple { drive, ..*point }).collect::<Vec<_>>();
     let found = |points: Vec<Tuple>, scores: Vec<Score>| -> Vec<Found> {
         points.into_iter().zip(scores).map(|(point, score)| Found { point, score }).collect()

@@ -15,7 +15,7 @@ use crate::chart::reader::{LEAST_TAPS, Reader, directions};
 use crate::curve::{self, Ask, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Method, Referral, Task};
 use crate::plan::Layout;
 use crate::scene::{Calibrated, Column, Direction, Quantity, Search, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Told};
@@ -39,6 +39,8 @@ const READ: usize = 1 << 16;
 
 pub struct Scorer<'a> {
     pub evaluator: Evaluator<'a>,
+    /// What it refers to the reference.
+    pub referral: Referral,
     pub(super) judge: Judge<'a>,
     pub(super) batch: usize,
     /// Reads whole rows from charts instead of solving taps.
@@ -53,7 +55,7 @@ impl<'a> Scorer<'a> {
         let evaluator = Evaluator::new(setup, method);
         let margin = evaluator.tolerance().max(REFERENCE);
         let judge = Judge { setup, search, distances, reach: layout.reach(), deviations, margin };
-        Self { evaluator, judge, batch: 1 << 18, rows: None }
+        Self { evaluator, referral: Referral::ALL, judge, batch: 1 << 18, rows: None }
     }
 
     pub fn taps(&self) -> usize {
@@ -90,7 +92,8 @@ impl<'a> Scorer<'a> {
     pub fn sticking(&mut self, point: &Tuple) -> Result<Vec<bool>, Error> {
         let design = [Design::new(self.judge.setup, *point)];
         let tasks = self.judge.tasks(&design);
-        Ok(self.evaluator.run(&design, &tasks)?.iter().map(|tap| tap.sticking).collect())
+        let taps = self.evaluator.run_referring(&design, &tasks, self.referral)?;
+        Ok(taps.iter().map(|tap| tap.sticking).collect())
     }
 
     /// Row and score of the nominal `whisker` at each of `drives`.
@@ -124,7 +127,7 @@ impl<'a> Scorer<'a> {
         let open: Vec<usize> = (0..tuples.len()).filter(|&w| scores[w].is_none()).collect();
         let designs: Vec<Design> = open.par_iter().map(|&w| Design::new(judge.setup, tuples[w])).collect();
         let tasks = judge.tasks(&designs);
-        let taps = self.evaluator.run(&designs, &tasks)?;
+        let taps = self.evaluator.run_referring(&designs, &tasks, self.referral)?;
         let solved = |d: usize| judge.score(&designs[d..=d], (&taps[d * n..(d + 1) * n], &[]), (&[], &[]));
         let solved: Vec<Score> = (0..designs.len()).into_par_iter().map(solved).collect();
         open.into_iter().zip(solved).for_each(|(w, score)| scores[w] = Some(score));
@@ -158,13 +161,16 @@ impl<'a> Scorer<'a> {
         let designs: Vec<Design> = (0..points.len() * whiskers).into_par_iter().map(design).collect();
         let tasks = judge.tasks(&designs);
         let taps = match kept {
-            true => self.evaluator.run(&designs, &tasks)?,
-            false => self.evaluator.read(&designs, &tasks)?,
+            true => self.evaluator.run_referring(&designs, &tasks, self.referral)?,
+            false => self.evaluator.read(&designs, &tasks, self.referral)?,
         };
         let sampled = |t: &&Task| judge.blind() && !(t.design as usize).is_multiple_of(whiskers);
         let calibrating = tasks.iter().filter(sampled).map(|t| Task { direction: Direction::UPRIGHT, ..*t });
         let asked: Vec<Task> = calibrating.collect();
-        let upright = if asked.is_empty() { Vec::new() } else { self.evaluator.read(&designs, &asked)? };
+        let upright = match asked.is_empty() {
+            true => Vec::new(),
+            false => self.evaluator.read(&designs, &asked, self.referral)?,
+        };
         let ask = |(w, design): (usize, &Design)| {
             let direction = design.tuple.direction();
             let reach = match kept {
@@ -174,12 +180,12 @@ impl<'a> Scorer<'a> {
             Some(Ask { design: w as u32, drive: design.tuple.drive, reach })
         };
         let asks: Vec<Ask> = designs.iter().enumerate().filter_map(ask).collect();
-        let (curves, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks)?;
+        let (curves, _) = curve::solve(judge.setup, (&mut self.evaluator, self.referral), &designs, &asks)?;
         let mut own = vec![None; if curves.is_empty() { 0 } else { designs.len() }];
         asks.iter().zip(curves).for_each(|(ask, curve)| own[ask.design as usize] = curve);
         let ask = |t: usize| judge.ask(&designs, whiskers, tasks[t], &taps[t]);
         let asks: Vec<both::Ask> = (0..tasks.len()).into_par_iter().map(ask).collect();
-        let (both, _) = both::both(judge.setup, &mut self.evaluator, &designs, &asks)?;
+        let (both, _) = both::both(judge.setup, (&mut self.evaluator, self.referral), &designs, &asks)?;
         let one = |p: usize| {
             let (first, last) = (p * whiskers, (p + 1) * whiskers);
             let both = both.get(first * n..last * n).unwrap_or_default();

@@ -96,7 +96,7 @@ pub fn find(
     let scorer = |choice: &Choice, setup| {
         let mut scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
         // Taps near no equilibrium get no distance; the reference would need seconds for each.
-        scorer.evaluator.leaves = true;
+        scorer.referral.far = false;
         scorer.batch = batch(&choice.backend);
         Ok::<_, Error>(scorer)
     };

@@ -5,9 +5,10 @@ use vibrissa_core::normal::quantile;
 
 use super::judge::{Calibration, Judge};
 use crate::curve::both::Both;
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::estimate::Estimator;
 use crate::evaluate::Outcome;
+use crate::physics::driven::Driven;
 use crate::scene::{COLUMNS, Column, Convention, Measure, Robust, Sampler, Tuple};
 use crate::statistics::{DriveRow, Told};
 use crate::status::Status;
@@ -215,10 +216,11 @@ pub(super) fn read(
     let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
     let nearest = taps.iter().zip(judge.distances.iter()).map(near).fold(f64::INFINITY, f64::min);
     let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
+    let driven = Driven::of_users(setup.drive, drive);
     let highest = match (told, other.and_then(|other| other.curve)) {
         _ if !both.is_empty() => None,
         (_, Some(curve)) => Some((1.0, curve.peak().1)),
-        (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
+        (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * driven.size())),
         // A reading of the own model always has a distance.
         (Told::Own(_) | Told::Other(_) | Told::Both(_), None) => None,
     };

@@ -15,7 +15,6 @@ use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::plan::Layout;
 use crate::sink::AtDrive;
 use crate::statistics::Told;
-use crate::status::Status;
 
 /// Maximum number of designs in a chunk, and approximate number of its taps.
 const GROUP: u64 = 1 << 16;
@@ -24,9 +23,6 @@ const CHUNK: u64 = 1 << 26;
 /// Designs of the first chunk, before there is a bound; each further chunk multiplies the finished designs by `GROWTH`.
 const FIRST: u64 = 64;
 const GROWTH: u64 = 16;
-
-/// Status words that do not depend on f.
-const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 
 pub(super) fn run(run: &mut Run<'_>, search: &Search<'_>) -> Result<Vec<Kept>, Error> {
     let Search { layout, ranker, .. } = *search;
@@ -55,12 +51,6 @@ pub(super) fn run(run: &mut Run<'_>, search: &Search<'_>) -> Result<Vec<Kept>, E
     let (mut found, mut best) = (std::mem::take(found), std::mem::take(best));
     let noted = found.words.combinations().filter(|(_, n)| *n > 0);
     noted.for_each(|(status, n)| counts.combinations.note(status, n));
-    if !ranker.all().all(Ranker::tells_words) {
-        counts.combinations.retain(Status::SLIPPED_OFF | Status::INVALID_GEOMETRY);
-        if let Some(chart) = &mut counts.chart {
-            chart["words"] = KNOWN.into();
-        }
-    }
     bound(&mut found, ranker.keep());
     counts.complete = Some(best.offered + found.complete);
     let solved = solve(run, layout, &found.rows)?;

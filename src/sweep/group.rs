@@ -13,7 +13,7 @@ use crate::curve::{self, Ask, Curve, Reach};
 use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
-use crate::evaluate::{Outcome, Task};
+use crate::evaluate::{Outcome, Referral, Task};
 use crate::scene::{RankBy, Tuple};
 use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow, run_json::Counts, table::Chosen};
 use crate::statistics::{Reduction, Told};
@@ -122,7 +122,8 @@ impl Group {
             one.strokes.iter().map(move |stroke| Ask { design, drive: stroke.drive, reach: reach(stroke) })
         });
         let asks: Vec<Ask> = asks.collect();
-        let curves = run.more(|setup, evaluator| curve::solve(setup, evaluator, &self.designs, &asks))?;
+        let every = Referral::ALL;
+        let curves = run.more(|setup, one| curve::solve(setup, (one, every), &self.designs, &asks))?;
         let (first, end, mut both) = (self.starts[range.start], self.starts[range.end], Vec::new());
         let told = first..if both::asked(setup) { end } else { first };
         for from in told.step_by(CHUNK as usize) {
@@ -132,7 +133,7 @@ impl Group {
             };
             let asks: Vec<both::Ask> =
                 self.tasks(taps, taken.clone()).into_iter().zip(&self.outcomes[taken]).map(ask).collect();
-            both.extend(run.more(|setup, evaluator| both::both(setup, evaluator, &self.designs, &asks))?);
+            both.extend(run.more(|setup, one| both::both(setup, (one, every), &self.designs, &asks))?);
         }
         let mut of_curves = 0;
         let place = |(d, one): (usize, &Reduced<'_>)| {

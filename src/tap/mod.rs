@@ -26,8 +26,8 @@ pub use write::{k_names, result, table, unit};
 
 /// Reason for the CPU in f64 as default.
 const FEW: &str = "few taps";
-/// Taps of the grid, and of the polish, that a kernel may leave to the reference.
-const LEFT: [usize; 2] = [600, 1500];
+/// Most taps of the grid, and of the polish, that are referred to the reference.
+const REFERRED: [usize; 2] = [600, 1500];
 const EVALUATIONS: u64 = 1200;
 
 #[derive(Debug, Clone, Copy)]
@@ -155,9 +155,9 @@ fn best(study: &Study, of: TapAsked<'_>, steps: f64, progress: &mut dyn Progress
     scorer.evaluator = scorer.evaluator.guarded(guard);
     scorer.evaluator.stop = stop;
     let mut curve = Curve::new(scorer, &layout, progress);
-    curve.scorer.evaluator.spare = LEFT[0];
+    curve.scorer.referral.most = REFERRED[0];
     let samples = curve.grid(ends, steps)?;
-    curve.scorer.evaluator.spare = LEFT[1];
+    curve.scorer.referral.most = curve.scorer.evaluator.referred + REFERRED[1];
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
     // All limits but that of the strain.

@@ -9,6 +9,7 @@ use vibrissa::kernel::cpu::Cpu;
 use vibrissa::kernel::gpu::{self, Gpu};
 use vibrissa::kernel::tap::Frame;
 use vibrissa::kernel::{Effects, Job, Ladder, Solution, Solver, Tap};
+use vibrissa::physics::driven::Driven;
 use vibrissa::scene::Grip;
 use vibrissa::scene::{Contact, Precision, Tuple};
 
@@ -93,7 +94,7 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
         };
         let frame = |t: &Tuple| {
             let shared = Design::new(&setup, *t).shared?;
-            Frame::new(&setup, &shared, (t.a, t.drive), grip).map(|f| *f.tap())
+            Frame::new(&setup, &shared, (t.a, Driven::of_users(setup.drive, t.drive)), grip).map(|f| *f.tap())
         };
         let asked: Vec<Tap> = tuples.iter().filter_map(frame).collect();
         let effects = Effects::new(&setup.model, setup.gauge.side, false);

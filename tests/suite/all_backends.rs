@@ -7,7 +7,7 @@ use crate::common::program::{Desk, SPEC, says};
 use vibrissa::census::cases::{QUICK, all};
 use vibrissa::census::verify::{self, Case, CensusNews};
 use vibrissa::census::{Taps, present};
-use vibrissa::evaluate::{Evaluator, Outcome};
+use vibrissa::evaluate::{Evaluator, Outcome, Referral};
 use vibrissa::scene::{BackendChoice, Contact, Drive, Geometry, RunOptions, Setup, Tuple};
 use vibrissa::sink::heading::heading;
 
@@ -24,7 +24,9 @@ fn kernels_take_no_more_sweeps_than_they_did() {
         let mut evaluator =
             Evaluator::new(&taps.setup, place.choice.open(&taps.setup.model).expect("the CPU"));
         let unknown = vec![Outcome::NOTHING; taps.tasks.len()];
-        let found = evaluator.run_alike(&taps.designs, &taps.tasks, Some(&unknown)).expect("the CPU answers");
+        let found = evaluator
+            .run_alike(&taps.designs, &taps.tasks, Referral::ALL, Some(&unknown))
+            .expect("the CPU answers");
         let (name, label) = (&case.name, place.label());
         let Some(pin) = pins.iter().find(|pin| pin["configuration"] == *name) else {
             faults.push(format!("{name} has no pin"));

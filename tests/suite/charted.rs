@@ -166,26 +166,33 @@ fn words_of_neighbouring_distances_are_those_of_each() {
     }
 }
 
-/// Most words need the linear theory of a built whisker, which the lanes lack: totals omit these, and listed rows have them.
+/// Words of built whiskers are those of their own linear theory: roots, cores, bores, profiles, curvature, lengths and widening tips.
 #[test]
-fn words_of_built_whiskers_are_told_of_the_rows() {
+fn words_of_built_whiskers_are_those_of_solved_taps() {
     let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = 15000 }}");
-    let core = "core = { diameter = 0.5, modulus = 60000 }";
-    let whisker = format!("D = {}\nd = {}\nL_a = 48.05\n{core}", axis(8.0, 12.0), axis(2.0, 7.0));
-    let gauge = format!("x_ss = {}\nl = 2", axis(3.0, 15.0));
-    let tap = format!("a = {{ from = 21, to = 48, steps = 10 }}\ntheta = {}", axis(0.5, 10.0));
+    let cone = |tips: [f64; 2], more: &str| {
+        format!("D = {}\nd = {}\n{more}", axis(8.0, 12.0), axis(tips[0], tips[1]))
+    };
     let model = "[model]\nsurface = true\nshear = true\nextension = true";
-    let desk = Desk::new(&spec(&whisker, &gauge, &tap, model, "top = 9\nby = \"K_sd\""));
-    let ran = desk.ok("sweep spec.toml --json");
-    let counts = ran.json()["counts"].clone();
-    assert_eq!(counts["chart"]["words"], serde_json::json!(["slipped_off", "invalid_geometry"]));
-    let words: Vec<&String> = counts["status"].as_object().unwrap().keys().collect();
-    assert_eq!(words, ["slipped_off"], "{counts}");
-    let ran = desk.ok("sweep spec.toml --force");
-    let text = ran.stdout + &ran.stderr;
-    assert!(text.contains("other words are told of the listed rows only"), "{text}");
-    let row = desk.read("results/spec/designs.csv").lines().nth(1).unwrap().to_owned();
-    assert!(row.ends_with("ok") || row.ends_with("strain_limit"), "{row}");
+    let timoshenko = format!("{model}\n[estimate]\ntheory = \"timoshenko\"\nrange = [24, 40]");
+    let core = "core = { diameter = 0.5, modulus = 60000 }";
+    let ten = "{ from = 21, to = 48, steps = 10 }";
+    let table = "profile = [[0, 10], [10, 8.9], [20, 7.6], [31, 6.5], [40, 5.1], [50, 4]]".to_owned();
+    for (whisker, x, a, model) in [
+        (cone([2.0, 7.0], "L_a = 50\nroot = { k_theta = 300, k_y = 20 }"), [3.0, 15.0], ten, model),
+        (cone([2.0, 7.0], "L_a = 50\nroot = { k_theta = 100 }"), [3.0, 15.0], ten, &timoshenko),
+        (cone([2.0, 7.0], &format!("L_a = {}\n{core}", axis(48.2, 52.0))), [3.0, 15.0], ten, model),
+        (cone([7.0, 13.0], &format!("L_a = 50\n{core}")), [3.0, 15.0], ten, ""),
+        (cone([2.0, 7.0], "L_a = 50\nbore = [[0, 4], [25, 2]]"), [3.0, 15.0], ten, ""),
+        (cone([2.0, 7.0], "L_a = 50\ncurvature = 0.01"), [3.0, 15.0], ten, ""),
+        (cone([2.0, 7.0], "L_a = 50\nexponent = 0.6"), [3.0, 12.0], ten, ""),
+        (table, [11.0, 16.0], "{ from = 21, to = 48, steps = 20 }", model),
+    ] {
+        let gauge = format!("x_ss = {}\nl = 2\nstrain_limit = 0.06", axis(x[0], x[1]));
+        let tap = format!("a = {a}\ntheta = {}", axis(0.5, 10.0));
+        let text = spec(&whisker, &gauge, &tap, model, "top = 9\nby = \"K_sd\"");
+        agrees(&text, Ranked { device: "lanes", read: 0.5, near: 1e-3, ..RANKED });
+    }
 }
 
 /// Angles in any order and spacing; contacts up to the tip that slip off; widening tips and cylinders, whose f has no apex in reach and levels off;

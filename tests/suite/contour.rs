@@ -7,6 +7,7 @@ use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, rms as rms_of, value};
 use crate::common::tap;
 use vibrissa::contour::point::Pose;
+use vibrissa::physics::driven::Driven;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::Model;
 use vibrissa::simulate::object::Object;
@@ -134,7 +135,7 @@ fn a_round_object_is_a_pole_of_its_radius() {
             let problem = RodProblem {
                 side: rig.setup.gauge.side,
                 gauge: shared.gauge,
-                amount: *angle,
+                driven: Driven::Radians(*angle),
                 ..tap(&model, 4.0, lo, 1.0)
             };
             let tap = problem.solve().unwrap();

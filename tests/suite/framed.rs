@@ -4,6 +4,7 @@ use vibrissa::api::{BackendChoice, Contact, Drive, Material, RunOptions, Setup, 
 use vibrissa::design::Design;
 use vibrissa::kernel::frames::{Framed, Framing};
 use vibrissa::kernel::tap::{Frame, Tap};
+use vibrissa::physics::driven::Driven;
 use vibrissa::scene::Grip;
 use vibrissa::scene::Precision;
 use vibrissa::scene::sampler::Sampler;
@@ -97,7 +98,7 @@ fn alone(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let design = Design::new(setup, *t);
     let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
     let grip = if setup.model.contact == Contact::Stick { Grip::Stick } else { Grip::Slide(0.0) };
-    Frame::new(setup, shared, (t.a, t.drive), grip).map(|frame| *frame.tap())
+    Frame::new(setup, shared, (t.a, Driven::of_users(setup.drive, t.drive)), grip).map(|frame| *frame.tap())
 }
 
 #[test]

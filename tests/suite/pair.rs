@@ -6,10 +6,10 @@ use crate::common::measuring::{REAL, calibrated, data, locator, once, prototype,
 use crate::common::program::{Desk, says};
 use crate::common::sweeping::rms;
 use vibrissa::calibrate::Calibrated;
-use vibrissa::design::amount;
 use vibrissa::locate::estimator::Estimator;
 use vibrissa::locate::{Locator, Reading, Spatial};
 use vibrissa::measure::Data;
+use vibrissa::physics::driven::Driven;
 use vibrissa::scene::{Drive, Theory};
 use vibrissa::simulate::Settings;
 
@@ -57,7 +57,8 @@ fn a_thousand_taps_are_as_good_as_their_noise_allows() {
         // σ_a = K̄ σ_ε/(θ |f′| cos² β), model §6.
         let expected = rms(fresh.rows.iter().zip(tilts()).map(|(row, tilt)| {
             let cos = tilt.to_radians().cos();
-            k * NOISE / (amount(Drive::Angle, row.drive) * curve.slope(row.a).abs() * cos * cos)
+            let theta = Driven::of_users(Drive::Angle, row.drive).size();
+            k * NOISE / (theta * curve.slope(row.a).abs() * cos * cos)
         }));
         let solved = two.iter().filter(|s| s.located.distance.is_finite()).count();
         let distance = |all: &[Spatial]| {

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use crate::common::{all_effects, configuration, model, tap};
 use glam::DVec2;
+use vibrissa::physics::driven::Driven;
 use vibrissa::physics::rod::{RodProblem, RodTap};
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::{Contact, Material, Model};
@@ -37,7 +38,7 @@ fn uniform_rod_has_the_exact_elastica() {
         (30.0, 45.15422, 0.9352594, 0.9689541, 1.0284497),
     ] {
         let problem = RodProblem { gauge: [0.0, 1e-8], ..tap(&model, 10.0, 40.0, degrees) };
-        let (a, theta) = (problem.distance, problem.amount);
+        let (a, theta) = (problem.distance, problem.driven.size());
         let stiffness = 3.2 * PI * 10.0_f64.powi(4) / 64.0;
         let tap = problem.solve().unwrap();
         assert_close(tap.base_angle.to_degrees(), base, 0.51e-5);
@@ -143,9 +144,9 @@ fn contacts_next_to_the_clamp_of_a_thick_whisker_have_the_strain_of_hookes_rod()
         for surface in [false, true] {
             let strain = |material: Material| {
                 let model = Model { surface, extension: !surface, ..model(material) };
-                let amount = 1e-7 * a / 15.0;
+                let driven = Driven::Radians(1e-7 * a / 15.0);
                 let tap =
-                    RodProblem { gauge: [0.3 * a, 0.9 * a], amount, ..tap(&model, 4.0, a, 1.0) }.solve();
+                    RodProblem { gauge: [0.3 * a, 0.9 * a], driven, ..tap(&model, 4.0, a, 1.0) }.solve();
                 tap.unwrap_or_else(|e| panic!("{material:?} surface {surface} a {a}: {e}")).strain
             };
             let hooke = strain(LAWS[0]);
@@ -164,8 +165,8 @@ fn tiny_taps_are_linear() {
         let (a, tau) = (distance, problem.taper.tau);
         let [r1, r2] = problem.gauge.map(|x| (a - x) / (1.0 - tau * x));
         let [x1, x2] = problem.gauge;
-        let strain = 30.0 / (4.0 * a * a) * (r1 - r2) * (r1 + r2) / (x2 - x1) * problem.amount;
-        let force = 3.0 * PI * 3.2e4 * (1.0 - tau * a) / (64.0 * a * a) * problem.amount;
+        let strain = 30.0 / (4.0 * a * a) * (r1 - r2) * (r1 + r2) / (x2 - x1) * problem.driven.size();
+        let force = 3.0 * PI * 3.2e4 * (1.0 - tau * a) / (64.0 * a * a) * problem.driven.size();
         let tap = problem.solve().unwrap();
         assert_close(tap.strain / strain, 1.0, 1e-8);
         assert_close(tap.normal_force / force, 1.0, 1e-8);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::common;
 use crate::common::program::Desk;
+use vibrissa::physics::driven::Driven;
 use vibrissa::physics::rod::{RodProblem, RodTap};
 use vibrissa::physics::solid::Bonded;
 use vibrissa::physics::taper::Taper;
@@ -26,13 +27,14 @@ fn number(row: &Row, column: &str) -> f64 {
     if text.is_empty() { f64::NAN } else { text.parse().expect("a number") }
 }
 
-fn tap(row: &Row, model: &Model, x_ss: f64, amount: f64, side: Side, foil: Option<Foil>) -> RodTap {
+fn tap(row: &Row, model: &Model, x_ss: f64, theta: f64, side: Side, foil: Option<Foil>) -> RodTap {
     let get = |column| number(row, column);
     let taper = Taper::new(get("D_mm"), get("d_mm"), 50.0);
     let gauge = taper.gauge(x_ss, get("l_mm"));
     let foil = foil.map(|foil| Bonded::new(&foil, &taper, gauge, E));
     let distance = get("a_mm");
-    RodProblem { taper, gauge, side, distance, amount, foil, ..common::tap(model, 4.0, distance, 1.0) }
+    let driven = Driven::Radians(theta);
+    RodProblem { taper, gauge, side, distance, driven, foil, ..common::tap(model, 4.0, distance, 1.0) }
         .solve()
         .unwrap_or_else(|error| panic!("{row:?}: {error}"))
 }

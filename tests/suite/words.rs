@@ -6,7 +6,7 @@ use vibrissa::census::cases::{Configuration, HUB, all as configured};
 use vibrissa::chart::ranges::Wanted;
 use vibrissa::chart::{ranker::Ranker, reader::Reader};
 
-use vibrissa::evaluate::{Evaluator, Method, Outcome, Source};
+use vibrissa::evaluate::{Evaluator, Method, Outcome, Referral, Source};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Direction, Precision, Setup, Tuple};
@@ -90,7 +90,9 @@ fn faults(
 ) -> (Vec<String>, usize) {
     let taps = Taps::of(setup, tuples);
     let mut evaluator = Evaluator::new(setup, place.open(setup));
-    let found = evaluator.run_alike(&taps.designs, &taps.tasks, Some(exact)).expect("the backend answers");
+    let found = evaluator
+        .run_alike(&taps.designs, &taps.tasks, Referral::ALL, Some(exact))
+        .expect("the backend answers");
     let bound = match place.precision {
         Precision::F32 => 1e-5,
         Precision::F64 if words => 1e-8,

@@ -10,10 +10,10 @@ pub use super::function::{FUNCTIONS, Function, power, room, solved};
 use super::function::{SHARE, bounds, functions, variables};
 use super::gauge::Rule;
 use super::ranges::holds;
-use super::taps::{Taps, amount};
+use super::taps::{Taps, driven};
 use super::weight::Weight;
 use crate::error::SolveError;
-use crate::evaluate::{Outcome, beside_linear, path};
+use crate::evaluate::{Outcome, beside_linear};
 use crate::physics::inverse::bracketed;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Grip, Setup, Signal};
@@ -267,7 +267,7 @@ fn branch_beside(
     let known = beside_linear(direction);
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
         let found =
-            [o.strain_2 / o.strain_linear, o.azimuth, o.slide / (path(setup, a) * amount(setup, a, q))];
+            [o.strain_2 / o.strain_linear, o.azimuth, o.slide / driven(setup, a, q).path(a + setup.hub)];
         let (rooms, scale) = ([room(q), 1.0, 1.0], q[Quantity::Drive as usize].powi(power));
         let values = std::array::from_fn(|f| rooms[f] * (found[f] - known[f]) / scale);
         (!o.status.has(Status::NO_READING)).then_some(values)

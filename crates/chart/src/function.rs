@@ -2,10 +2,10 @@
 
 use super::axis::{AXES, Map, Quantity};
 use super::build::Bound;
-use super::taps::{amount, design};
+use super::taps::{design, driven};
 use crate::design::{Shared, radians};
 use crate::evaluate::Outcome;
-use crate::physics::{linear::shear_length2, solid::is_solid};
+use crate::physics::{driven::Driven, linear::shear_length2, solid::is_solid};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
@@ -103,7 +103,7 @@ pub fn functions(
         true => o.strain / (o.strain_linear * cos * cos) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
-    let force = linear_force(setup, &design(setup, None, a, q).shared?, a, amount(setup, a, q));
+    let force = linear_force(setup, &design(setup, None, a, q).shared?, a, driven(setup, a, q));
     let (arc, force) = (o.arc / a - 1.0, o.normal_force / (force * cos) - 1.0);
     // A foil stiffens the rod at the gauge, so arc and force vary with x/a as the strain does.
     let rest = if setup.gauge.foil.is_some() { room(q) } else { 1.0 };
@@ -119,9 +119,9 @@ pub fn solved(power: i32, chooses: bool) -> f64 {
     }
 }
 
-/// P of linear theory, N, with shear if the model of a cone has it, of a tap at `a` mm by a drive of `amount`.
-pub fn linear_force(setup: &Setup, shared: &Shared, a: f64, amount: f64) -> f64 {
+/// P of linear theory, N, with shear if the model of a cone has it, of a tap at `a` mm, `driven`.
+pub fn linear_force(setup: &Setup, shared: &Shared, a: f64, driven: Driven) -> f64 {
     let with_shear = setup.model.shear && setup.built.is_none();
     let shear = if with_shear { shear_length2(&shared.taper, setup.model.nu) / (a * a) } else { 0.0 };
-    amount * shared.model.force(setup.model.material.e0(), a) / (1.0 + shear)
+    driven.size() * shared.model.force(setup.model.material.e0(), a) / (1.0 + shear)
 }

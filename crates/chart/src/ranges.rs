@@ -1,8 +1,7 @@
 //! Ranges of the designs, and the box of a chart that holds them.
 
 use super::axis::{AXES, FIRST_PLACE};
-use crate::design::amount;
-use crate::physics::{solid::Held, taper::Taper};
+use crate::physics::{driven::Driven, solid::Held, taper::Taper};
 use crate::scene::built::Profile;
 use crate::scene::{Column, Drive, Layout, Setup};
 
@@ -66,7 +65,7 @@ impl Wanted {
                 [middles[0].max(begins + 0.5 * foil.length), middles[1].min(gauge_end - 0.5 * foil.length)]
             }
         };
-        let drive = self.drive.map(|drive| amount(setup.drive, drive));
+        let drive = self.drive.map(|drive| Driven::of_users(setup.drive, drive).size());
         // A profile other than a cone depends on the length: charts are of one length.
         let length = match shaped(setup) {
             true if self.L_a[0] < self.L_a[1] => return None,

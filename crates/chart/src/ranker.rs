@@ -105,11 +105,6 @@ impl Ranker {
         self.scope.case(t)
     }
 
-    /// True if the words of taps are right: lanes and devices have f only for cones clamped at their base.
-    pub fn tells_words(&self) -> bool {
-        self.scope.setup.built.is_none()
-    }
-
     /// Sweeps of the taps solved to make and to check the charts.
     pub fn sweeps(&self) -> Sweeps {
         let mut all = Sweeps::default();

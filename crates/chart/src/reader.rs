@@ -10,7 +10,7 @@ use super::function::linear_force;
 use super::gauge::asked;
 use super::lanes::Readings;
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
-use crate::design::{Design, amount, radians};
+use crate::design::{Design, radians};
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, Source, Task, outcome_of_chart};
 use crate::kernel::{Effects, cpu::Vectors};
@@ -68,7 +68,7 @@ impl Reader {
         let design = &designs[task.design as usize];
         let shared = design.shared.as_ref().filter(|_| design.admits(setup, a, task.drive))?;
         let [x1, x2] = shared.gauge;
-        let drive = amount(setup.drive, task.drive);
+        let drive = task.driven(setup).size();
         let (base, taper) = (design.tuple.D / a, shared.taper.tau * a);
         let scaled = drive * factors(setup.drive, a)[Quantity::Drive as usize];
         let length = if shaped(setup) { design.tuple.L_a / a } else { 0.0 };
@@ -98,7 +98,7 @@ impl Source for Reader {
                     let (design, (functions, share)) = (&designs[task.design as usize], found[k]);
                     let Some(shared) = &design.shared else { continue };
                     let [strain, arc, force] = functions.map(f64::from);
-                    let force = linear_force(setup, shared, task.a, taps[k][0]) * cos * (1.0 + force);
+                    let force = linear_force(setup, shared, task.a, task.driven(setup)) * cos * (1.0 + force);
                     let friction = match setup.model.contact {
                         Contact::Coulomb(mu) if mu != 0.0 => f64::from(share) * mu,
                         _ => 0.0,

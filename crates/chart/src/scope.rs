@@ -4,13 +4,14 @@ use super::axis::{AXES, Quantity};
 use super::between::{self, Between};
 use super::distance::DistanceChart;
 use super::gauge::asked;
+use super::lanes::Flexed;
 use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, shaped, slackened};
-use crate::design::{amount, is_whisker};
+use crate::design::is_whisker;
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
-use crate::physics::taper::Taper;
+use crate::physics::{driven::Driven, taper::Taper};
 use crate::reduce::range;
 use crate::scene::{Convention, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
 
@@ -84,6 +85,8 @@ pub struct Scope {
     pub charts: Vec<DistanceChart>,
     /// Reads all distances from a few charts, if present.
     pub between: Option<Between>,
+    /// f of built whiskers; `None` for cones clamped at their base.
+    pub(crate) flexed: Option<Flexed>,
     /// Ends of the widened range of interest, mm.
     pub ends: [f64; 2],
     /// Shared drives, rad or mm, ascending, each as requested (degrees or mm) and with its place in the layout; empty if each design has its drive.
@@ -122,8 +125,9 @@ impl Scope {
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let many = layout.len() / layout.n_distances >= MANY_PAY;
         let listed = layout.drives().into_iter().flat_map(|axis| axis.iter().zip(0..));
+        let size = |drive: f64| Driven::of_users(setup.drive, drive).size();
         let mut drives: Vec<(f64, f64, u32)> =
-            listed.map(|(drive, place)| (amount(setup.drive, drive), drive, place)).collect();
+            listed.map(|(drive, place)| (size(drive), drive, place)).collect();
         drives.sort_by(|a, b| a.0.total_cmp(&b.0));
         let shared: Vec<f64> = drives.iter().map(|d| d.0).collect();
         let bounds = (tolerance, MOST_DISTANCES[usize::from(many)]);
@@ -160,9 +164,13 @@ impl Scope {
     ) -> Result<(Option<Self>, u64), SolveError> {
         let [near, far] = range(distances.iter().copied());
         let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
-        let Some((asked, width)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
+        let gauge_end = NEAREST * near.min(lo);
+        let Some((asked, width)) = wanted.ranges(setup, far, gauge_end) else { return Ok((None, 0)) };
+        let ends = [lo * (1.0 - WIDENING), hi * (1.0 + WIDENING)];
+        let flexed = Flexed::new(setup, wanted, distances, ends, gauge_end);
+        if flexed.is_none() && setup.built.is_some() {
             return Ok((None, 0));
-        };
+        }
         let mut maker = Maker { setup, asked, width, drives, tolerance, taps: 0 };
         let many = match between::fits(setup, distances) {
             true => maker.between(distances)?,
@@ -180,13 +188,14 @@ impl Scope {
         let scope = Self {
             setup: setup.clone(),
             distances: distances.to_vec(),
-            ends: [lo * (1.0 - WIDENING), hi * (1.0 + WIDENING)],
+            ends,
             within,
             held: within.map(slackened),
             widest: slackened([0.0, width])[1],
             shaped: shaped(setup),
             charts,
             between,
+            flexed,
             drives: Vec::new(),
             output: Output { by: RankBy::TotalRms, ..Output::default() },
             reach: [near, far],
@@ -203,7 +212,7 @@ impl Scope {
         let taper = Taper::new(t.D, t.d, t.L_a);
         // Shared drives lie within.
         let drive = if self.drives.is_empty() {
-            amount(self.setup.drive, t.drive)
+            Driven::of_users(self.setup.drive, t.drive).size()
         } else {
             self.within[Quantity::Drive as usize][0]
         };

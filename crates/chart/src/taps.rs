@@ -10,11 +10,11 @@ use super::build::{Bound, Built, MOST, ROUGH, build};
 use super::ranges::shaped;
 use crate::design::{Design, Shared};
 use crate::error::SolveError;
-use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::evaluate::{Evaluator, Method, Outcome, Referral, Task};
 use crate::kernel::cpu::Cpu;
-use crate::physics::{body::Body, inverse::Inverse, linear::StrainCurve, taper::Taper};
+use crate::physics::{body::Body, driven::Driven, inverse::Inverse, linear::StrainCurve, taper::Taper};
 use crate::reduce::Sweeps;
-use crate::scene::{Direction, Drive, Grip, Precision, Setup, Tuple};
+use crate::scene::{Direction, Grip, Precision, Setup, Tuple};
 
 /// Solves the taps of a chart at one distance.
 pub struct Taps<'a> {
@@ -42,7 +42,7 @@ impl<'a> Taps<'a> {
     ) -> Self {
         let cpu = Box::new(Cpu::new(Precision::F64));
         let method = Method::fast(cpu, Precision::F64, &setup.model.material, tolerance);
-        let evaluator = Evaluator::new(setup, method).sparing(usize::MAX).stopping(stop);
+        let evaluator = Evaluator::new(setup, method).stopping(stop);
         let (grid, sweeps) = (l.filter(|_| setup.gauge.foil.is_some()), Sweeps::default());
         Self { setup, evaluator, a, grip, direction, grid, sweeps }
     }
@@ -74,23 +74,22 @@ impl<'a> Taps<'a> {
         let designs: Vec<Design> =
             points.par_iter().map(|(a, q)| design(self.setup, self.grid, *a, q)).collect();
         let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| {
-            let amount = amount(self.setup, *a, q);
-            let drive = if self.setup.drive == Drive::Angle { amount.to_degrees() } else { amount };
-            Task { design, a: *a, direction: self.direction, drive }
+            let (direction, drive) = (self.direction, driven(self.setup, *a, q).to_users());
+            Task { design, a: *a, direction, drive }
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
         let outcomes = match self.grip {
-            Some(grip) => self.evaluator.run_gripped(&designs, &tasks, grip)?,
-            None => self.evaluator.run(&designs, &tasks)?,
+            Some(grip) => self.evaluator.run_gripped(&designs, &tasks, grip, true)?,
+            None => self.evaluator.run_referring(&designs, &tasks, Referral::SAMPLES)?,
         };
         self.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(outcomes)
     }
 }
 
-/// The drive of a tap at `a` mm with the quantities `q`, rad or mm.
-pub(super) fn amount(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
-    q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a }
+/// The drive of a tap at `a` mm with the quantities `q`.
+pub(super) fn driven(setup: &Setup, a: f64, q: &[f64; AXES]) -> Driven {
+    Driven::of_chart(setup.drive, q[Quantity::Drive as usize], a)
 }
 
 /// A whisker, longer than any contact, with a point gauge, or a grid of `grid` mm and its foil, for a tap at `a` mm with the quantities `q`. The foil

@@ -21,15 +21,6 @@ impl Combinations {
         other.0.iter().for_each(|(status, taps)| self.note(*status, *taps));
     }
 
-    /// Keeps the words of `known` only, and no tap without any of them.
-    pub fn retain(&mut self, known: Status) {
-        for (status, taps) in std::mem::take(&mut self.0) {
-            if status.has(known) {
-                self.note(status.only(known), taps);
-            }
-        }
-    }
-
     /// Counts by the words of tables, joined by `+`, in alphabetical order.
     pub fn named(&self) -> BTreeMap<String, u64> {
         self.0.iter().map(|(status, taps)| (status.to_string(), *taps)).collect()

@@ -5,7 +5,7 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::estimate::Estimated;
-use crate::physics::linear::StrainCurve;
+use crate::physics::{driven::Driven, linear::StrainCurve};
 use crate::scene::channels::{Channels, PerChannel};
 use crate::status::Status;
 
@@ -64,17 +64,17 @@ impl Contact {
         near * (far / near).powf(k as f64 / (GRID - 1) as f64)
     }
 
-    /// Distance and force of `readings` at a drive of `amount` (rad or mm), with the calibration `k`; a second `interesting` distance is ambiguous.
+    /// Distance and force of `readings` of a tap, `driven`, with the calibration `k`; a second `interesting` distance is ambiguous.
     pub fn estimate(
         &self,
         curve: &StrainCurve,
         k: &PerChannel,
         readings: &PerChannel,
-        amount: f64,
+        driven: Driven,
         interesting: impl Fn(f64) -> bool,
     ) -> Estimated {
         let white = |x: &PerChannel| self.channels.white(x, readings);
-        let scaled = |s: &PerChannel| white(&std::array::from_fn(|j| amount * s[j] / k[j]));
+        let scaled = |s: &PerChannel| white(&std::array::from_fn(|j| driven.size() * s[j] / k[j]));
         let at = |a: f64| scaled(&self.linear(curve, a));
         let y = white(readings);
         // (vᵀy)²/vᵀv: the part of yᵀy that the best force explains; 0 if the force would pull.
@@ -99,7 +99,7 @@ impl Contact {
         Estimated {
             distance: a,
             sigma: if noisy { fit.sigma } else { 0.0 },
-            force: fit.share * amount * curve.force(self.modulus, a),
+            force: fit.share * driven.size() * curve.force(self.modulus, a),
             status: if twice { Status::AMBIGUOUS } else { Status::OK },
         }
     }

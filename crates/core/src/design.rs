@@ -221,12 +221,6 @@ pub fn is_tap(kind: Drive, t: &Tuple) -> bool {
     driven && t.a <= t.L_a * (1.0 + ROUNDING)
 }
 
-/// θ in rad, or δ in mm; only this function and [`radians`] convert angles of users.
-#[inline]
-pub fn amount(kind: Drive, drive: f64) -> f64 {
-    if kind == Drive::Angle { drive.to_radians() } else { drive }
-}
-
 /// Tilt β and lean γ in rad.
 #[inline]
 pub fn radians(direction: Direction) -> [f64; 2] {

@@ -1,6 +1,7 @@
 //! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
 
 use crate::design::Shared;
+use crate::physics::driven::Driven;
 use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
@@ -70,12 +71,14 @@ impl<'a> Estimator<'a> {
         self.fixed.or(mean_deviation.filter(|_| n >= 2).map(|m| 1.0 + m))
     }
 
-    /// Distance from |ε| = `strain` of a tap at `a` mm by `amount` (rad or mm), with the calibration `k`. Where f levels off a
+    /// Distance from |ε| = `strain` of a tap at `a` mm, `driven`, with the calibration `k`. Where f levels off a
     /// single root is `outside_calibration` beyond the tip if the tap is before the peak of f, else beyond [`FAR`].
-    pub fn estimate(&self, k: f64, strain: f64, amount: f64, a: f64) -> Estimated {
-        let Some(roots) = self.shared.theory.roots(k * strain / amount) else { return Estimated::NO_ROOT };
+    pub fn estimate(&self, k: f64, strain: f64, driven: Driven, a: f64) -> Estimated {
+        let Some(roots) = self.shared.theory.roots(k * strain / driven.size()) else {
+            return Estimated::NO_ROOT;
+        };
         let slope = self.shared.theory.curve().slope(roots.far);
-        let told = self.estimated(roots.far, amount * slope / k, roots.near, roots.unseen);
+        let told = self.estimated(roots.far, driven.size() * slope / k, roots.near, roots.unseen);
         let (length, its_own) = (self.shared.length, a > self.shared.theory.peak().0);
         let farthest = if its_own { FAR * length } else { length * (1.0 + WIDENING) };
         let outside = told.status == Status::OK && roots.levels_off && roots.far > farthest;

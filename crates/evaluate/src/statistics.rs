@@ -2,9 +2,10 @@
 //! [`Reduction::count`] gathers K, [`Reduction::calibrate`] gives every row its K̄, [`Reduction::estimate`] gathers the errors of the distances.
 
 use crate::curve::{Curve, both::Both};
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
+use crate::physics::driven::Driven;
 use crate::reduce::{Errors, Spread, larger};
 use crate::scene::built::Root;
 use crate::scene::channels::MOST_CHANNELS;
@@ -218,7 +219,8 @@ impl<'a> Reduction<'a> {
         let estimator = self.estimator.as_ref()?;
         let contact = estimator.shared.contact.as_ref()?;
         let readings = contact.channels.read(self.felt(tap.wrench), tap.strain);
-        let linear = contact.linear(estimator.shared.theory.curve(), a).map(|s| amount(self.kind, drive) * s);
+        let size = Driven::of_users(self.kind, drive).size();
+        let linear = contact.linear(estimator.shared.theory.curve(), a).map(|s| size * s);
         Some(std::array::from_fn(|k| [readings[k], linear[k] / readings[k]]))
     }
 
@@ -267,11 +269,11 @@ impl<'a> Reduction<'a> {
                 let spreads = self.channels.get(j)?;
                 let k = spreads.map(|spread| e.fixed.or(spread.mean().map(|m| 1.0 + m)).unwrap_or(1.0));
                 let readings = contact.channels.read(felt, tap.strain);
-                let (curve, driven) = (e.shared.theory.curve(), amount(self.kind, drive));
+                let (curve, driven) = (e.shared.theory.curve(), Driven::of_users(self.kind, drive));
                 Some(contact.estimate(curve, &k, &readings, driven, |a| e.interesting(a)))
             }),
             Told::Formula => row.k.map(|k| {
-                let told = e.estimate(k, strain / cos, amount(self.kind, drive), a);
+                let told = e.estimate(k, strain / cos, Driven::of_users(self.kind, drive), a);
                 Estimated { sigma: told.sigma / (cos * cos), ..told }
             }),
             Told::Own(curve) => curve.map(|p| p.estimate(e, Some(a), strain)),

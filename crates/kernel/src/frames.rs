@@ -7,7 +7,7 @@ use crate::cpu::{Pack, Packed};
 use crate::onset::{self, Pose};
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;
-use vibrissa_core::physics::{solid::is_solid, taper::Taper};
+use vibrissa_core::physics::{driven::Driven, solid::is_solid, taper::Taper};
 use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Grip, Model, Setup, Side};
 
 const LANES: usize = 4;
@@ -119,11 +119,8 @@ impl Framing {
         let (side, hub, grip) = (*side, *hub, *grip);
         let taper = Taper::new(D, d, L_a);
         let gauge = taper.gauge(x_ss, l);
-        let amount = match kind {
-            Drive::Angle => Pack::new(drive.0.map(f64::to_radians)),
-            Drive::Displacement => drive,
-        };
-        let (tap, _) = Pose { model, side, drive: *kind, hub, taper, gauge, a, amount, grip }.onset();
+        let driven = Driven::of_users(*kind, drive);
+        let (tap, _) = Pose { model, side, driven, hub, taper, gauge, a, grip }.onset();
         let sure = self.are_sure(&dimensions, gauge, &tap);
         for i in 0..LANES {
             whole[i] = sure.0[i] > 0.0;

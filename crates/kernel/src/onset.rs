@@ -11,10 +11,8 @@
 
 use crate::Tap;
 use crate::cpu::{Pack, Packed, Plain};
-use vibrissa_core::physics::linear::shear_length2;
-use vibrissa_core::physics::solid::Held;
-use vibrissa_core::physics::taper::Taper;
-use vibrissa_core::scene::{Drive, Grip, Model, Side};
+use vibrissa_core::physics::{driven::Driven, linear::shear_length2, solid::Held, taper::Taper};
+use vibrissa_core::scene::{Grip, Model, Side};
 
 /// One number, or one of each of several taps. Lanes round as scalars do, and no operation is fused: each gives the same bits as a single number.
 pub type Lanes<const L: usize> = Pack<f64, L, Plain>;
@@ -26,8 +24,8 @@ pub struct Pose<'a, const L: usize> {
     pub model: &'a Model,
     /// Side of the gauge.
     pub side: Side,
-    /// Drive: the base turns, or the object moves.
-    pub drive: Drive,
+    /// The drive.
+    pub driven: Driven<Lanes<L>>,
     /// r₀; 0 for a displaced object.
     pub hub: f64,
     /// The whisker.
@@ -36,8 +34,6 @@ pub struct Pose<'a, const L: usize> {
     pub gauge: [Lanes<L>; 2],
     /// Contact distance.
     pub a: Lanes<L>,
-    /// θ or δ.
-    pub amount: Lanes<L>,
     /// Contact condition.
     pub grip: Grip,
 }
@@ -70,11 +66,11 @@ impl<const L: usize> Pose<'_, L> {
         };
         let (x0, y0) = (one + rho * sin + hub, contact_radius + rho * cos);
         // ϑ, the turn of the base, and ζ, half the growth of the squared distance to the pole.
-        let (angle, turn, zeta) = match self.drive {
-            Drive::Angle => (self.amount, self.amount, zero),
-            Drive::Displacement => {
+        let (angle, turn, zeta) = match self.driven {
+            Driven::Radians(theta) => (theta, theta, zero),
+            Driven::Millimetres(delta) => {
                 // The object's path seen from the clamp: an angle and a growing distance.
-                let delta = self.amount / a;
+                let delta = delta / a;
                 let (across, along) = (x0 * delta, x0 * x0 + y0 * (y0 - delta));
                 (across.map2(along, f64::atan2), zero, half * delta * delta - y0 * delta)
             }

@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use super::cpu::Pack;
 use super::onset::Pose;
 use super::rule::limits::{EDGE, HOPELESS};
-use vibrissa_core::design::{Shared, amount};
-use vibrissa_core::physics::linear::StrainCurve;
+use vibrissa_core::design::Shared;
+use vibrissa_core::physics::{driven::Driven, linear::StrainCurve};
 use vibrissa_core::scene::{Grip, Setup};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
@@ -175,29 +175,28 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The tap at `a` mm by `drive` (degrees or mm), held by `grip`; `None` where the contact would be at or beyond the virtual apex.
-    pub fn new(setup: &Setup, shared: &Shared, (a, drive): (f64, f64), grip: Grip) -> Option<Self> {
+    /// The tap at `a` mm, `driven`, held by `grip`; `None` where the contact would be at or beyond the virtual apex.
+    pub fn new(setup: &Setup, shared: &Shared, (a, driven): (f64, Driven), grip: Grip) -> Option<Self> {
         let (model, curve, start) = (&setup.model, &shared.rod(), shared.start);
-        let (a, amount) = (a - start, amount(setup.drive, drive));
-        let StrainCurve { taper, gauge, hub, drive, .. } = *curve;
+        let (a, size) = (a - start, driven.size());
+        let StrainCurve { taper, gauge, hub, .. } = *curve;
         let lane = |x: f64| Pack::new([x]);
         let pose = Pose {
             model,
             side: setup.gauge.side,
-            drive,
+            driven: driven.map(lane),
             hub,
             taper: taper.with(&taper, |x, _| lane(x)),
             gauge: gauge.map(lane),
             a: lane(a),
-            amount: lane(amount),
             grip,
         };
         let (tap, direction) = pose.onset();
         if tap.rest.0[0] <= 0.0 {
             return None;
         }
-        let linear = amount * curve.value(a);
-        let least = 1e-3 * amount * shared.peak;
+        let linear = size * curve.value(a);
+        let least = 1e-3 * size * shared.peak;
         let weight = if linear > 0.0 { linear / linear.max(least) } else { 0.0 };
         let stiffness = model.material.e0() * std::f64::consts::PI * taper.D.powi(4) / 64.0;
         let friction = match grip {

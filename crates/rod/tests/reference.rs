@@ -1,11 +1,12 @@
 //! Taps of whiskers of every kind, compared with the reference.
 
 use vibrissa_core::physics::body::Body;
+use vibrissa_core::physics::driven::Driven;
 use vibrissa_core::physics::pole::{self, Pole};
 use vibrissa_core::physics::rod::RodProblem;
 use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::built::{Built, Inner, Profile, Root};
-use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Material, Model, Side};
+use vibrissa_core::scene::{Clamp, Contact, Geometry, Material, Model, Side};
 use vibrissa_kernel::Chart;
 use vibrissa_rod::{Effects, Rod, Tap, Tilt, solve};
 
@@ -52,7 +53,7 @@ fn compare(built: &Built, model: &Model, angles: &[f64]) {
     let law = !matches!(model.material, Material::Hooke(_));
     let chart = if law { Chart::new(&model.material, 0.15, [0.9, 0.0], [1e-11, 1e-9]) } else { None };
     for (d, a) in [(2.0, 21.0), (4.0, 33.0), (7.0, 45.0), (10.0, 48.0), (11.0, 20.0)] {
-        for &amount in angles {
+        for &theta in angles {
             let body = Body::new(built, [10.0, d, length], model.material.e0(), model.nu);
             let gauge = gauge_of(&body);
             let problem = RodProblem {
@@ -61,15 +62,14 @@ fn compare(built: &Built, model: &Model, angles: &[f64]) {
                 side: Side::Contact,
                 distance: a,
                 hub: 4.0,
-                drive: Drive::Angle,
-                amount,
+                driven: Driven::Radians(theta),
                 foil: None,
                 body: (*built != Built::CONE).then_some(&body),
                 model,
             };
             let Ok(known) = problem.solve() else { continue };
             let rod = Rod::built(&body, gauge, None);
-            let tap = tap(&rod, (a, amount), model, None);
+            let tap = tap(&rod, (a, theta), model, None);
             let effects = Effects::of(model, Side::Contact, model.contact == Contact::Stick);
             let found = solve(&[tap], effects, TOLERANCE, chart.as_ref())[0];
             asked += 1;
@@ -89,7 +89,7 @@ fn compare(built: &Built, model: &Model, angles: &[f64]) {
             ];
             assert!(
                 apart[0].abs() <= 2.0 * TOLERANCE,
-                "{apart:?}: d {d}, a {a}, {amount} of {built:?}, {model:?}"
+                "{apart:?}: d {d}, a {a}, {theta} of {built:?}, {model:?}"
             );
             assert!(apart.iter().all(|x| x.abs() <= 10.0 * TOLERANCE), "{apart:?}: {built:?}, {model:?}");
         }
@@ -149,25 +149,24 @@ fn tilted_poles() {
         for (k, [tilt, lean]) in
             [[0.0, 0.0], [0.3, 0.0], [0.0, 0.4], [-0.2, 0.3], [0.7, -0.6], [0.1, 1.1]].iter().enumerate()
         {
-            for amount in ANGLES {
+            for theta in ANGLES {
                 let (d, a) = [(2.0, 21.0), (4.0, 33.0), (7.0, 45.0)][k % 3];
                 let taper = Taper::new(10.0, d, 50.0);
                 let gauge = taper.gauge(5.0, 2.0);
-                let drive = Drive::Angle;
+                let driven = Driven::Radians(theta);
                 let problem = RodProblem {
                     taper,
                     gauge,
                     side: Side::Contact,
                     distance: a,
                     hub: 4.0,
-                    drive,
-                    amount,
+                    driven,
                     foil: None,
                     body: None,
                     model: &model,
                 };
                 let Ok(known) = problem.solve_tilted([*tilt, *lean]) else { continue };
-                let pole = Pole::new(&taper, &model, (drive, 4.0), [*tilt, *lean], (a, amount));
+                let pole = Pole::new(&taper, &model, [*tilt, *lean], (a, 4.0, driven));
                 let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
                 let azimuth = pole::azimuth(pole.along, alpha).expect("a plane");
                 let planar = pole.planar(azimuth).expect("a pole that can be touched");
@@ -193,7 +192,7 @@ fn tilted_poles() {
                 ];
                 assert!(
                     apart.iter().all(|x| x.abs() <= 2.0 * TOLERANCE),
-                    "{apart:?}: {tilt}, {lean}, {amount}, {model:?} {found:?}"
+                    "{apart:?}: {tilt}, {lean}, {theta}, {model:?} {found:?}"
                 );
             }
         }

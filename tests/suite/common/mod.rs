@@ -18,9 +18,10 @@ pub mod sweeping;
 pub mod world;
 
 use vibrissa::census::cases::all;
+use vibrissa::physics::driven::Driven;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::physics::taper::Taper;
-use vibrissa::scene::model::{Drive, Material, Model, Side};
+use vibrissa::scene::model::{Material, Model, Side};
 
 pub fn model(material: Material) -> Model {
     Model { material, ..Model::PLAIN }
@@ -47,8 +48,7 @@ pub fn tap<'a>(model: &'a Model, d: f64, distance: f64, degrees: f64) -> RodProb
         side: Side::Contact,
         distance,
         hub: 0.0,
-        drive: Drive::Angle,
-        amount: degrees.to_radians(),
+        driven: Driven::Radians(degrees.to_radians()),
         foil: None,
         body: None,
         model,

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::common::{all_effects, tap};
+use vibrissa::physics::driven::Driven;
 use vibrissa::physics::rod::RodProblem;
-use vibrissa::scene::Drive;
 
 #[test]
 fn neo_hookean_becomes_hooke_as_the_angle_vanishes() {
@@ -95,15 +95,14 @@ fn friction_just_above_what_sticking_needs_sticks_and_just_below_slides() {
 fn a_rolling_contact_does_not_slip() {
     let hooke = Material::Hooke(3.2);
     let all = Model { contact: Contact::Stick, ..all_effects(hooke) };
-    let turned = |degrees: f64| (Drive::Angle, degrees.to_radians());
-    for (radius, a, surface, (drive, amount), expected) in [
+    let turned = |degrees: f64| Driven::Radians(degrees.to_radians());
+    for (radius, a, surface, driven, expected) in [
         (3.0, 33.0, true, turned(10.0), [0.586_088_96, -0.526_240_47, 32.733_013]),
         (4.0, 21.0, false, turned(5.0), [0.615_689_78, 0.173_891_25, 20.842_464]),
-        (3.0, 33.0, true, (Drive::Displacement, 5.0), [0.577_303_78, -0.719_863_91, 32.366_222]),
+        (3.0, 33.0, true, Driven::Millimetres(5.0), [0.577_303_78, -0.719_863_91, 32.366_222]),
     ] {
         let model = Model { surface, pole_radius: radius, ..all };
-        let found =
-            RodProblem { distance: a, drive, amount, ..tap(&model, 4.0, 33.0, 10.0) }.solve().unwrap();
+        let found = RodProblem { distance: a, driven, ..tap(&model, 4.0, 33.0, 10.0) }.solve().unwrap();
         let found = [found.normal_force, found.tangential_force, found.contact_arc];
         for (found, expected) in found.iter().zip(expected) {
             assert!((found / expected - 1.0).abs() < 5e-8, "ρ {radius}: {found} instead of {expected}");

@@ -103,7 +103,7 @@ impl Rows {
         let noise = self.noise(ranker, row);
         for (i, distance) in ranker.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
-            let [.., peak] = self.design.words.bounds(tap.0.strain);
+            let ([.., peak], _) = self.design.words.bounds(tap.0.strain);
             let told = self.distance(ranker, row, tap, (noise, peak));
             squares = told.error.mul_add(told.error, squares);
             largest = largest.max(told.error.abs());
@@ -146,7 +146,7 @@ impl Floor {
         let m = ranker.points;
         for (i, distance) in ranker.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
-            let [.., peak] = rows.design.words.bounds(tap.0.strain);
+            let ([.., peak], _) = rows.design.words.bounds(tap.0.strain);
             let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
             let mut smooth = Lanes::of(1.0);
             for (k, stroke) in ranker.grid.iter().enumerate() {

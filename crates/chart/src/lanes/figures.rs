@@ -77,7 +77,7 @@ impl Rows {
             (nearest, farthest) = (nearest.min(arc), farthest.max(arc));
 
             let bounds = words.bounds(tap.strain);
-            let told = Told::new(ranker, (tap, distance), (q, bounds[2], noise));
+            let told = Told::new(ranker, (tap, distance), (q, bounds.0[2], noise));
             let results = certain(bounds, [q; 2]);
             let counted = one - told.none;
             let lost = q.if_less(words.farthest / tap.strain - one, one, told.lost);

@@ -23,6 +23,7 @@ mod distance;
 mod edges;
 mod estimate;
 mod figures;
+mod flexed;
 mod groups;
 mod neighbours;
 mod outcome;
@@ -40,6 +41,7 @@ use between::Between;
 use choice::Choice;
 use dispatch::Wide;
 use distance::{Charted, Distance};
+use flexed::Sums;
 use groups::Group;
 use read::{Basis, Values};
 use tap::Taps;
@@ -56,6 +58,7 @@ use crate::scene::{Convention, Drive, RankBy, Theory};
 
 pub use crate::kernel::ranking::{Found, Words};
 pub use figures::Figures;
+pub(crate) use flexed::Flexed;
 pub use outcome::Readings;
 
 /// Designs of a pack.
@@ -270,6 +273,7 @@ struct Scratch {
     pub edges: Vec<[Lanes; 2]>,
     /// 1 at each drive at which a tap has no distance, where distances are estimated.
     pub rootless: Vec<Lanes>,
+    pub flexed: Box<Sums>,
 }
 
 impl Scratch {
@@ -283,6 +287,7 @@ impl Scratch {
             charts: Taps::new(charts, ranker.points),
             edges: Vec::with_capacity(ranker.distances.len()),
             rootless: Vec::new(),
+            flexed: Box::new([[Lanes::default(); _]; _]),
         }
     }
 }

@@ -18,10 +18,9 @@ const SAFE: f64 = 2e-6;
 #[derive(Debug)]
 pub(super) struct Neighbours {
     count: usize,
-    /// 1/a of each, 1/mm.
-    inverse: [f32; NEIGHBOURS],
     weights: Vec<[f32; NEIGHBOURS]>,
-    ends: [f32; 2],
+    /// The nearest and the farthest distance of the group: 1/a, 1/mm, and its place among all.
+    ends: [(f32, usize); 2],
     /// Middle and half-width of the range of each polynomial over the distances.
     basis: [[f32; 2]; TOLD_APART],
 }
@@ -32,6 +31,7 @@ impl Neighbours {
             let these = from..distances.len().min(from + NEIGHBOURS);
             let (a, basis, weights) =
                 (&distances[these.clone()], &of.basis[these.clone()], &of.weights[these]);
+            let end = |a: f64| ((1.0 / a) as f32, distances.iter().position(|one| *one == a).unwrap_or(from));
             let of_order = |k: usize| {
                 let [lo, hi] = range(basis.iter().map(|t| t.get(k).copied().unwrap_or(0.0)));
                 [(0.5 * (lo + hi)) as f32, (0.5 * (hi - lo) + SAFE) as f32]
@@ -39,9 +39,8 @@ impl Neighbours {
             let of_chart = |i: usize| std::array::from_fn(|n| weights.get(n).map_or(0.0, |w| w[i] as f32));
             Self {
                 count: a.len(),
-                inverse: std::array::from_fn(|n| (1.0 / a[n.min(a.len() - 1)]) as f32),
                 weights: (0..of.mean.len()).map(of_chart).collect(),
-                ends: range(a.iter().copied()).map(|a| (1.0 / a) as f32),
+                ends: range(a.iter().copied()).map(end),
                 basis: std::array::from_fn(of_order),
             }
         };
@@ -66,7 +65,8 @@ impl Rows {
         let of = Lanes::of;
         let (zero, one) = (of(0.0), of(1.0));
         let (limit, words, peak) = (self.passed.limit, &self.design.words, self.design.peak);
-        let (bounds, kappa) = ([words.low, words.high, words.peak], &scratch.charts.kappa[..]);
+        let bounds = ([words.low, words.high, words.peak], words.unseen);
+        let (strains, kappa) = (&scratch.taps.strain[..], &scratch.charts.kappa[..]);
         let calibration = row.power.mul_add(self.mean[0], one);
         let mut coefficients = [zero; MOST_CHARTS];
         let coefficients = between.over_distances(kappa, &mut coefficients);
@@ -85,9 +85,8 @@ impl Rows {
             around = row.power.mul_add(around, of(SAFE));
             let k = [middle - around, middle + around];
             // f rises up to its peak, and falls from there.
-            let (near, far) = (Lanes::splat(group.ends[0]), Lanes::splat(group.ends[1]));
-            let at_near = self.design.strain(ranker, near);
-            let at_far = self.design.strain(ranker, far);
+            let [near, far] = group.ends.map(|(inverse, _)| Lanes::splat(inverse));
+            let (at_near, at_far) = (strains[group.ends[0].1], strains[group.ends[1].1]);
             let highest = at_near.max(at_far);
             let highest = far.if_less(peak, peak.if_less(near, words.peak.max(highest), highest), highest);
             let f = [at_near.min(at_far) * of(1.0 - SAFE), highest * of(1.0 + SAFE)];
@@ -107,13 +106,14 @@ impl Rows {
                 places[waiting] = Place { lane, group: n };
                 waiting += 1;
                 if waiting == places.len() {
-                    part!(self.count_one_by_one((ranker, between), row, (kappa, &places), tally));
+                    part!(self.count_one_by_one(between, row, (strains, kappa, &places), tally));
                     waiting = 0;
                 }
             }
         }
         if waiting > 0 {
-            part!(self.count_one_by_one((ranker, between), row, (kappa, &places[..waiting]), tally));
+            let places = &places[..waiting];
+            part!(self.count_one_by_one(between, row, (strains, kappa, places), tally));
         }
         true
     }
@@ -122,15 +122,16 @@ impl Rows {
     #[inline(never)]
     fn count_one_by_one(
         &self,
-        (ranker, between): (&Ranker, &Between),
+        between: &Between,
         row: &Row,
-        (kappa, places): (&[Lanes], &[Place]),
+        (strains, kappa, places): (&[Lanes], &[Lanes], &[Place]),
         tally: &mut Tally<'_>,
     ) {
         let (zero, one) = (Lanes::of(0.0), Lanes::of(1.0));
-        let mut inverse = one;
-        for (part, place) in inverse.0.as_chunks_mut::<NEIGHBOURS>().0.iter_mut().zip(places) {
-            *part = between.neighbours[place.group].inverse;
+        let mut f = one;
+        for (part, place) in f.0.as_chunks_mut::<NEIGHBOURS>().0.iter_mut().zip(places) {
+            let these = strains[place.group * NEIGHBOURS..].iter();
+            part.iter_mut().zip(these).for_each(|(f, strain)| *f = strain.0[place.lane]);
         }
         let mut own = zero;
         for (i, value) in kappa.iter().enumerate() {
@@ -140,12 +141,10 @@ impl Rows {
             }
             own = weights.mul_add(picked(value, places), own);
         }
-        let design = self.design.picked(places);
         let power = picked(&row.power, places);
-        let f = design.strain(ranker, inverse);
         // Rounded as in `Rows::count` and `Rows::edges`.
         let q = (picked(&self.mean[0], places) - own) * power * (one / power.mul_add(own, one));
-        let results = certain(design.words.bounds(f), [q; 2]);
+        let results = certain(self.design.words.picked(places).bounds(f), [q; 2]);
         let limit = picked(&self.passed.limit, places);
         let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
         let below = one - above;

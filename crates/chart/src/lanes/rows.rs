@@ -4,8 +4,8 @@ use super::passed::Passed;
 use super::tap::TapSeries;
 use super::theory::Whisker;
 use super::{Charted, Distance, LANES, Lanes, ORDERS, PAIRS, Ranker, Scratch, Stroke, powered};
-use crate::design::amount;
 use crate::kernel::cpu::{Pack, Packed};
+use crate::physics::driven::Driven;
 use crate::scene::Tuple;
 
 /// Largest deviation of the strain for which K is given.
@@ -97,7 +97,8 @@ impl Rows {
         let mut columns = [[0.0f32; LANES]; 6];
         for lane in 0..LANES {
             let t = &tuples[if lane < live { lane } else { 0 }];
-            let values = [t.D, t.D - t.d, t.L_a, t.x_ss, t.l, amount(ranker.scope.setup.drive, t.drive)];
+            let driven = Driven::of_users(ranker.scope.setup.drive, t.drive);
+            let values = [t.D, t.D - t.d, t.L_a, t.x_ss, t.l, driven.size()];
             for (column, value) in columns.iter_mut().zip(values) {
                 column[lane] = value as f32;
             }
@@ -111,7 +112,15 @@ impl Rows {
             own = Lanes::splat(ranker.angles[ranker.angles.len() - 1].stroke.drive);
         }
         self.passed = Passed::new(ranker, &tuples[..live]);
-        let design = Whisker::new(ranker, [diameter, tau, length], [x1, x2]);
+        let mut design = Whisker::new(ranker, [diameter, tau, length], [x1, x2]);
+        match &ranker.scope.flexed {
+            Some(flexed) => flexed.fill(ranker, &mut design, grid, scratch),
+            None => {
+                for (strain, distance) in scratch.taps.strain.iter_mut().zip(&ranker.distances) {
+                    *strain = design.strain(ranker, Lanes::splat(distance.inverse));
+                }
+            }
+        }
         let power = powered(own, ranker.power);
         let m = ranker.orders::<OWN>();
         (self.live, self.design, self.own, self.largest) = (live, design, [own, power], of(0.0));
@@ -138,7 +147,7 @@ impl Rows {
             ranker.tap::<OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
         }
         match &ranker.between {
-            None => taps.add_theory::<FORCE>(ranker, &design),
+            None => taps.add_growth::<FORCE>(ranker, &design),
             Some(between) => {
                 self.push_forms(ranker, between, charts);
                 match OWN && !FORCE {
@@ -160,7 +169,7 @@ impl Rows {
         let Some(between) = &ranker.between else { return };
         let Scratch { taps, charts, .. } = scratch;
         between.fill::<FORCE>(charts, FORCE || !self.still, taps);
-        taps.add_theory::<FORCE>(ranker, &self.design);
+        taps.add_growth::<FORCE>(ranker, &self.design);
     }
 
     #[inline(always)]

@@ -8,7 +8,8 @@ use crate::axis::{AXES, Quantity};
 use crate::distance::{Function, lobatto, matrix_at};
 use crate::estimate::FAR;
 use crate::kernel::ranking::{BEYOND, FARTHEST, Sheet};
-use crate::scene::{Drive, Per, RankBy};
+use crate::physics::driven::Driven;
+use crate::scene::{Per, RankBy};
 use crate::series::Series;
 
 /// Numbers of a distance before the points of its gauge, by their names in the shader: factor of the functions, largest arc over driveᵉ, number of
@@ -67,13 +68,10 @@ impl Written {
 }
 
 impl Ranker {
-    /// The charts as a device reads them, one for each distance; `None` where it cannot: between charts, with a foil, or of other whiskers than cones.
+    /// The charts as a device reads them, one for each distance; `None` where it cannot: between charts, with a foil, or of built whiskers.
     pub(crate) fn sheet(&self) -> Option<Sheet> {
         let (scope, charts) = (&self.scope, &self.scope.charts);
-        if self.between.is_some()
-            || scope.setup.gauge.foil.is_some()
-            || charts.iter().any(|c| c.weight.is_some())
-        {
+        if self.between.is_some() || scope.setup.gauge.foil.is_some() || scope.setup.built.is_some() {
             return None;
         }
         let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);
@@ -214,7 +212,7 @@ impl Ranker {
             rows: written.rows,
             kept: (points + KEPT) * n,
             rounds: if own { drives * (read + n * 16) } else { read + ranked },
-            unit: if scope.setup.drive == Drive::Angle { 1f32.to_radians() } else { 1.0 },
+            unit: Driven::of_users(scope.setup.drive, 1.0).size() as f32,
         })
     }
 }

@@ -5,9 +5,9 @@ use super::read::{Basis, Values};
 use super::rows::Rows;
 use super::theory::{Growth, Whisker};
 use super::{Charted, LANES, Lanes, ORDERS, Ranker, Scratch};
-use crate::design::amount;
 use crate::distance::Function;
 use crate::kernel::cpu::Packed;
+use crate::physics::driven::Driven;
 use crate::scene::Tuple;
 
 /// Slack of a tap without a known bound.
@@ -36,7 +36,7 @@ pub(super) struct Taps {
     pub arc: Vec<Lanes>,
     pub force: Vec<Lanes>,
     largest: Vec<Lanes>,
-    strain: Vec<Lanes>,
+    pub strain: Vec<Lanes>,
     slack: Vec<[Lanes; 2]>,
     growth: Vec<Growth>,
 }
@@ -76,12 +76,9 @@ impl Taps {
         }
     }
 
-    /// Adds the theory of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
+    /// Adds the growth of the theory of `design` at each distance where distances are estimated, and with `FIGURES`.
     #[inline(always)]
-    pub fn add_theory<const FIGURES: bool>(&mut self, ranker: &Ranker, design: &Whisker) {
-        for (strain, distance) in self.strain.iter_mut().zip(&ranker.distances) {
-            *strain = design.strain(ranker, Lanes::splat(distance.inverse));
-        }
+    pub fn add_growth<const FIGURES: bool>(&mut self, ranker: &Ranker, design: &Whisker) {
         if FIGURES || ranker.by.is_some() {
             for (growth, distance) in self.growth.iter_mut().zip(&ranker.distances) {
                 *growth = design.growth(ranker, distance);
@@ -200,7 +197,7 @@ impl Ranker {
             }
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();
-                let drive = amount(self.scope.setup.drive, tuple.drive) as f32;
+                let drive = Driven::of_users(self.scope.setup.drive, tuple.drive).size() as f32;
                 let shared = self.angles.iter().map(|a| &a.stroke).find(|a| !own && a.drive == drive);
                 let deviation = match shared {
                     Some(a) => a.power * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),

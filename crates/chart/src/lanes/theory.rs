@@ -20,6 +20,9 @@ pub(super) struct Whisker {
     pub words: Thresholds,
 }
 
+/// [`Thresholds`] as readings over f, less 1: low, high and peak, and between which a distance beyond the whisker has the same reading.
+pub(super) type Bounds = ([Lanes; 3], Option<[Lanes; 2]>);
+
 /// f at which words begin.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Thresholds {
@@ -30,7 +33,23 @@ pub(super) struct Thresholds {
     /// At infinite distance.
     pub farthest: Lanes,
     /// f of a widening whisker at its end: below it the distance has a word; for taps beyond the peak, and before it.
-    ends: [Lanes; 2],
+    pub ends: [Lanes; 2],
+    /// f between which a distance beyond the tip of a built whisker has the same reading.
+    pub unseen: Option<[Lanes; 2]>,
+}
+
+impl Thresholds {
+    #[inline(always)]
+    pub fn picked(&self, places: &[Place]) -> Self {
+        let mut own = *self;
+        own.low = picked(&self.low, places);
+        own.high = picked(&self.high, places);
+        own.peak = picked(&self.peak, places);
+        if let Some([from, to]) = &self.unseen {
+            own.unseen = Some([picked(from, places), picked(to, places)]);
+        }
+        own
+    }
 }
 
 impl Whisker {
@@ -42,7 +61,8 @@ impl Whisker {
         let b = one / (u1 * u2);
         let form = [of(0.75) * diameter * b * b, u1 + u2, gauge[0] * u2 + gauge[1] * u1];
         let peak = ranker.peak(diameter, tau, gauge);
-        let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero, ends: [zero; 2] };
+        let words =
+            Thresholds { low: zero, high: zero, peak: zero, farthest: zero, ends: [zero; 2], unseen: None };
         let mut whisker = Self { diameter, tau, length, gauge, peak, form, words };
         let highest = whisker.strain(ranker, peak);
         let [lo, hi] = ranker.ends.map(Lanes::splat);
@@ -63,26 +83,9 @@ impl Whisker {
             peak: highest,
             farthest,
             ends,
+            unseen: None,
         };
         whisker
-    }
-
-    #[inline(always)]
-    pub fn picked(&self, places: &[Place]) -> Self {
-        let [scale, sum, moment] = &self.form;
-        let words = &self.words;
-        Self {
-            diameter: picked(&self.diameter, places),
-            tau: picked(&self.tau, places),
-            form: [picked(scale, places), picked(sum, places), picked(moment, places)],
-            words: Thresholds {
-                low: picked(&words.low, places),
-                high: picked(&words.high, places),
-                peak: picked(&words.peak, places),
-                ..*words
-            },
-            ..*self
-        }
     }
 
     /// f below which the distance of a tap at `a` mm lies beyond the whisker.

@@ -4,7 +4,7 @@ use super::groups::Group;
 use super::rows::Rows;
 use super::tally::{Results, Tally, times};
 use super::tap::{TapSeries, Taps};
-use super::theory::Thresholds;
+use super::theory::{Bounds, Thresholds};
 use super::{Lanes, ORDERS, Ranker};
 use crate::kernel::cpu::Packed;
 use crate::kernel::ranking::BEYOND;
@@ -28,21 +28,28 @@ pub(super) type Reach = [Lanes; 2];
 
 /// 1 where all of a range is certainly clear, ambiguous, or without a root: readings over f, less 1, or in the unit of the limits.
 #[inline(always)]
-pub(super) fn certain([low, high, peak]: [Lanes; 3], [least, most]: Reach) -> Results {
+pub(super) fn certain(([low, high, peak], unseen): Bounds, [least, most]: Reach) -> Results {
     let (zero, one) = (Lanes::of(0.0), Lanes::of(1.0));
     let rooted = peak.if_less(most, zero, one);
-    let clear = rooted * most.if_less(low, one, high.if_less(least, one, zero));
-    let near = rooted * least.if_less(low, zero, high.if_less(most, zero, one)) * (one - clear);
+    let mut clear = rooted * most.if_less(low, one, high.if_less(least, one, zero));
+    let mut near = rooted * least.if_less(low, zero, high.if_less(most, zero, one));
+    if let Some([low, high]) = unseen {
+        clear = clear * most.if_less(low, one, high.if_less(least, one, zero));
+        near = near.max(rooted * least.if_less(low, zero, high.if_less(most, zero, one)));
+    }
+    near = near * (one - clear);
     [clear, near, peak.if_less(least, one, zero)]
 }
 
 impl Thresholds {
     /// q from which, and up to which, the near root is within the range of interest, and q at the peak, of a tap with f = `strain`.
     #[inline(always)]
-    pub fn bounds(&self, strain: Lanes) -> [Lanes; 3] {
+    pub fn bounds(&self, strain: Lanes) -> Bounds {
         let one = Lanes::of(1.0);
         let inverse = one / strain;
-        [self.low * inverse - one, self.high * inverse - one, self.peak * inverse - one]
+        let three = [self.low * inverse - one, self.high * inverse - one, self.peak * inverse - one];
+        let Some([from, to]) = self.unseen else { return (three, None) };
+        (three, Some([from * inverse - one, to * inverse - one]))
     }
 }
 

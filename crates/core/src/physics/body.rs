@@ -10,8 +10,8 @@ use super::linear::shear_coefficient;
 use super::nodes::each;
 use crate::scene::built::{Built, Inner, Profile, Root};
 
-/// Panels per smooth piece, each half as long as the one before towards the thinner end, where a tip may be sharp.
-const PANELS: u32 = 6;
+/// Most panels of a gauge on a whisker of a power law.
+const HALVES: i32 = 6;
 
 /// A built whisker.
 #[derive(Debug, Clone, PartialEq)]
@@ -272,16 +272,29 @@ impl Body {
 
     /// Axial span [x1, x2] of a gauge whose grid of length `l` is bonded along the surface from `x1`, mm.
     pub fn gauge(&self, x1: f64, l: f64) -> [f64; 2] {
-        let along = |from: f64, to: f64| {
-            let mut sum = 0.0;
-            self.quadrature(from, to, |Place { s, within, .. }, w| {
-                sum += w * self.slope(s, within).hypot(1.0)
-            });
-            sum
+        let power = self.power().is_some();
+        let panel = |near: f64, far: f64| {
+            let (within, mut mean) = (0.5 * (near + far), 0.0);
+            match power {
+                true => each(0.0, 1.0, |share, weight| {
+                    mean += weight * self.slope(near + (far - near) * share, within).hypot(1.0);
+                }),
+                false => mean = self.slope(within, within).hypot(1.0),
+            }
+            (far - near) * mean
+        };
+        // A power law may have no slope at the tip: each panel covers half of the way to it.
+        let halves =
+            (1..=if power { HALVES } else { 0 }).map(|k| self.length - (self.length - x1) * 0.5_f64.powi(k));
+        let mut ends: Vec<f64> = self.knots.iter().copied().chain(halves).filter(|end| *end > x1).collect();
+        ends.sort_by(f64::total_cmp);
+        let along = |to: f64| {
+            let inside = ends.iter().copied().take_while(|end| *end < to).chain([to]);
+            inside.fold((0.0, x1), |(sum, near), far| (sum + panel(near, far), far)).0
         };
         let mut x2 = x1 + l;
         for _ in 0..50 {
-            let lack = l - along(x1, x2);
+            let lack = l - along(x2);
             let step = lack / self.slope(x2, x2 * (1.0 - 1e-12)).hypot(1.0);
             x2 += step;
             if step.abs() <= 1e-15 * x2 {
@@ -290,44 +303,6 @@ impl Body {
         }
         [x1, x2]
     }
-
-    /// Calls `f` with places in [`from`, `to`] and weights w, Σ w g(s) = ∫ g ds; panels shrink towards the thin end of each smooth piece.
-    pub fn quadrature(&self, from: f64, to: f64, mut f: impl FnMut(Place, f64)) {
-        let within = |knot: &f64| *knot > from && *knot < to;
-        let inside = self.knots.iter().copied().filter(within);
-        let mut near = from;
-        for far in inside.chain([to]) {
-            let middle = 0.5 * (near + far);
-            let narrows = self.radius(far, middle) < self.radius(near, middle);
-            let place = |k: u32| match (k, narrows) {
-                (0, _) => near,
-                (PANELS, _) => far,
-                (k, true) => far - (far - near) * 0.5_f64.powi(k as i32),
-                (k, false) => near + (far - near) * 0.5_f64.powi((PANELS - k) as i32),
-            };
-            for k in 0..PANELS {
-                self.panel(place(k), place(k + 1), &mut f);
-            }
-            near = far;
-        }
-    }
-
-    /// [`Self::quadrature`] on one panel within a smooth piece.
-    pub fn panel(&self, from: f64, to: f64, mut f: impl FnMut(Place, f64)) {
-        let within = 0.5 * (from + to);
-        each(from, to, |s, weight| f(Place { s, within, end: to }, weight));
-    }
-}
-
-/// A point of the quadrature.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Arc, mm.
-    pub s: f64,
-    /// A place on the same smooth piece.
-    pub within: f64,
-    /// Far end of its panel.
-    pub end: f64,
 }
 
 fn of_table(table: &[[f64; 2]], s: f64) -> [[f64; 2]; 2] {

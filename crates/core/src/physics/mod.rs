@@ -2,6 +2,8 @@
 
 pub mod body;
 pub mod chebyshev;
+mod cumulative;
+pub mod driven;
 pub mod fit;
 pub mod flexure;
 pub mod inverse;

@@ -4,8 +4,9 @@
 
 use glam::DVec2;
 
+use super::driven::Driven;
 use super::taper::Taper;
-use crate::scene::model::{Drive, Model};
+use crate::scene::model::Model;
 
 /// A vector of space: along t₀, y₁ and z.
 pub type Space<T = f64> = [T; 3];
@@ -40,21 +41,17 @@ pub struct Planar {
 }
 
 impl Pole {
-    /// The pole of `tilt` β and `lean` γ, rad, at the distance `a` of a `taper`, mm, for an `amount` of the `drive`: θ, rad, or δ, mm. `hub` is r₀, mm,
-    /// without meaning for a displacement; `model` gives the contact on the surface, and ρ.
+    /// The pole of `tilt` β and `lean` γ, rad, at the distance `a` of a `taper`, mm, when it is `driven`. `hub` is r₀, mm, without meaning for a
+    /// displacement; `model` gives the contact on the surface, and ρ.
     pub fn new(
         taper: &Taper,
         model: &Model,
-        (drive, hub): (Drive, f64),
         [tilt, lean]: [f64; 2],
-        (a, amount): (f64, f64),
+        (a, hub, driven): (f64, f64, Driven),
     ) -> Self {
         let [height, sin, cos] = taper.touched(a, model.surface);
         let slope = if model.surface { taper.tan_alpha } else { 0.0 };
-        let (hub, turn, moved) = match drive {
-            Drive::Angle => (hub, amount, 0.0),
-            Drive::Displacement => (0.0, 0.0, amount),
-        };
+        let (hub, [turn, moved]) = (driven.if_turned(hub), driven.turn_and_lift());
         let touched = DVec2::new(a + hub + model.pole_radius * sin, height + model.pole_radius * cos);
         let (tilt, lean) = (DVec2::from_angle(tilt), DVec2::from_angle(lean));
         // Towards the object (cos β y + sin β z), and across it.

@@ -1,10 +1,10 @@
 //! Distance and tilt from the strains of two gauges (model §6.4), for a known lean of the pole: Newton's method in both, with coarse differences of
 //! the smooth shares ε/(θ f cos β).
 
-use crate::design::{Design, amount, radians};
+use crate::design::{Design, radians};
 use crate::error::SolveError;
 use crate::estimate::{Estimated, Estimator};
-use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::evaluate::{Evaluator, Outcome, Referral, Task};
 use crate::scene::{Contact, Direction, Setup, Side, Theory};
 use crate::status::Status;
 
@@ -69,6 +69,8 @@ pub struct Inverter<'e, 'a> {
     pub setup: &'e Setup,
     /// Solves them.
     pub evaluator: &'e mut Evaluator<'a>,
+    /// What it refers to the reference.
+    pub referral: Referral,
     /// The whiskers.
     pub designs: &'e [Design],
     /// The readings.
@@ -85,7 +87,7 @@ impl Inverter<'_, '_> {
         let around: Vec<Task> =
             tasks.iter().flat_map(|task| self.around(*task).into_iter().take(taps)).collect();
         self.taps += around.len() as u64;
-        let outcomes = self.evaluator.run(self.designs, &around)?;
+        let outcomes = self.evaluator.run_referring(self.designs, &around, self.referral)?;
         let one = |(taps, outcomes): (&[Task], &[Outcome])| self.seen_around(taps, outcomes);
         Ok(around.chunks_exact(taps).zip(outcomes.chunks_exact(taps)).map(one).collect())
     }
@@ -96,7 +98,7 @@ impl Inverter<'_, '_> {
         // Shares of θ f cos β of ε₀, ε₁, ε₂, less 0, cos β, sin β.
         let shares = |k: usize| {
             let (sin, cos) = radians(taps[k].direction)[0].sin_cos();
-            let unit = amount(setup.drive, taps[k].drive) * curve.value(taps[k].a) * cos;
+            let unit = taps[k].driven(setup).size() * curve.value(taps[k].a) * cos;
             strains(setup, &outcomes[k])
                 .map(|[axial, e1, e2]| [axial / unit, e1 / unit - cos, e2 / unit - sin])
         };
@@ -113,7 +115,7 @@ impl Inverter<'_, '_> {
         let by_a = slope(1, &|i| taps[i].a - taps[0].a)?;
         let by_tilt = slope(2, &|i| radians(taps[i].direction)[0] - radians(taps[0].direction)[0])?;
         let (sin, cos) = radians(taps[0].direction)[0].sin_cos();
-        let of_unit = amount(setup.drive, taps[0].drive) * cos;
+        let of_unit = taps[0].driven(setup).size() * cos;
         let (f, slope) = (of_unit * curve.value(taps[0].a), of_unit * curve.slope(taps[0].a));
         let (whole, turn) = ([here[0], here[1] + cos, here[2] + sin], [0.0, -sin, cos]);
         let along = reading([0, 1, 2].map(|k| slope * whole[k] + f * by_a[k]));
@@ -277,7 +279,7 @@ impl Ask {
 /// The estimate for each of `asks`, and the number of taps solved. Empty unless the model gives distances from two strains.
 pub fn both(
     setup: &Setup,
-    evaluator: &mut Evaluator<'_>,
+    (evaluator, referral): (&mut Evaluator<'_>, Referral),
     designs: &[Design],
     asks: &[Ask],
 ) -> Result<(Vec<Option<Both>>, u64), SolveError> {
@@ -286,7 +288,7 @@ pub fn both(
     }
     evaluator.unguarded(|evaluator| {
         let reading: Reading<'_> = &|[_, e1, e2]| [e1, e2];
-        let mut inverter = Inverter { setup, evaluator, designs, reading, taps: 0 };
+        let mut inverter = Inverter { setup, evaluator, referral, designs, reading, taps: 0 };
         let mut all = Vec::with_capacity(asks.len());
         for asks in asks.chunks(TOGETHER) {
             all.extend(inverter.answers(asks)?);

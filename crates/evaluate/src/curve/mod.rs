@@ -10,14 +10,13 @@ use std::sync::LazyLock;
 
 use crate::estimate::{Estimated, Estimator};
 use crate::physics::chebyshev::{basis, placed, scaled, series, transpose};
-use crate::physics::inverse::bracketed;
-use crate::physics::linear::StrainCurve;
+use crate::physics::{driven::Driven, inverse::bracketed, linear::StrainCurve};
 
 /// |ε| over a, of one whisker at one drive.
 #[derive(Debug, Clone)]
 pub struct Curve {
     of: StrainCurve,
-    amount: f64,
+    driven: Driven,
     /// Ascending in u.
     pieces: Vec<Piece>,
     /// Smallest u with a solution; 0 where nothing was cut off.
@@ -27,26 +26,26 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// `parts`: pieces ascending in u, each with f at its looks, f being `of`; `amount`: the drive, rad or mm; `end`: the smallest u with a solution,
-    /// 0 where nothing was cut off.
+    /// Of taps, `driven`. `parts`: pieces ascending in u, each with f at its looks, f being `of`; `end`: the smallest u with a solution, 0 where nothing
+    /// was cut off.
     pub fn new<'f>(
         of: StrainCurve,
-        amount: f64,
+        driven: Driven,
         parts: impl ExactSizeIterator<Item = (Piece, &'f [f64; LOOKS + 1])>,
         end: f64,
     ) -> Self {
         let mut pieces = Vec::with_capacity(parts.len());
         let mut looks: Vec<(f64, f64)> = Vec::with_capacity((LOOKS + 1) * parts.len());
         for (piece, f) in parts {
-            piece.look_into(&mut looks, &of, amount, f);
+            piece.look_into(&mut looks, &of, driven.size(), f);
             pieces.push(piece);
         }
-        Self { of, amount, pieces, end, looks }
+        Self { of, driven, pieces, end, looks }
     }
 
     fn at(&self, u: f64) -> (f64, f64) {
         let piece = self.pieces.iter().find(|p| u <= p.u[1]).or(self.pieces.last());
-        piece.map_or((f64::NAN, f64::NAN), |piece| piece.strain(&self.of, self.amount, u))
+        piece.map_or((f64::NAN, f64::NAN), |piece| piece.strain(&self.of, self.driven.size(), u))
     }
 
     /// |ε| of a tap at `a` mm; NaN where the model has none.
@@ -210,13 +209,14 @@ impl Piece {
         }
     }
 
-    fn strain(&self, of: &StrainCurve, amount: f64, u: f64) -> (f64, f64) {
+    /// |ε| at u for a drive of `size`, rad or mm, and its derivative by u.
+    fn strain(&self, of: &StrainCurve, size: f64, u: f64) -> (f64, f64) {
         let ((r, dr), (f, df)) = (self.at(u), of.at_inverse(u));
-        (amount * f * r, amount * (df * r + f * dr))
+        (size * f * r, size * (df * r + f * dr))
     }
 
     /// Appends (u, |ε|) at the looks of this piece, with `f` at those of a smooth one; NaN where nothing is solved.
-    fn look_into(&self, looks: &mut Vec<(f64, f64)>, of: &StrainCurve, amount: f64, f: &[f64; LOOKS + 1]) {
+    fn look_into(&self, looks: &mut Vec<(f64, f64)>, of: &StrainCurve, size: f64, f: &[f64; LOOKS + 1]) {
         match &self.ratio {
             Ratio::Smooth(coefficients) => {
                 let mut ratios = [0.0; LOOKS + 1];
@@ -225,10 +225,10 @@ impl Piece {
                 }
                 let known = |(u, _): &(f64, f64)| (u - self.u[0]).abs() <= SAME * u;
                 let from = usize::from(looks.last().is_some_and(known));
-                looks.extend((from..=LOOKS).map(|k| (look(self.u, k), amount * f[k] * ratios[k])));
+                looks.extend((from..=LOOKS).map(|k| (look(self.u, k), size * f[k] * ratios[k])));
             }
             Ratio::Rough(taps) => {
-                let strain = |u| self.strain(of, amount, u).0;
+                let strain = |u| self.strain(of, size, u).0;
                 looks.extend(
                     taps.iter().map(|(u, r)| (*u, if r.is_finite() { strain(*u) } else { f64::NAN })),
                 );

@@ -5,10 +5,11 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::error::SolveError;
-use crate::evaluate::{Evaluator, Task};
+use crate::evaluate::{Evaluator, Referral, Task};
 use crate::physics::chebyshev::{matrix, placed, points};
+use crate::physics::driven::Driven;
 use crate::scene::{Direction, Geometry, Setup, Theory};
 
 use super::{Curve, LOOKS, NODES, Piece, Ratio, look};
@@ -66,7 +67,7 @@ pub struct Ask {
 /// The curves of `asks` and the number of taps solved. Empty unless distances come from the model itself, with one gauge.
 pub fn solve(
     setup: &Setup,
-    evaluator: &mut Evaluator<'_>,
+    (evaluator, referral): (&mut Evaluator<'_>, Referral),
     designs: &[Design],
     asks: &[Ask],
 ) -> Result<(Vec<Option<Curve>>, u64), SolveError> {
@@ -76,7 +77,7 @@ pub fn solve(
     evaluator.unguarded(|evaluator| {
         let (mut all, mut taps) = (Vec::with_capacity(asks.len()), 0);
         for asks in asks.chunks(TOGETHER) {
-            let mut work = Work::new(setup, evaluator, designs, asks);
+            let mut work = Work::new(setup, (evaluator, referral), designs, asks);
             work.run()?;
             taps += work.taps;
             all.extend(work.curves());
@@ -95,33 +96,33 @@ struct Open {
 struct Work<'w, 'a> {
     setup: &'w Setup,
     evaluator: &'w mut Evaluator<'a>,
+    referral: Referral,
     designs: &'w [Design],
     asks: &'w [Ask],
     nodes: Vec<f64>,
     transform: &'static [Vec<f64>],
     pieces: Vec<Vec<Piece>>,
     taps: u64,
-    /// True if distances beyond the request are tried, where a contact may find no equilibrium: the tip flicks past.
-    beyond: bool,
 }
 
 impl<'w, 'a> Work<'w, 'a> {
     fn new(
         setup: &'w Setup,
-        evaluator: &'w mut Evaluator<'a>,
+        (evaluator, referral): (&'w mut Evaluator<'a>, Referral),
         designs: &'w [Design],
         asks: &'w [Ask],
     ) -> Self {
         let transform: &[Vec<f64>] = &TRANSFORMS[usize::from(evaluator.tolerance() < POINTS.0)];
         let (nodes, pieces) = (points(transform.len()), vec![Vec::new(); asks.len()]);
-        Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0, beyond: false }
+        Self { setup, evaluator, referral, designs, asks, nodes, transform, pieces, taps: 0 }
     }
 
     fn run(&mut self) -> Result<(), SolveError> {
         let first: Vec<Open> = (0..self.asks.len()).flat_map(|ask| self.first(ask)).collect();
         self.fill(first)?;
         let beyond: Vec<Open> = (0..self.asks.len()).filter_map(|ask| self.beyond(ask)).collect();
-        self.beyond = true;
+        // Beyond the request a contact may find no equilibrium: the tip flicks past.
+        self.referral.far = false;
         self.fill(beyond)
     }
 
@@ -129,11 +130,11 @@ impl<'w, 'a> Work<'w, 'a> {
         let Self { setup, designs, asks, pieces, .. } = self;
         let made = |(ask, mut pieces): (&Ask, Vec<Piece>)| {
             let shared = designs[ask.design as usize].shared.as_ref().filter(|_| !pieces.is_empty())?;
-            let (of, amount) = (shared.model.clone(), amount(setup.drive, ask.drive));
+            let (of, driven) = (shared.model.clone(), Driven::of_users(setup.drive, ask.drive));
             pieces.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
             let f = |p: &Piece| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0);
             let f: Vec<[f64; LOOKS + 1]> = pieces.iter().map(f).collect();
-            Some(Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0))
+            Some(Curve::new(of, driven, pieces.into_iter().zip(&f), 0.0))
         };
         asks.par_iter().zip(pieces).map(made).collect()
     }
@@ -211,18 +212,14 @@ impl<'w, 'a> Work<'w, 'a> {
         };
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
-        let before = self.evaluator.leaves;
-        self.evaluator.leaves |= self.beyond;
-        let outcomes = self.evaluator.read(self.designs, &tasks);
-        self.evaluator.leaves = before;
-        let outcomes = outcomes?;
+        let outcomes = self.evaluator.read(self.designs, &tasks, self.referral)?;
         self.taps += tasks.len() as u64;
         Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect())
     }
 
     fn ratio(&self, task: &Task, strain: f64) -> f64 {
         let Some(shared) = &self.designs[task.design as usize].shared else { return f64::NAN };
-        let linear = amount(self.setup.drive, task.drive) * shared.model.value(task.a);
+        let linear = task.driven(self.setup).size() * shared.model.value(task.a);
         // A contact that slid onto the gauge's near end shows nothing.
         if strain == 0.0 { f64::NAN } else { strain.abs() / linear }
     }

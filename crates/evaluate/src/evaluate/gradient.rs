@@ -220,7 +220,7 @@ impl<'a> Gradient<'a> {
     fn differences(&self, designs: &[Design], next: &[Task], here: &Outcome) -> [f64; OUTPUTS] {
         let mut slope = [0.0; OUTPUTS];
         for (task, [_, weight]) in next.iter().zip(POINTS) {
-            let asked = Asked::known(self.setup, &designs[task.design as usize], task);
+            let asked = Asked::known(self.setup, &designs[task.design as usize], task, f64::NAN);
             let linear = asked.map_or(f64::NAN, |asked| sign(asked.setup) * asked.linear);
             let solved = asked.filter(|_| !here.arc.is_nan()).map(by_reference);
             let solved = solved.filter(|o| o.sticking == here.sticking).unwrap_or(Outcome::NOTHING);
@@ -274,8 +274,15 @@ impl<'a> Gradient<'a> {
                 grips.extend(own.iter().map(|task| grip(task, here(group))));
                 steps.push(moved[group.clone()].iter().map(|by| by.step).collect());
             }
-            let question =
-                Question { setup, designs, tasks: &those, grips: &grips, charted: false, beyond: true };
+            let question = Question {
+                setup,
+                designs,
+                tasks: &those,
+                grips: &grips,
+                charted: false,
+                samples: false,
+                beyond: true,
+            };
             let every: Vec<usize> = (0..those.len()).collect();
             let laws = laws(&groups[places[0]]);
             let found = Rods::new(&question, &every).beside(&steps, TOLERANCE, &self.section, laws);

@@ -29,7 +29,7 @@ pub use gradient::{Gradient, OUTPUTS, section};
 pub use guard::{Guard, doubts};
 pub use input::Input;
 use outcome::{Asked, reference};
-pub use outcome::{beside_linear, outcome_of_chart, path, problem};
+pub use outcome::{beside_linear, outcome_of_chart, problem};
 pub use rod::takes_all;
 use solve::Solved;
 pub use strains::{closed, closed_gradient, is_closed};
@@ -42,18 +42,33 @@ pub struct Evaluator<'a> {
     taps: Vec<Tap>,
     solutions: Vec<Solution>,
     sweeps: Sweeps,
-    /// Most taps left to the reference, which can take a second for each; beyond, [`SolveError::TooHard`] is returned at once.
-    pub spare: usize,
-    /// True if taps are samples of a smooth function: an unsolved frictionless one lies beyond its end.
-    samples: bool,
-    /// True if taps far from the base without an equilibrium get no answer: the reference takes seconds to confirm each. Not of built whiskers.
-    pub leaves: bool,
+    /// Taps referred to the reference so far.
+    pub referred: usize,
     reader: Option<Arc<dyn Source>>,
     /// Ladders for materials of rigs that differ.
     laws: Vec<(Material, Ladder)>,
     guard: Option<Box<Guard<'a>>>,
     /// Set from outside to stop early: work then fails with [`SolveError::Stopped`].
     pub stop: &'a AtomicBool,
+}
+
+/// The taps without a solution that a call refers to the reference. The others get no values.
+#[derive(Debug, Clone, Copy)]
+pub struct Referral {
+    /// Most taps that the evaluator refers, in all its calls: each can take a second. Beyond, [`SolveError::TooHard`] is returned at once.
+    pub most: usize,
+    /// True if taps are samples of a smooth function: a frictionless one without a solution lies beyond its end, and is not referred.
+    pub samples: bool,
+    /// True if taps far from the base are referred that are near no equilibrium: the reference takes seconds to confirm each. Those of built whiskers
+    /// always are.
+    pub far: bool,
+}
+
+impl Referral {
+    /// All taps without a solution.
+    pub const ALL: Self = Self { most: usize::MAX, samples: false, far: true };
+    /// For samples of a smooth function.
+    pub const SAMPLES: Self = Self { samples: true, ..Self::ALL };
 }
 
 /// A source of outcomes: charts.
@@ -93,9 +108,7 @@ impl<'a> Evaluator<'a> {
             taps: Vec::new(),
             solutions: Vec::new(),
             sweeps: Sweeps::default(),
-            spare: usize::MAX,
-            samples: false,
-            leaves: false,
+            referred: 0,
             reader: None,
             laws: Vec::new(),
             guard: None,
@@ -131,13 +144,13 @@ impl<'a> Evaluator<'a> {
         Self { reader: reader.map(|reader| reader as Arc<dyn Source>), ..self }
     }
 
-    /// Outcomes of `tasks`, in their order: read where possible, else as [`Self::run`].
-    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
-        let Some(reader) = &self.reader else { return self.run(designs, tasks) };
+    /// Outcomes of `tasks`, in their order: read where possible, else as [`Self::run_referring`].
+    pub fn read(&mut self, designs: &[Design], tasks: &[Task], referral: Referral) -> Outcomes {
+        let Some(reader) = &self.reader else { return self.run_referring(designs, tasks, referral) };
         let found = reader.read(self.setup, designs, tasks);
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| found[i].is_none()).collect();
         let again: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
-        let solved = self.unguarded(|one| one.run(designs, &again))?;
+        let solved = self.unguarded(|one| one.run_referring(designs, &again, referral))?;
         let mut all: Vec<Outcome> = found.into_iter().map(|o| o.unwrap_or(Outcome::NOTHING)).collect();
         open.iter().zip(solved).for_each(|(&i, outcome)| all[i] = outcome);
         self.mend(designs, tasks, all)
@@ -148,11 +161,6 @@ impl<'a> Evaluator<'a> {
             guard.mend(designs, tasks, &mut outcomes)?;
         }
         Ok(outcomes)
-    }
-
-    /// For samples of a smooth function: unsolved frictionless taps are not left to the reference, and at most `most` others are.
-    pub fn sparing(self, most: usize) -> Self {
-        Self { spare: most, samples: true, ..self }
     }
 
     /// The method, for another setup.
@@ -203,12 +211,13 @@ impl<'a> Evaluator<'a> {
         matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
     }
 
-    /// [`Self::run`] for designs with rigs of one kind, without the guard; `expected`: the answers of the reference, if known, so that it need not be
-    /// used again.
+    /// [`Self::run_referring`] for designs with rigs of one kind, without the guard; `expected`: the answers of the reference, if known, so that it need
+    /// not be used again.
     pub fn run_alike(
         &mut self,
         designs: &[Design],
         tasks: &[Task],
+        referral: Referral,
         expected: Option<&[Outcome]>,
     ) -> Outcomes {
         go_on(self.stop)?;
@@ -220,31 +229,31 @@ impl<'a> Evaluator<'a> {
             };
             tasks.par_iter().map(answer).collect()
         } else {
-            self.outcomes(designs, tasks, None, expected)?
+            self.outcomes(designs, tasks, (None, referral), expected)?
         };
         go_on(self.stop)?;
         Ok(outcomes)
     }
 
-    /// Outcomes of `tasks` with all contacts of `grip`: accurate to the tolerance relative to their strain or, where that crosses zero next to the
-    /// contact, to the strain of linear theory, as charts hold their ratio.
-    pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip) -> Outcomes {
+    /// Outcomes of `tasks` with all contacts of `grip`, none by the reference: accurate to the tolerance relative to their strain or, where that crosses
+    /// zero next to the contact, to the strain of linear theory, as charts hold their ratio. `samples`: see [`Referral`].
+    pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip, samples: bool) -> Outcomes {
         go_on(self.stop)?;
-        self.outcomes(designs, tasks, Some(grip), None)
+        self.outcomes(designs, tasks, (Some(grip), Referral { samples, ..Referral::ALL }), None)
     }
 
     fn outcomes(
         &mut self,
         designs: &[Design],
         tasks: &[Task],
-        grip: Option<Grip>,
+        (grip, referral): (Option<Grip>, Referral),
         expected: Option<&[Outcome]>,
     ) -> Outcomes {
-        let solved = self.solutions(designs, tasks, grip)?;
+        let solved = self.solutions(designs, tasks, grip, referral.samples)?;
         solved.iter().filter(|s| s.sweeps > 0.0).for_each(|s| self.sweeps.push(s.sweeps));
-        let (setup, tolerance, stop, leaves) = (self.setup, self.tolerance(), self.stop, self.leaves);
+        let (setup, tolerance, stop) = (self.setup, self.tolerance(), self.stop);
         let section = match &self.method {
-            Method::Fast { ladder, .. } if self.samples => Some(&ladder.section),
+            Method::Fast { ladder, .. } if referral.samples => Some(&ladder.section),
             _ => None,
         };
         // Samples of a smooth function without a solution lie beyond its end, unless the section law ends before.
@@ -254,19 +263,22 @@ impl<'a> Evaluator<'a> {
         };
         // Taps that stay without an answer if they are left open.
         let unsolved = |task: &Task, design: &Design, s: &Solved| {
-            let far = || leaves && setup.built.is_none() && s.astray && task.is_far(design);
+            let far = || !referral.far && setup.built.is_none() && s.astray && task.is_far(design);
             grip.is_some() || beyond(s) || far()
         };
         // `None` where the reference must decide.
         let tell = |(task, s): (&Task, &Solved)| {
             let design = &designs[task.design as usize];
-            let Some(asked) = Asked::new(setup, design, task) else { return Some(Outcome::OUTSIDE) };
+            let asked = Asked::of(setup, design, task, s.found.strain_linear);
+            let Some(asked) = asked else { return Some(Outcome::OUTSIDE) };
             let nothing = || unsolved(task, design, s).then(|| asked.unsolved(Status::NOT_CONVERGED));
             asked.told(s, tolerance).or_else(nothing)
         };
         let told: Vec<Option<Outcome>> = tasks.par_iter().zip(&solved).map(tell).collect();
-        let left = told.iter().filter(|told| told.is_none()).count();
-        self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
+        self.referred += told.iter().filter(|told| told.is_none()).count();
+        if self.referred > referral.most {
+            return Err(SolveError::TooHard);
+        }
         let finish = |(i, told): (usize, Option<Outcome>)| {
             let refer = || match stop.load(Ordering::Relaxed) {
                 true => Outcome::NOTHING,

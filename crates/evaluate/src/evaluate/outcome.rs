@@ -2,10 +2,11 @@
 
 use super::solve::Solved;
 use super::{Outcome, Task};
-use crate::design::{Design, Shared, amount, radians};
+use crate::design::{Design, Shared, radians};
 use crate::kernel::rule::limits::EDGE;
+use crate::physics::driven::Driven;
 use crate::physics::rod::{RodProblem, TiltedTap};
-use crate::scene::{Direction, Drive, Geometry, Setup, Side, Signal};
+use crate::scene::{Direction, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
 /// Distance, over a, from a corner or the tip within which it is not decided on which side the contact is.
@@ -17,8 +18,8 @@ pub(super) struct Asked<'a> {
     pub setup: &'a Setup,
     pub shared: &'a Shared,
     pub task: &'a Task,
-    /// θ, rad, or δ, mm.
-    pub amount: f64,
+    /// The drive.
+    pub driven: Driven,
     /// θ f, f of the estimator's theory.
     pub linear: f64,
 }
@@ -26,15 +27,21 @@ pub(super) struct Asked<'a> {
 impl<'a> Asked<'a> {
     /// The tap `task` of `design`; `None` outside the domain.
     pub fn new(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
+        Self::of(setup, design, task, f64::NAN)
+    }
+
+    /// The same, with θ f if that is known, else NaN.
+    pub fn of(setup: &'a Setup, design: &'a Design, task: &'a Task, linear: f64) -> Option<Self> {
         let inside = design.admits(setup, task.a, task.drive) && task.direction.is_valid();
-        if inside { Self::known(setup, design, task) } else { None }
+        if inside { Self::known(setup, design, task, linear) } else { None }
     }
 
     /// The same for a tap known to be in the domain, or next to it; `None` for an invalid whisker.
-    pub fn known(setup: &'a Setup, design: &'a Design, task: &'a Task) -> Option<Self> {
+    pub fn known(setup: &'a Setup, design: &'a Design, task: &'a Task, linear: f64) -> Option<Self> {
         let (setup, shared) = (design.setup(setup), design.shared.as_ref()?);
-        let amount = amount(setup.drive, task.drive);
-        Some(Self { setup, shared, task, amount, linear: amount * shared.theory.curve().value(task.a) })
+        let driven = task.driven(setup);
+        let theory = || driven.size() * shared.theory.curve().value(task.a);
+        Some(Self { setup, shared, task, driven, linear: if linear.is_nan() { theory() } else { linear } })
     }
 }
 
@@ -47,8 +54,8 @@ pub fn outcome_of_chart(
     ([strain, arc, normal, friction], beside): ([f64; 4], Option<[f64; 3]>),
     sticking: bool,
 ) -> Option<Outcome> {
-    let asked = Asked::known(setup, design, task)?;
-    let Asked { setup, shared, amount, linear, .. } = asked;
+    let asked = Asked::known(setup, design, task, f64::NAN)?;
+    let Asked { setup, shared, driven, linear, .. } = asked;
     let (share, deviation) = match (task.direction.is_upright(), shared.foil) {
         (true, None) => (1.0, -strain / (1.0 + strain)),
         (true, Some(foil)) => (foil.transfer, 1.0 / (foil.transfer + foil.transfer * strain) - 1.0),
@@ -59,7 +66,7 @@ pub fn outcome_of_chart(
     };
     let [strain_2, azimuth, slide] = beside.map_or([f64::NAN; 3], |found| {
         let [strain_2, azimuth, slide] = std::array::from_fn(|f| beside_linear(task.direction)[f] + found[f]);
-        [linear * strain_2, azimuth, amount * path(setup, task.a) * slide]
+        [linear * strain_2, azimuth, driven.path(task.a + setup.hub) * slide]
     });
     let found = Outcome {
         strain: share * (linear + linear * strain),
@@ -82,11 +89,6 @@ pub fn beside_linear(direction: Direction) -> [f64; 3] {
     [tilt.cos() * tilt.sin(), tilt, -tilt.sin() / lean.cos()]
 }
 
-/// Path of the pole towards the base, mm per unit of the drive: rad, or mm.
-pub fn path(setup: &Setup, a: f64) -> f64 {
-    if setup.drive == Drive::Angle { a + setup.hub } else { 1.0 }
-}
-
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
 fn theories_apart(shared: &Shared, task: &Task) -> f64 {
     if !shared.model.is_plain() {
@@ -104,21 +106,21 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
 
 /// The same of a tap known to be in the domain.
 pub(super) fn by_reference(asked: Asked<'_>) -> Outcome {
-    let Asked { setup, shared, task, amount, linear } = asked;
+    let Asked { setup, shared, task, driven, linear } = asked;
     if setup.model.geometry == Geometry::Linear {
-        let e0 = setup.model.material.e0();
+        let (e0, size) = (setup.model.material.e0(), driven.size());
         let upright = Outcome {
-            strain: amount * shared.model.value(task.a),
+            strain: size * shared.model.value(task.a),
             deviation: theories_apart(shared, task),
-            normal_force: amount * shared.model.force(e0, task.a),
+            normal_force: size * shared.model.force(e0, task.a),
             tangential_force: 0.0,
             arc: task.a,
-            wrench: shared.model.wrench(e0, task.a).map(|x| amount * x),
+            wrench: shared.model.wrench(e0, task.a).map(|x| size * x),
             ..Outcome::NOTHING
         };
         return asked.outcome(if task.is_spatial(setup) { asked.tilted(upright) } else { upright });
     }
-    let problem = problem(setup, shared, task.a, amount);
+    let problem = problem(setup, shared, task.a, driven);
     let [strain_2, axial, azimuth, slide] = [f64::NAN; 4];
     let solved = match task.is_spatial(setup) {
         true => problem.solve_tilted(radians(task.direction)),
@@ -147,15 +149,14 @@ pub(super) fn by_reference(asked: Asked<'_>) -> Outcome {
 }
 
 /// The rod of a tap at `a` mm.
-pub fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, amount: f64) -> RodProblem<'a> {
+pub fn problem<'a>(setup: &'a Setup, shared: &'a Shared, a: f64, driven: Driven) -> RodProblem<'a> {
     RodProblem {
         taper: shared.taper,
         gauge: shared.gauge,
         side: setup.gauge.side,
         distance: a,
         hub: setup.hub,
-        drive: setup.drive,
-        amount,
+        driven,
         foil: shared.foil,
         body: shared.body.as_deref().filter(|_| setup.built.is_some()),
         model: &setup.model,
@@ -193,7 +194,7 @@ pub(super) fn is_behind(arc: f64) -> bool {
 impl Asked<'_> {
     /// Linear theory of a tilted pole: the rod bends by θ cos β towards its contact, at the azimuth β.
     fn tilted(&self, upright: Outcome) -> Outcome {
-        let Self { setup, task, amount, .. } = *self;
+        let Self { setup, task, driven, .. } = *self;
         let cos = radians(task.direction)[0].cos();
         let [strain_2, azimuth, slide] = beside_linear(task.direction);
         let t2 = azimuth.tan().powi(2);
@@ -204,7 +205,7 @@ impl Asked<'_> {
             normal_force: upright.normal_force * cos,
             wrench: upright.wrench.map(|x| x * cos * cos),
             azimuth,
-            slide: amount * path(setup, task.a) * slide,
+            slide: driven.path(task.a + setup.hub) * slide,
             axial: 0.0,
             ..upright
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Evaluator, Method, Outcome, Outcomes, Task};
+use super::{Evaluator, Method, Outcome, Outcomes, Referral, Task};
 use crate::design::Design;
 use crate::scene::built::{Inner, Profile, Root};
 use crate::scene::{Material, Setup};
@@ -68,16 +68,21 @@ impl Evaluator<'_> {
     /// Outcomes of `tasks`, in their order. The reference answers taps that a kernel leaves open: unsolved ones, contacts that may stick or slide,
     /// and equilibria at which the material may fail or that may not lie on the path from the unloaded whisker.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
+        self.run_referring(designs, tasks, Referral::ALL)
+    }
+
+    /// The same, where the reference answers those of `referral` only.
+    pub fn run_referring(&mut self, designs: &[Design], tasks: &[Task], referral: Referral) -> Outcomes {
         let Some(kinds) = kinds(designs, tasks) else {
-            let outcomes = self.run_alike(designs, tasks, None)?;
+            let outcomes = self.run_alike(designs, tasks, referral, None)?;
             return self.mend(designs, tasks, outcomes);
         };
         let mut outcomes = vec![Outcome::NOTHING; tasks.len()];
         for (setup, places) in &kinds {
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
             let found = match setup {
-                Some(setup) => self.with(setup, |one| one.run_alike(designs, &these, None))?,
-                None => self.run_alike(designs, &these, None)?,
+                Some(setup) => self.with(setup, |one| one.run_alike(designs, &these, referral, None))?,
+                None => self.run_alike(designs, &these, referral, None)?,
             };
             places.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
         }
@@ -99,9 +104,9 @@ impl Evaluator<'_> {
             first = Some(std::mem::replace(ladder, self.laws[place].1.clone()));
         }
         let mut other = Evaluator::new(setup, method).stopping(self.stop);
-        (other.spare, other.samples, other.leaves) = (self.spare, self.samples, self.leaves);
+        other.referred = self.referred;
         let done = f(&mut other);
-        self.spare = other.spare;
+        self.referred = other.referred;
         self.sweeps.merge(&other.take_sweeps());
         self.method = other.into_method();
         if let (Method::Fast { ladder, .. }, Some(own)) = (&mut self.method, first) {

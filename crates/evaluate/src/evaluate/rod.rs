@@ -12,7 +12,7 @@ use crate::physics::number::Number;
 use crate::physics::pole::{self, Pole};
 use crate::physics::real::Dual;
 use crate::physics::solid::{Bonded, Held, Soft, is_solid};
-use crate::scene::{Contact, Drive, Geometry, Grip, Setup};
+use crate::scene::{Contact, Geometry, Grip, Setup};
 use vibrissa_rod::{Effects, Rod, SLOPES, Skin, Solution, Tap, Tilt, slopes, solve};
 
 /// True if the solver of every whisker, on the CPU, solves all taps of `setup`.
@@ -91,10 +91,10 @@ impl<'a> Rods<'a> {
         let taps: Vec<Tap<'_>> = framed.iter().flatten().map(|framed| framed.tap).collect();
         let section = if taps.is_empty() { None } else { section.chart() };
         let mut next = solve(&taps, self.effects(), tolerance, section).into_iter();
-        let solved: Vec<_> = framed.iter().map(|one| Some((one.as_ref()?, next.next()?))).collect();
-        let one = |(&i, solved): (&usize, &Option<(&Framed<'_>, Solution)>)| {
+        let solved: Vec<_> = framed.into_iter().map(|one| Some((one?, next.next()?))).collect();
+        let one = |(&i, solved): (&usize, &Option<(Framed<'_>, Solution)>)| {
             let lost = Solved { grip: self.question.grips[i], ..Solved::LOST };
-            solved.and_then(|(framed, s)| self.told(framed, &s)).unwrap_or(lost)
+            solved.as_ref().and_then(|(framed, s)| self.told(framed, s)).unwrap_or(lost)
         };
         self.open.par_iter().zip(&solved).map(one).collect()
     }
@@ -192,6 +192,7 @@ impl<'a> Rods<'a> {
         let grip = self.question.grips[*place];
         let mut found = Outcome {
             strain,
+            strain_linear: linear,
             deviation: linear / strain - 1.0,
             normal_force: s.normal,
             tangential_force: s.tangential,
@@ -219,15 +220,11 @@ impl<'a> Rods<'a> {
     /// The tap at place `i` as the solver takes it; `None` outside the domain, and where only the reference can decide.
     fn framed(&self, i: usize) -> Option<Framed<'_>> {
         let asked = self.question.asked(i)?;
-        let Asked { setup, shared, amount, task, .. } = asked;
+        let Asked { setup, shared, driven, task, .. } = asked;
         let (place, grip) = (self.designs.binary_search(&task.design).ok()?, self.question.grips[i]);
         let rod = self.rods[place].as_ref()?;
-        let (model, angle) = (&setup.model, setup.drive == Drive::Angle);
-        let hub = if angle { shared.model.hub + shared.start } else { 0.0 };
-        let (mut a, mut turn, mut lift) = (task.a - shared.start, 0.0, amount);
-        if angle {
-            (turn, lift) = (amount, 0.0);
-        }
+        let (model, hub) = (&setup.model, driven.if_turned(shared.model.hub + shared.start));
+        let (mut a, [mut turn, mut lift]) = (task.a - shared.start, driven.turn_and_lift());
         let mut tilt = None;
         // A contact that sticks on an edge stays in the plane of rotation. One that would roll along the pole too, or slide with friction, is not modelled.
         // Taps next to an upright one may be tilted: they have one form.
@@ -237,7 +234,7 @@ impl<'a> Rods<'a> {
                 return None;
             }
             let taper = shared.taper.from(shared.start);
-            let pole = Pole::new(&taper, model, (setup.drive, hub), radians(task.direction), (a, amount));
+            let pole = Pole::new(&taper, model, radians(task.direction), (a, hub, driven));
             let azimuth = pole::azimuth(pole.along, normal(setup, rod))?;
             let planar = pole.planar(azimuth)?;
             (a, turn, lift) = (planar.distance, planar.angle, 0.0);
@@ -255,7 +252,7 @@ impl<'a> Rods<'a> {
             soft: Soft::new(model, &shared.taper, task.a).map_or([0.0; 2], |soft| soft.parts()),
             skin: model.distorting.then(|| Skin::new(model, &shared.taper, shared.start)),
             tilt,
-            least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
+            least: if shared.model.reads_strain() { 1e-3 * driven.size() * shared.peak } else { 1.0 },
         };
         Some(Framed { place: i, asked, tap })
     }

@@ -81,6 +81,8 @@ pub(super) struct Question<'a> {
     pub grips: &'a [Grip],
     /// True for samples of charts, which hold the ratio to linear theory: errors are relative to its strain, where that of the tap is smaller.
     pub charted: bool,
+    /// True for samples of a smooth function: that of a cone ends where its kernel has no answer.
+    pub samples: bool,
     /// True if the taps need not lie in the domain: those next to a tap of it.
     pub beyond: bool,
 }
@@ -93,8 +95,8 @@ impl<'a> Question<'a> {
 
     /// The tap of task `i`; `None` outside the domain.
     pub fn asked(&self, i: usize) -> Option<Asked<'a>> {
-        let ask = if self.beyond { Asked::known } else { Asked::new };
-        ask(self.setup, self.design(i), &self.tasks[i])
+        let ask = if self.beyond { Asked::known } else { Asked::of };
+        ask(self.setup, self.design(i), &self.tasks[i], f64::NAN)
     }
 
     fn design(&self, i: usize) -> &'a Design {
@@ -111,21 +113,28 @@ impl<'a> Question<'a> {
 pub(super) type Solutions = Result<Vec<Solved>, SolveError>;
 
 impl Evaluator<'_> {
-    /// Solutions of `tasks` with all contacts of `grip`, for charts, or as the model says.
-    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task], grip: Option<Grip>) -> Solutions {
+    /// Solutions of `tasks` with all contacts of `grip`, for charts, or as the model says; `samples` as in [`Question`].
+    pub(super) fn solutions(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        grip: Option<Grip>,
+        samples: bool,
+    ) -> Solutions {
         let held = match (grip, self.setup.model.contact) {
             (Some(grip), _) => grip,
             (None, Contact::Frictionless | Contact::Coulomb(0.0)) => Grip::Slide(0.0),
             (None, Contact::Stick) => Grip::Stick,
-            (None, Contact::Coulomb(mu)) => return self.coulomb(designs, tasks, mu),
+            (None, Contact::Coulomb(mu)) => return self.coulomb(designs, tasks, (mu, samples)),
         };
         let (setup, grips) = (self.setup, vec![held; tasks.len()]);
-        self.solve(&Question { setup, designs, tasks, grips: &grips, charted: grip.is_some(), beyond: false })
+        let charted = grip.is_some();
+        self.solve(&Question { setup, designs, tasks, grips: &grips, charted, samples, beyond: false })
     }
 
     /// Coulomb friction: sliding at μ where the contact then moves against that friction, else sticking where |T| ≤ μP; both criteria agree (model
     /// §3). A tap without a certain solution is left open: it may slide before.
-    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64) -> Solutions {
+    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], (mu, samples): (f64, bool)) -> Solutions {
         let setup = self.setup;
         let mut solved = vec![Solved::LOST; tasks.len()];
         let mut solve = |places: &[usize], grips: &[Grip], solved: &mut [Solved]| {
@@ -136,6 +145,7 @@ impl Evaluator<'_> {
                 tasks: &those,
                 grips,
                 charted: false,
+                samples,
                 beyond: false,
             })?;
             for (&i, new) in places.iter().zip(found) {
@@ -173,10 +183,8 @@ impl Evaluator<'_> {
     fn solve(&mut self, question: &Question<'_>) -> Solutions {
         let mut solved = self.cones(question)?;
         let Method::Fast { ladder, tolerance, .. } = &self.method else { return Ok(solved) };
-        // Samples of a smooth function of cones: it ends where the kernel has no answer.
-        let ends =
-            |i: usize| self.samples && !takes_all(question.setup) && question.tasks[i].direction.is_upright();
-        let open = |i: &usize| solved[*i].error > *tolerance && !ends(*i) && question.asked(*i).is_some();
+        let cone = |i: usize| !takes_all(question.setup) && question.tasks[i].direction.is_upright();
+        let open = |i: &usize| solved[*i].error > *tolerance && !(question.samples && cone(*i));
         let open: Vec<usize> = (0..solved.len()).filter(open).collect();
         if open.is_empty() {
             return Ok(solved);
@@ -232,6 +240,7 @@ fn of_cone(asked: &Asked<'_>, frame: &Frame, s: &Solution, grip: Grip) -> Solved
     let ratio = asked.linear / tap.strain - 1.0;
     let found = Outcome {
         strain: tap.strain(s),
+        strain_linear: asked.linear,
         deviation: (ratio - s.strain) / (1.0 + s.strain),
         normal_force,
         tangential_force,
@@ -255,5 +264,5 @@ fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Fram
     let setup = design.setup(setup);
     let inside = task.direction.is_upright() && design.admits(setup, task.a, task.drive);
     let shared = design.shared.as_ref().filter(|_| inside)?;
-    Frame::new(setup, shared, (task.a, task.drive), grip)
+    Frame::new(setup, shared, (task.a, task.driven(setup)), grip)
 }

@@ -2,13 +2,12 @@
 
 use super::outcome::{is_behind, off_gauge, signed};
 use super::{Evaluator, Input, Method};
-use crate::design::{amount, is_tap, is_whisker};
+use crate::design::{is_tap, is_whisker};
 use crate::error::SolveError;
 use crate::kernel::{self, Effects, Solution, Tap, frames::Framed};
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
-use crate::physics::taper::Taper;
+use crate::physics::{driven::Driven, number::Number, taper::Taper};
 use crate::progress::go_on;
 use crate::scene::{Clamp, Contact, Geometry, Property, Setup, Signal, Tuple};
 
@@ -77,17 +76,18 @@ pub fn closed(setup: &Setup, t: &Tuple) -> Option<f64> {
 
 /// The closed form's inputs: D, d, L_a, x_ss, l, a (mm), the drive (rad or mm), the hub and ν.
 fn numbers(setup: &Setup, t: &Tuple) -> [f64; 9] {
-    [t.D, t.d, t.L_a, t.x_ss, t.l, t.a, amount(setup.drive, t.drive), setup.hub, setup.model.nu]
+    let size = Driven::of_users(setup.drive, t.drive).size();
+    [t.D, t.d, t.L_a, t.x_ss, t.l, t.a, size, setup.hub, setup.model.nu]
 }
 
 /// Strain on the contact side, of a contact beyond the gauge's near end.
 #[inline(always)]
 #[allow(non_snake_case)]
-fn form<T: Real>(setup: &Setup, [D, d, L_a, x_ss, l, a, amount, hub, nu]: [T; 9]) -> T {
+fn form<T: Real>(setup: &Setup, [D, d, L_a, x_ss, l, a, size, hub, nu]: [T; 9]) -> T {
     let taper = Taper::new(D, d, L_a);
     let shear = if setup.model.shear { shear_length2(&taper, nu) } else { T::of(0.0) };
     let curve = StrainCurve::new(taper, taper.gauge(x_ss, l), hub, setup.drive, shear);
-    amount * curve.of_cone(T::of(1.0) / a).0
+    size * curve.of_cone(T::of(1.0) / a).0
 }
 
 /// [`closed`], and the derivatives of that strain by `inputs`, per mm, degree or unit of the key; None also for inputs that are not in the form.
@@ -95,7 +95,7 @@ pub fn closed_gradient(setup: &Setup, t: &Tuple, inputs: &[Input], slopes: &mut 
     let strain = closed(setup, t)?;
     let place = |input: &Input| match *input {
         Input::Tuple(k @ ..=5) => Some((k, 1.0)),
-        Input::Tuple(8) => Some((6, amount(setup.drive, 1.0))),
+        Input::Tuple(8) => Some((6, Driven::of_users(setup.drive, 1.0).size())),
         Input::Property(Property::Hub) => Some((7, 1.0)),
         Input::Property(Property::Nu) => Some((8, 1.0)),
         _ => None,

@@ -2,6 +2,7 @@
 
 use crate::design::Design;
 use crate::error::SolveError;
+use crate::physics::driven::Driven;
 use crate::scene::{Direction, Setup, Tuple};
 use crate::status::Status;
 
@@ -17,7 +18,7 @@ pub struct Task {
     pub a: f64,
     /// Direction of the pole.
     pub direction: Direction,
-    /// Tap angle, degrees, or displacement, mm.
+    /// Tap angle, degrees, or displacement, mm: the user's number, as tuples and tables repeat it digit by digit. [`Self::driven`] converts it.
     pub drive: f64,
 }
 
@@ -25,6 +26,11 @@ impl Task {
     /// The tap `t` of the design at place `design` of the batch.
     pub fn of(design: u32, t: &Tuple) -> Self {
         Self { design, a: t.a, direction: t.direction(), drive: t.drive }
+    }
+
+    /// Its drive, in a rig of `setup`.
+    pub fn driven(&self, setup: &Setup) -> Driven {
+        Driven::of_users(setup.drive, self.drive)
     }
 
     /// True if bending may leave the plane: at a tilted pole, or with a second gauge.

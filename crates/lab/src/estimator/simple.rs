@@ -8,7 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::polynomial::{Form, Point, Polynomial};
 use super::{Answers, Found, Known, between, held_out::Side, known, positive, taps::Cell};
 use crate::scene::{Drive, Theory};
-use crate::{design::amount, measure::Rig, physics::inverse::Inverse, status::Status};
+use crate::{
+    measure::Rig,
+    physics::{driven::Driven, inverse::Inverse},
+    status::Status,
+};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -26,12 +30,12 @@ impl FactorRecord {
     /// K̄ and the variance of its logarithm per drive, from the `wanted` cells; `None` if a drive has none.
     pub fn of(side: &Side<'_>, wanted: impl Fn(&Cell) -> bool) -> Option<Self> {
         let curve = side.rig.curve(Theory::EulerBernoulli, side.rig.setup.hub);
-        let kind = side.rig.setup.drive;
+        let size = |drive: f64| Driven::of_users(side.rig.setup.drive, drive).size();
         let spec = side.rig.shared().theory.curve();
         let mut sums = vec![(0.0, 0.0, 0usize); side.drives.len()];
         for c in side.cells.iter().filter(|c| wanted(c)) {
             // The cell's mean of θ f uses the theory of the spec.
-            let linear = if *spec == curve { c.linear } else { amount(kind, c.drive) * curve.value(c.a) };
+            let linear = if *spec == curve { c.linear } else { size(c.drive) * curve.value(c.a) };
             let sum = &mut sums[c.j];
             sum.0 += linear / c.signal;
             sum.1 += side.noise * side.noise * c.share / (c.signal * c.signal);
@@ -75,9 +79,9 @@ impl Paper {
 impl Answers for Paper {
     fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let k = between(&self.drives, &self.factors.K, drive);
-        let amount = amount(self.kind, drive);
-        let roots = self.inverse.roots(k * reading / amount).ok_or(Status::NO_ROOT)?;
-        let slope = amount * self.inverse.curve().slope(roots.far) / k;
+        let size = Driven::of_users(self.kind, drive).size();
+        let roots = self.inverse.roots(k * reading / size).ok_or(Status::NO_ROOT)?;
+        let slope = size * self.inverse.curve().slope(roots.far) / k;
         let variance = reading * reading * between(&self.drives, &self.factors.K_variance, drive);
         // A distance on the near side may belong to one beyond the calibration.
         let near = roots.near.or(roots.unseen.then_some(roots.far));
@@ -85,7 +89,7 @@ impl Answers for Paper {
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
-        amount(self.kind, drive) * self.inverse.curve().value(a)
+        Driven::of_users(self.kind, drive).size() * self.inverse.curve().value(a)
             / between(&self.drives, &self.factors.K, drive)
     }
 

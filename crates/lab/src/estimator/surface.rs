@@ -4,11 +4,15 @@
 
 use super::{Extent, ModelError, Values, parameter::scene_with};
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
-use crate::design::{Design, amount};
-use crate::evaluate::{Evaluator, Task};
+use crate::design::Design;
+use crate::evaluate::{Evaluator, Referral, Task};
 use crate::physics::chebyshev::{coefficients, placed, points, scaled, series, transpose, twice};
 use crate::scene::{Drive, Tuple};
-use crate::{error::SolveError, measure::Rig, physics::linear::StrainCurve};
+use crate::{
+    error::SolveError,
+    measure::Rig,
+    physics::{driven::Driven, linear::StrainCurve},
+};
 
 const NODES: [usize; 2] = [curve::NODES, 10];
 /// Relative size of the last coefficients of a fine piece.
@@ -65,8 +69,9 @@ impl Surface {
         let edge = 1.0 / curve.gauge[1];
         let (kind, yields, strips) = (setup.drive, setup.model.indentation, Vec::new());
         let surface = Self { curve, kind, yields, reach, drives, strips, error: 0.0 };
-        let evaluator = Evaluator::new(&setup, open(&setup.model)?).sparing(hard[0]);
-        let mut solver = Solve { surface, designs: [design], evaluator, spare: hard[1] };
+        let evaluator = Evaluator::new(&setup, open(&setup.model)?);
+        let referral = Referral { most: hard[0], ..Referral::SAMPLES };
+        let mut solver = Solve { surface, designs: [design], evaluator, referral, spare: hard[1] };
         let whole = [1.0 / reach[1], 1.0 / reach[0]];
         let [first, last] = whole;
         let cut = if edge > first && edge < last { vec![[first, edge], [edge, last]] } else { vec![whole] };
@@ -98,7 +103,7 @@ impl Surface {
         let (u, strip) = (1.0 / a, self.strip(drive));
         let Some(piece) = strip.piece(u) else { return f64::NAN };
         let c = piece.at(self.place_of(strip.drives, drive), false);
-        amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
+        self.driven(drive).size() * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
     /// Derivatives of the strain by a, 1/mm, and by the drive, per degree or mm (0 where it is clamped); NaN without a solution.
@@ -113,11 +118,15 @@ impl Surface {
         let (y, dy) = (self.place_of(strip.drives, at), 2.0 * by_root / (hi - lo));
         let (x, dx) = (scaled(piece.u, u), 2.0 / (piece.u[1] - piece.u[0]));
         let (ratio, ratio_x) = series(&piece.at(y, false), x);
-        let ((f, f_u), size) = (self.curve.at_inverse(u), amount(self.kind, at));
+        let ((f, f_u), size) = (self.curve.at_inverse(u), self.driven(at).size());
         let by_a = -u * u * size * (f_u * ratio + f * ratio_x * dx);
         let moves = first < last && at == drive;
-        let by_drive = amount(self.kind, 1.0) * f * ratio + size * f * series(&piece.at(y, true), x).0 * dy;
+        let by_drive = self.driven(1.0).size() * f * ratio + size * f * series(&piece.at(y, true), x).0 * dy;
         [by_a, if moves { by_drive } else { 0.0 }]
+    }
+
+    fn driven(&self, drive: f64) -> Driven {
+        Driven::of_users(self.kind, drive)
     }
 
     fn base(&self, drive: f64) -> f64 {
@@ -147,7 +156,7 @@ impl Surface {
             .pieces
             .iter()
             .map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y, false)) }, &p.looks));
-        Curve::new(self.curve.clone(), amount(self.kind, drive), cuts, strip.end)
+        Curve::new(self.curve.clone(), self.driven(drive), cuts, strip.end)
     }
 }
 
@@ -196,6 +205,8 @@ struct Solve<'a> {
     surface: Surface,
     designs: [Design; 1],
     evaluator: Evaluator<'a>,
+    referral: Referral,
+    /// Taps that may still stay without a solution.
     spare: usize,
 }
 
@@ -204,7 +215,8 @@ impl Solve<'_> {
     fn end(&mut self, range: [f64; 2], drive: f64) -> Result<f64, ModelError> {
         let mut solved = |us: &[f64]| -> Result<Vec<bool>, ModelError> {
             let tasks: Vec<Task> = us.iter().map(|u| Task { a: 1.0 / u, drive, ..Task::default() }).collect();
-            Ok(self.evaluator.run(&self.designs, &tasks)?.iter().map(|o| o.strain.is_finite()).collect())
+            let outcomes = self.evaluator.run_referring(&self.designs, &tasks, self.referral)?;
+            Ok(outcomes.iter().map(|o| o.strain.is_finite()).collect())
         };
         if solved(&range[..1])?[0] {
             return Ok(0.0);
@@ -248,11 +260,11 @@ impl Solve<'_> {
                 tasks.extend(ys.iter().map(|drive| Task { a, drive: *drive, ..Task::default() }));
             }
         }
-        let outcomes = self.evaluator.run(&self.designs, &tasks)?;
+        let outcomes = self.evaluator.run_referring(&self.designs, &tasks, self.referral)?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
         self.spare = self.spare.checked_sub(unsolved).ok_or(ModelError::Solve(SolveError::TooHard))?;
-        let Surface { curve, kind, .. } = &self.surface;
-        let linear = |t: &Task| amount(*kind, t.drive) * curve.value(t.a);
+        let (surface, curve) = (&self.surface, &self.surface.curve);
+        let linear = |t: &Task| surface.driven(t.drive).size() * curve.value(t.a);
         let ratios: Vec<f64> = outcomes.iter().zip(&tasks).map(|(o, t)| o.strain.abs() / linear(t)).collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();

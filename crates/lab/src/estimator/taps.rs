@@ -1,7 +1,7 @@
 //! Rows of a data file as taps and zero readings, tared and grouped, and cells: taps of one distance and one drive.
 
 use crate::measure::{Data, Groups, Rig, Row, Tared, TaredBy, Zero, counts, zero::Rest};
-use crate::{design::amount, fields::plain, reduce::median, scene::Drive};
+use crate::{fields::plain, physics::driven::Driven, reduce::median, scene::Drive};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tap {
@@ -253,7 +253,7 @@ pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Grou
         grid[distances.place(tap.group[0]) * drives.len() + drives.place(tap.group[1])].push(k);
     }
     let curve = rig.shared().theory.curve();
-    let linear = |t: &Tap| amount(rig.setup.drive, t.drive) * curve.value(t.a);
+    let linear = |t: &Tap| Driven::of_users(rig.setup.drive, t.drive).size() * curve.value(t.a);
     let cell = |(place, taps_here): (usize, Vec<usize>)| {
         if taps_here.is_empty() {
             return None;

@@ -11,7 +11,7 @@ use crate::estimator::{
     Estimator, Extent, Found, Known, ModelError, Opener, SAME, SideRecord, Values, parameter::scene_with,
     surface::continued,
 };
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Method, Referral, Task};
 use crate::measure::Skin;
 use crate::scene::{Direction, Setup};
 use crate::{design::Design, status::Status};
@@ -141,7 +141,8 @@ impl Twofold {
             [self.factors[0] * first, self.factors[1] * strain_2]
         };
         let (setup, designs) = (&pair.setup, &pair.designs);
-        let mut inverter = Inverter { setup, evaluator: &mut evaluator, designs, reading, taps: 0 };
+        let referral = Referral::ALL;
+        let mut inverter = Inverter { setup, evaluator: &mut evaluator, referral, designs, reading, taps: 0 };
         let found = inverter.invert(&asked, &|_| pair.reach);
         *held = Some(evaluator.into_method());
         let mut found = found?;

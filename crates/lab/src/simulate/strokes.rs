@@ -13,6 +13,7 @@ use super::object::Object;
 use super::{Counts, PIECE, Recorder, SOURCE, Settings};
 use crate::error::{Error, InputError};
 use crate::measure::{Rig, Skin};
+use crate::physics::driven::Driven;
 use crate::physics::rod::{RodProblem, RodTap};
 use crate::scene::{Axis, Contact as Grip, Drive, Geometry, Model, Signal};
 use crate::sink::{Field, Frame, heading};
@@ -234,11 +235,10 @@ impl<'a> Stroker<'a> {
     fn tap(&self, base: [f64; 2], heading: f64, at: [f64; 2]) -> Option<(RodTap, f64)> {
         let (a, touch) = self.reach(base, at)?;
         let turn = wrapped(heading - touch);
-        let (shared, model, drive) = (self.rig.shared(), &self.model, Drive::Angle);
+        let (shared, model, driven) = (self.rig.shared(), &self.model, Driven::Radians(turn));
         let (taper, gauge, foil) = (shared.taper, shared.gauge, shared.foil);
         let (side, hub, distance) = (self.rig.setup.gauge.side, self.rig.setup.hub, a);
-        let problem =
-            RodProblem { taper, gauge, side, distance, hub, drive, amount: turn, foil, body: None, model };
+        let problem = RodProblem { taper, gauge, side, distance, hub, driven, foil, body: None, model };
         let tap = (0.0..PI).contains(&turn).then(|| problem.solve().ok())??;
         Some((tap, heading - tap.base_angle + self.taper()))
     }

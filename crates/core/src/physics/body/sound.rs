@@ -9,6 +9,7 @@ use super::Body;
 impl Body {
     /// The first place where the inside is as thick as the whisker: s and both diameters, mm.
     pub fn burst(&self) -> Option<(f64, f64, f64)> {
+        self.built.inner.as_ref()?;
         let ends = [0.0, self.length];
         // A power-law profile may meet the inner diameter between knots.
         let between = (1..64).map(|k| self.length * f64::from(k) / 64.0);

@@ -8,11 +8,11 @@ mod tilted;
 
 use glam::DVec2;
 
-use crate::physics::body::Body;
 use crate::physics::section::SectionStrain;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
-use crate::scene::{Contact, Drive, Grip, Model, Side};
+use crate::physics::{body::Body, driven::Driven};
+use crate::scene::{Contact, Grip, Model, Side};
 use crate::status::Status;
 use shoot::{Shooter, Shot, Stopped};
 use statics::Bent;
@@ -50,12 +50,10 @@ pub struct RodProblem<'a> {
     pub side: Side,
     /// Distance a > 0 of the object along the undeformed whisker.
     pub distance: f64,
-    /// Distance r₀ of the motor's axis behind the clamp; [`Drive::Displacement`] ignores it.
+    /// Distance r₀ of the motor's axis behind the clamp; a displacement ignores it.
     pub hub: f64,
-    /// Angle or displacement.
-    pub drive: Drive,
-    /// Its size, ≥ 0: θ in radians, or δ in mm.
-    pub amount: f64,
+    /// The drive, ≥ 0.
+    pub driven: Driven,
     /// A foil that stiffens the rod under the gauge.
     pub foil: Option<Bonded>,
     /// A built whisker; `taper` then has its D, d and L_a only.
@@ -92,7 +90,7 @@ impl RodProblem<'_> {
     }
 
     fn tap(&self) -> Result<RodTap, Status> {
-        if self.amount == 0.0 {
+        if self.driven.size() == 0.0 {
             return Ok(RodTap {
                 contact_arc: self.distance,
                 sticking: self.model.contact != Contact::Frictionless,
@@ -107,7 +105,7 @@ impl RodProblem<'_> {
                 let shooter = Shooter::new(self, Grip::Stick);
                 let sticks = |shot: &Shot| shot.tangential.abs() <= mu * shot.normal;
                 // T of the sticking contact, or at the farthest drive at which it sticks.
-                let tangential = match shooter.continuation(self.amount) {
+                let tangential = match shooter.continuation() {
                     Ok(shot) if sticks(&shot) => return self.read(&shooter, shot),
                     Ok(shot) => shot.tangential,
                     Err(Stopped { why, farthest }) => match farthest.ok_or(why)? {
@@ -123,7 +121,7 @@ impl RodProblem<'_> {
 
     fn shoot(&self, unknowns: Grip) -> Result<RodTap, Status> {
         let shooter = Shooter::new(self, unknowns);
-        let shot = shooter.continuation(self.amount).map_err(|stopped| stopped.why)?;
+        let shot = shooter.continuation().map_err(|stopped| stopped.why)?;
         self.read(&shooter, shot)
     }
 

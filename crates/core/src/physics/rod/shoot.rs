@@ -40,7 +40,7 @@ const UPRIGHT: f64 = 0.5;
 /// Distance over D up to which folds are not checked.
 const NEXT_TO_CLAMP: f64 = 1e-2;
 
-/// Amount, rad or δ/a, that counts as zero load.
+/// Drive, rad or δ/a, that counts as zero load.
 const BEGUN: f64 = 1e-4;
 
 /// Contact arc over L_a beyond which a built whisker has slipped off.
@@ -64,7 +64,7 @@ pub(super) struct Stopped {
     pub farthest: Option<Shot>,
 }
 
-/// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
+/// A tap by a drive of any size; its unknowns are P/`force` and (c − a)/a or T/`force`.
 pub(super) struct Shooter<'a> {
     problem: &'a RodProblem<'a>,
     /// The second unknown is the arc length c of a contact that slides, else the friction T.
@@ -72,7 +72,7 @@ pub(super) struct Shooter<'a> {
     pub whisker: Whisker<'a>,
     touched: Touched,
     hub: f64,
-    /// Unit of amounts: a radian, or a.
+    /// Unit of the drive's size: a radian, or a.
     unit: f64,
     /// Unit of forces, N.
     force: f64,
@@ -82,7 +82,7 @@ pub(super) struct Shooter<'a> {
 }
 
 impl<'a> Shooter<'a> {
-    /// The unit of forces is that of linear theory at an amount of one.
+    /// The unit of forces is that of linear theory at a drive of one unit.
     pub fn new(problem: &'a RodProblem<'a>, unknowns: Grip) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
         let shooter = Self::with(problem, unknowns);
@@ -90,15 +90,15 @@ impl<'a> Shooter<'a> {
         let bending = 64.0 * a.powi(3) / (3.0 * PI * e0 * taper.D.powi(4) * (1.0 - taper.tau * a));
         let shear = 1.0 + 3.0 * e0 * taper.D * taper.D * compliance / (16.0 * a * a);
         let linear = body.map(|body| {
-            let drive = (shooter.hub, problem.drive);
+            let drive = (shooter.hub, problem.driven.kind());
             Flexure::new(Arc::new(body.clone()), Signal::Force, problem.gauge, drive, model.shear)
         });
         let cone = shooter.lever / (bending * shear);
         Self { force: linear.map_or(cone, |linear| linear.force(a) * shooter.unit), ..shooter }
     }
 
-    pub fn continuation(&self, amount: f64) -> Result<Shot, Stopped> {
-        let longest = STRIDE * self.unit;
+    pub fn continuation(&self) -> Result<Shot, Stopped> {
+        let (whole, longest) = (self.problem.driven.size(), STRIDE * self.unit);
         let (mut at, mut before) = ((0.0, DVec2::ZERO), (0.0, DVec2::ZERO));
         let mut stride = longest;
         let (mut tried, mut growth, mut farthest, mut unseen) = (0, 2.0, None, None);
@@ -107,7 +107,7 @@ impl<'a> Shooter<'a> {
         let mut first: Option<f64> = None;
         loop {
             tried += 1;
-            let next = amount.min(at.0 + stride);
+            let next = whole.min(at.0 + stride);
             let begins = at.0 == 0.0;
             let guess = if begins {
                 DVec2::new(self.first(next / self.unit), 0.0)
@@ -119,7 +119,7 @@ impl<'a> Shooter<'a> {
                 let near = |x: f64| (z.x - x).abs() <= FORESEEN * z.x.abs().max(x.abs()).max(linear);
                 // With a contact that gives way ends are not in proportion.
                 let last = doubtful.replace((next, z)).filter(|_| begins && self.soft.is_none());
-                let foreseen = near(guess.x) || last.is_some_and(|(amount, z)| near(z.x * (next / amount)));
+                let foreseen = near(guess.x) || last.is_some_and(|(size, z)| near(z.x * (next / size)));
                 if !foreseen {
                     return Err(Status::NOT_CONVERGED);
                 }
@@ -144,7 +144,7 @@ impl<'a> Shooter<'a> {
                 {
                     return Err(Stopped { why: Status::SLIPPED_OFF, farthest: Some(shot) });
                 }
-                Ok((_, shot)) if next == amount => return Ok(shot),
+                Ok((_, shot)) if next == whole => return Ok(shot),
                 Ok((z, shot)) => {
                     (before, at) = (at, (next, z));
                     (farthest, unseen) = (Some(shot), Some(shot));
@@ -156,7 +156,7 @@ impl<'a> Shooter<'a> {
                     growth = 1.0;
                     // The path ends where a fibre has left the range of the law.
                     let left = unseen.take().is_some_and(|shot| self.is_in_range(&shot) == Ok(false));
-                    if left || stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
+                    if left || stride < SMALLEST_STRIDE * whole || tried > MOST_STRIDES {
                         let why = if left { Status::MATERIAL_LIMIT } else { missed };
                         return Err(Stopped { why, farthest });
                     }
@@ -166,22 +166,22 @@ impl<'a> Shooter<'a> {
     }
 
     fn begun(&self) -> Result<f64, Status> {
-        let amount = BEGUN * self.unit;
+        let size = BEGUN * self.unit;
         let z = DVec2::new(self.first(BEGUN), 0.0);
-        Ok(self.jacobian(amount, z, &self.shoot(amount, z)?)?.determinant())
+        Ok(self.jacobian(size, z, &self.shoot(size, z)?)?.determinant())
     }
 
-    /// P of linear theory over [`Self::force`] at an amount in units.
-    fn first(&self, amount: f64) -> f64 {
+    /// P of linear theory over [`Self::force`] at a size in units.
+    fn first(&self, size: f64) -> f64 {
         let stiffness = self.force / self.lever;
-        self.soft.map_or(amount, |soft| soft.force(stiffness, amount * self.lever) / self.force)
+        self.soft.map_or(size, |soft| soft.force(stiffness, size * self.lever) / self.force)
     }
 
     /// Newton's method with Broyden's updates and the natural monotonicity test (Deuflhard 1974). The Jacobian may be an updated one.
-    fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Status> {
+    fn newton(&self, size: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Status> {
         let mut z = guess;
-        let mut shot = self.shoot(amount, z)?;
-        let mut jacobian = self.jacobian(amount, z, &shot)?;
+        let mut shot = self.shoot(size, z)?;
+        let mut jacobian = self.jacobian(size, z, &shot)?;
         let mut step = -(jacobian.inverse() * shot.miss);
         for _ in 0..MOST_STEPS {
             if self.size(z, step) <= HIT {
@@ -190,7 +190,7 @@ impl<'a> Shooter<'a> {
             let mut missed = Status::NOT_CONVERGED;
             let Some((fraction, trial, next)) =
                 (0..=MOST_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|fraction| {
-                    let trial = self.shoot(amount, z + fraction * step);
+                    let trial = self.shoot(size, z + fraction * step);
                     missed = trial.as_ref().err().copied().unwrap_or(Status::NOT_CONVERGED);
                     let trial = trial.ok()?;
                     let next = -(jacobian.inverse() * trial.miss);
@@ -206,7 +206,7 @@ impl<'a> Shooter<'a> {
                 let lack = (trial.miss - shot.miss) - jacobian * step;
                 jacobian + DMat2::from_cols(lack * step.x, lack * step.y) * step.length_squared().recip()
             } else {
-                self.jacobian(amount, z, &trial)?
+                self.jacobian(size, z, &trial)?
             };
             shot = trial;
             step = -(jacobian.inverse() * shot.miss);
@@ -225,10 +225,10 @@ impl<'a> Shooter<'a> {
         (step / self.scale(z)).abs().max_element()
     }
 
-    fn jacobian(&self, amount: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Status> {
+    fn jacobian(&self, size: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Status> {
         let change = PROBE * self.scale(z);
         let column = |axis: DVec2| {
-            let moved = self.shoot(amount, z + change * axis)?;
+            let moved = self.shoot(size, z + change * axis)?;
             Ok::<_, Status>((moved.miss - shot.miss) / change.dot(axis))
         };
         Ok(DMat2::from_cols(column(DVec2::X)?, column(DVec2::Y)?))

@@ -3,8 +3,9 @@
 use super::shoot::Shooter;
 use super::statics::Bent;
 use super::{RodProblem, RodTap};
-use crate::physics::pole::{Planar, Pole, azimuth};
-use crate::scene::{Contact, Drive, Grip, Side};
+use crate::physics::driven::Driven;
+use crate::physics::pole::{Pole, azimuth};
+use crate::scene::{Contact, Grip, Side};
 use crate::status::Status;
 
 const SOLVED: f64 = 1e-12;
@@ -41,21 +42,20 @@ impl RodProblem<'_> {
     fn tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, Status> {
         let upright = direction == [0.0; 2];
         let sticks = self.model.contact == Contact::Stick && self.model.pole_radius == 0.0;
-        if upright || sticks || self.amount == 0.0 {
+        if upright || sticks || self.driven.size() == 0.0 {
             let tap = self.tap()?;
             return Ok(self.beside(tap, 0.0, 0.0));
         }
         if !matches!(self.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
             return Err(Status::NOT_CONVERGED);
         }
-        let whole = (self.distance, self.amount);
-        let pole = Pole::new(&self.taper, self.model, (self.drive, self.hub), direction, whole);
-        let hub = if self.drive == Drive::Angle { self.hub } else { 0.0 };
+        let pole = Pole::new(&self.taper, self.model, direction, (self.distance, self.hub, self.driven));
+        let hub = self.driven.if_turned(self.hub);
         let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { 0.0 };
         let at = |phi: f64| {
             let planar = pole.planar(phi).ok_or(Status::NOT_CONVERGED)?;
-            let Planar { distance, angle: amount, .. } = planar;
-            let problem = Self { distance, hub, drive: Drive::Angle, amount, ..*self };
+            let driven = Driven::Radians(planar.angle);
+            let problem = Self { distance: planar.distance, hub, driven, ..*self };
             let tap = problem.tap()?;
             let next = azimuth(pole.along, tap.base_angle + alpha).ok_or(Status::NOT_CONVERGED)?;
             Ok::<_, Status>((next - phi, planar, problem, tap))

@@ -5,10 +5,10 @@ use glam::DVec2;
 use super::super::RodProblem;
 use super::super::statics::{Bent, EndLoad, Whisker};
 use super::{Shooter, Shot};
-use crate::physics::body::Touched;
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Held, Soft};
-use crate::scene::{Drive, Grip};
+use crate::physics::{body::Touched, driven::Driven};
+use crate::scene::Grip;
 use crate::status::Status;
 
 const MOST_ROLLS: u32 = 30;
@@ -26,9 +26,9 @@ type Rod = (EndLoad, Bent);
 impl<'a> Shooter<'a> {
     pub fn with(problem: &'a RodProblem<'a>, unknowns: Grip) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
-        let (hub, unit) = match problem.drive {
-            Drive::Angle => (problem.hub, 1.0),
-            Drive::Displacement => (0.0, a),
+        let (hub, unit) = match problem.driven {
+            Driven::Radians(_) => (problem.hub, 1.0),
+            Driven::Millimetres(_) => (0.0, a),
         };
         let touched = match body {
             Some(body) => body.touched(a, model.surface),
@@ -59,7 +59,9 @@ impl<'a> Shooter<'a> {
         }
     }
 
-    pub fn shoot(&self, amount: f64, z: DVec2) -> Result<Shot, Status> {
+    /// The rod under trial forces, when the object is driven by `size`, rad or mm.
+    pub fn shoot(&self, size: f64, z: DVec2) -> Result<Shot, Status> {
+        let driven = self.problem.driven.map(|_| size);
         let a = self.problem.distance;
         let normal = z.x * self.force;
         let (slid, tangential) = match self.unknowns {
@@ -76,19 +78,19 @@ impl<'a> Shooter<'a> {
             Ok((load, bent))
         };
         let rolls = self.unknowns == Grip::Stick && self.problem.model.pole_radius > 0.0;
-        let (slid, (load, bent)) = if rolls { self.roll(amount, under)? } else { (slid, under(slid)?) };
+        let (slid, (load, bent)) = if rolls { self.roll(driven, under)? } else { (slid, under(slid)?) };
         let depth = self.soft.map_or(0.0, |soft| soft.depth(normal));
-        let miss = self.miss(amount, slid, &load, &bent) - self.touched.tilt * depth;
+        let miss = self.miss(driven, slid, &load, &bent) - self.touched.tilt * depth;
         let shot = Shot { normal, tangential, load, bent, miss };
         if miss.is_finite() { Ok(shot) } else { Err(Status::NOT_CONVERGED) }
     }
 
     /// Distance that the contact rolls on a pole that does not turn, mm, and the rod there. Equal lengths of circumference and skin have touched.
-    fn roll(&self, amount: f64, under: impl Fn(f64) -> Result<Rod, Status>) -> Result<(f64, Rod), Status> {
-        let RodProblem { distance: a, body, model, drive, .. } = *self.problem;
+    fn roll(&self, driven: Driven, under: impl Fn(f64) -> Result<Rod, Status>) -> Result<(f64, Rod), Status> {
+        let RodProblem { distance: a, body, model, .. } = *self.problem;
         let lean = |tilt: DVec2| (tilt.x / tilt.y).atan();
         let begun = lean(self.touched.tilt) - self.touched.angle;
-        let turned = if drive == Drive::Angle { amount } else { 0.0 };
+        let [turned, _] = driven.turn_and_lift();
         let skin = |slid: f64| match body {
             Some(body) if model.surface => body.skin(a, slid),
             Some(_) => slid,
@@ -161,12 +163,9 @@ impl<'a> Shooter<'a> {
     }
 
     /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame, without lengths that cancel.
-    fn miss(&self, amount: f64, slid: f64, load: &EndLoad, bent: &Bent) -> DVec2 {
-        let RodProblem { taper, body, distance, model, drive, .. } = *self.problem;
-        let (turn, lift) = match drive {
-            Drive::Angle => (amount, 0.0),
-            Drive::Displacement => (0.0, amount),
-        };
+    fn miss(&self, driven: Driven, slid: f64, load: &EndLoad, bent: &Bent) -> DVec2 {
+        let RodProblem { taper, body, distance, model, .. } = *self.problem;
+        let [turn, lift] = driven.turn_and_lift();
         let (moved, angle) = self.base(load, bent);
         let angle = -angle;
         let moved = DVec2::from_angle(angle).rotate(moved) - bent.offset;
