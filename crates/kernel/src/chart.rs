@@ -8,7 +8,7 @@
 //! The factors t², t and b² are exact, so that both corrections keep their relative precision as the load vanishes. The polynomials interpolate the
 //! exact law at Chebyshev points; coefficients below the required accuracy are cut.
 
-use vibrissa_core::physics::chebyshev::{coefficients, points, transpose, twice};
+use vibrissa_core::physics::chebyshev::{coefficients, points, twice};
 use vibrissa_core::physics::section::{SectionLaw, SectionStrain};
 use vibrissa_core::scene::Material;
 
@@ -86,9 +86,12 @@ impl Chart {
         for (j, &x) in ts.iter().enumerate() {
             let t = axial * x;
             let (straight, _) = law(t, 0.0)?;
-            // χ at b = 0 from two small b: the error is of fourth order.
-            let small = |b: f64| law(t, b).map(|(_, k)| k / b - 1.0);
-            let chi = (4.0 * small(1e-3)? - small(2e-3)?) / 3.0;
+            // χ at b = 0 from four small b. Its error grows as 1/β in q: it is of eighth order.
+            let mut chi = 0.0;
+            for (times, weight) in [(1.0, 4096.0), (2.0, -1344.0), (4.0, 84.0), (8.0, -1.0)] {
+                let b = 4e-3 * times;
+                chi += weight / 2835.0 * (law(t, b)?.1 / b - 1.0);
+            }
             r.push(if t == 0.0 { 0.0 } else { (straight - t) / (t * t) });
             c.push(if t == 0.0 { 0.0 } else { chi / t });
             for (i, &y) in betas.iter().enumerate() {
@@ -111,8 +114,8 @@ impl Chart {
             bending,
             r: monomials(&r),
             c: monomials(&c),
-            p: twice(monomials, &p),
-            q: twice(monomials, &q),
+            p: staircase(twice(monomials, &p)),
+            q: staircase(twice(monomials, &q)),
             error,
             whole: true,
             covers,
@@ -129,16 +132,37 @@ fn trimmed1(mut c: Vec<f64>, accuracy: f64) -> (Vec<f64>, f64) {
     (c, cut)
 }
 
+/// Sets coefficients to 0, always the smallest that no other one of higher powers holds, while they sum to at most `accuracy`; also returns the sum cut, at
+/// least that of the last row and column. No row keeps more than the one before it.
 fn trimmed(mut c: Vec<Vec<f64>>, accuracy: f64) -> (Vec<Vec<f64>>, f64) {
     let size = |row: &[f64]| row.iter().map(|x| x.abs()).sum::<f64>();
+    let mut lengths: Vec<usize> = c.iter().map(Vec::len).collect();
     let mut cut = size(&c[c.len() - 1]) + c.iter().map(|row| row[row.len() - 1].abs()).sum::<f64>();
-    for _ in 0..2 {
-        while c.len() > 1 && cut + size(&c[c.len() - 1]) <= accuracy {
-            cut += size(&c.pop().unwrap_or_default());
+    loop {
+        let free = |&i: &usize| lengths[i] > lengths.get(i + 1).copied().unwrap_or(usize::from(i == 0));
+        let last = |&i: &usize| c[i][lengths[i] - 1].abs();
+        let Some(i) = (0..c.len()).filter(free).min_by(|i, k| last(i).total_cmp(&last(k))) else { break };
+        if cut + last(&i) > accuracy {
+            break;
         }
-        c = transpose(&c);
+        cut += last(&i);
+        lengths[i] -= 1;
+        c[i][lengths[i]] = 0.0;
     }
     (c, cut)
+}
+
+/// The rows of a table without the zeros at their ends; at least one number stays.
+fn staircase(mut c: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    for row in &mut c {
+        while row.len() > 1 && row.last() == Some(&0.0) {
+            row.pop();
+        }
+    }
+    while c.len() > 1 && c.last().is_some_and(|row| row[..] == [0.0]) {
+        c.pop();
+    }
+    c
 }
 
 fn monomials(c: &[f64]) -> Vec<f64> {

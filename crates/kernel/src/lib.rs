@@ -57,33 +57,42 @@ pub struct Job<'a> {
     pub chart: Option<&'a Chart>,
 }
 
-/// The section law of a material over a range of loads, charted on first use; clones share the chart.
+/// The section law of a material over ranges of loads, each charted on first use; clones share the charts.
 #[derive(Debug, Clone)]
 pub struct Section {
     /// `None` for Hooke's law.
     law: Option<Material>,
-    /// Largest loads, and errors of the chart.
-    range: (f64, [f64; 2]),
+    /// Largest loads, ascending, and errors of the charts.
+    ranges: &'static [rule::Range],
     errors: [f64; 2],
-    chart: Arc<OnceLock<Option<Chart>>>,
+    charts: Arc<[OnceLock<Option<Chart>>; rule::CHART_RANGES.len()]>,
 }
 
 impl Section {
-    fn new(material: &Material, range: (f64, [f64; 2]), errors: [f64; 2]) -> Self {
+    fn new(material: &Material, ranges: &'static [rule::Range], errors: [f64; 2]) -> Self {
         let law = Some(*material).filter(|material| !matches!(material, Material::Hooke(_)));
-        Self { law, range, errors, chart: Arc::default() }
+        Self { law, ranges, errors, charts: Arc::default() }
     }
 
     /// The same for another material.
     fn of(&self, material: &Material) -> Self {
-        Self::new(material, self.range, self.errors)
+        Self::new(material, self.ranges, self.errors)
     }
 
-    /// Its chart; `None` for Hooke's law.
-    pub fn chart(&self) -> Option<&Chart> {
-        let (axial, bending) = self.range;
+    fn over(&self, place: usize) -> Option<&Chart> {
+        let (axial, bending) = self.ranges[place];
         let made = || Chart::new(&self.law?, axial, bending, self.errors);
-        self.chart.get_or_init(made).as_ref()
+        self.charts[place].get_or_init(made).as_ref()
+    }
+
+    /// The chart of the largest loads; `None` for Hooke's law.
+    pub fn chart(&self) -> Option<&Chart> {
+        self.over(self.ranges.len() - 1)
+    }
+
+    /// Its charts from the smallest loads to the largest; none for Hooke's law.
+    pub fn charts(&self) -> Vec<&Chart> {
+        (0..self.ranges.len()).filter_map(|place| self.over(place)).collect()
     }
 }
 
@@ -134,7 +143,7 @@ impl Ladder {
         // Next to the gauge's near end bending and the force along the whisker nearly cancel, which amplifies errors of the law.
         let fine = (SPARE * tolerance).max(rule::smallest_tolerance(Precision::F64)).min(tolerance);
         let section =
-            Section::new(material, rule::WHOLE_RANGE, rule::COARSE_SHARES.map(|share| share * fine));
+            Section::new(material, &rule::CHART_RANGES, rule::COARSE_SHARES.map(|share| share * fine));
         Self { rungs: all, section }
     }
 

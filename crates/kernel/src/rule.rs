@@ -108,16 +108,16 @@ pub fn every_rule(precision: Precision) -> Vec<Rule> {
     }
 }
 
-/// Largest axial strain, and largest bending strain b₀ + b₁ t, of section charts that reach to the ends of a material's range.
-pub const WHOLE_RANGE: (f64, [f64; 2]) = (0.15, [0.9, 0.0]);
+/// Largest axial strain, and largest bending strain b₀ + b₁ t.
+pub type Range = (f64, [f64; 2]);
 
-/// The same of the section chart on this rung. Most whiskers stay within the first.
-pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
-    match every_rule(precision).iter().position(|r| r == rule) {
-        Some(0) => (0.04, [0.15, 0.0]),
-        Some(1) => (0.08, [0.3, 0.4]),
-        _ => WHOLE_RANGE,
-    }
+/// Ranges of section charts. Most whiskers stay within the first; the last reaches to the ends of a material's range.
+pub const CHART_RANGES: [Range; 3] = [(0.04, [0.15, 0.0]), (0.08, [0.3, 0.4]), (0.15, [0.9, 0.0])];
+
+/// The range of the section chart on this rung, as a list of one.
+pub fn chart_range(precision: Precision, rule: &Rule) -> &'static [Range] {
+    let place = every_rule(precision).iter().position(|r| r == rule).unwrap_or(2).min(2);
+    &CHART_RANGES[place..=place]
 }
 
 /// Shares of the tolerance: where a chart is cut, and its largest error before its range is shortened.

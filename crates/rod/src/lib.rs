@@ -87,9 +87,10 @@ struct Job<'a> {
     effects: Effects,
     rung: Rung,
     tolerance: f64,
-    chart: Option<&'a Chart>,
-    /// Charts of nearby moduli, with their weights in its derivative.
-    nearby: &'a [(f64, &'a Chart)],
+    /// Charts of the section law from the smallest loads to the largest; none for Hooke's.
+    charts: &'a [&'a Chart],
+    /// Those of nearby moduli, with their weights in its derivative.
+    nearby: &'a [(f64, Vec<&'a Chart>)],
 }
 
 fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixed<T, N, SLIDE> {
@@ -98,22 +99,24 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
         let Nodes { points, weights, .. } = Nodes::of(count);
         points.iter().zip(weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect()
     };
+    let each = |charts: &[&Chart]| charts.iter().map(|chart| Chart::of(chart)).collect();
     Fixed {
         rule: Rule::new(nodes),
         slide: Rule::new(slide),
         turns: Turns::new(TERMS),
-        law: job.chart.map(|chart| Charted {
-            law: Chart::of(chart),
-            nearby: job.nearby.iter().map(|(weight, chart)| (T::of(*weight), Chart::of(chart))).collect(),
+        law: (!job.charts.is_empty()).then(|| Charted {
+            law: each(job.charts),
+            nearby: job.nearby.iter().map(|(weight, charts)| (T::of(*weight), each(charts))).collect(),
         }),
         gauge: points(if job.effects.long { nodes / 2 + 3 } else { 4 }),
         path: points(8),
     }
 }
 
-/// Solves `taps`, each to `tolerance` where a rung reaches it; `chart` gives the section law where it is not Hooke's. `effects`: those of the model.
-pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
-    climb(taps, effects, tolerance, (chart, &[]), &[[NEWTON, SLIDE]], block)
+/// Solves `taps`, each to `tolerance` where a rung reaches it. `charts` of the section law: from the smallest loads to the largest, none for Hooke's.
+/// `effects`: those of the model.
+pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, charts: &[&Chart]) -> Vec<Solution> {
+    climb(taps, effects, tolerance, (charts, &[]), &[[NEWTON, SLIDE]], block)
 }
 
 /// The same of taps with their derivatives by [`SLOPES`] numbers each, without Newton's method. Values and derivatives are iterated to the same tolerance:
@@ -123,10 +126,10 @@ pub fn slopes(
     taps: &[Tap<'_, One<SLOPES>>],
     effects: Effects,
     tolerance: f64,
-    chart: Option<&Chart>,
-    nearby: &[(f64, &Chart)],
+    charts: &[&Chart],
+    nearby: &[(f64, Vec<&Chart>)],
 ) -> Vec<Solution<One<SLOPES>>> {
-    climb(taps, effects, tolerance, (chart, nearby), &[], dual_block)
+    climb(taps, effects, tolerance, (charts, nearby), &[], dual_block)
 }
 
 /// Takes `taps` up the ladder, on which `last` follow the rungs of their whisker.
@@ -134,7 +137,7 @@ fn climb<T: Real>(
     taps: &[Tap<'_, T>],
     effects: Effects,
     tolerance: f64,
-    (chart, nearby): (Option<&Chart>, &[(f64, &Chart)]),
+    (charts, nearby): (&[&Chart], &[(f64, Vec<&Chart>)]),
     last: &[Rung],
     solve: impl Fn(&Job<'_>, &[Tap<'_, T>]) -> Vec<Solution<T>> + Sync,
 ) -> Vec<Solution<T>> {
@@ -150,7 +153,8 @@ fn climb<T: Real>(
     for ((effects, pieces), places) in classes {
         let all = if pieces < PIECES { FEW } else { MANY };
         let fine = if effects.wrench { CANCELLING } else { FINE.max(SHARE * tolerance) };
-        let fine = fine.max(chart.map_or(0.0, |chart| CHARTED * chart.error)).min(tolerance);
+        let charted = charts.iter().map(|chart| CHARTED * chart.error).fold(0.0, f64::max);
+        let fine = fine.max(charted).min(tolerance);
         let rungs = all.iter().map(|rung| (*rung, fine)).chain(last.iter().map(|rung| (*rung, tolerance)));
         let mut open = places;
         for (rung, enough) in rungs {
@@ -158,7 +162,7 @@ fn climb<T: Real>(
             if open.is_empty() {
                 break;
             }
-            let job = Job { effects, rung, tolerance: fine, chart, nearby };
+            let job = Job { effects, rung, tolerance: fine, charts, nearby };
             let part = |part: &[usize]| {
                 let those: Vec<Tap<'_, T>> = part.iter().map(|&i| taps[i]).collect();
                 solve(&job, &those)

@@ -26,19 +26,44 @@ pub struct Whisker<P> {
     pub softer: P,
 }
 
-/// A section law, and laws of nearby moduli with their weights in its derivative.
+/// Charts of a section law from the smallest loads to the largest, and those of laws of nearby moduli with their weights in its derivative.
 pub struct Charted<T> {
-    pub law: Chart<T>,
-    pub nearby: Vec<(T, Chart<T>)>,
+    pub law: Vec<Chart<T>>,
+    pub nearby: Vec<(T, Vec<Chart<T>>)>,
+}
+
+/// e₀ − t, χ and load of [`Chart::section`] by the first of `charts` that reaches so far. A lane does not depend on its neighbours.
+#[inline(always)]
+fn first<P: Packed>(charts: &[Chart<P::Scalar>], t: P, b: P) -> [P; 3] {
+    let one = P::of(1.0);
+    let mut found = charts[0].section(t, b);
+    for chart in &charts[1..] {
+        if found[2].all_at_most(one) {
+            break;
+        }
+        let next = chart.section(t, b);
+        let [extra, chi, load] = found;
+        found = [
+            one.if_less(load, next[0], extra),
+            one.if_less(load, next[1], chi),
+            one.if_less(load, next[2], load),
+        ];
+    }
+    found
 }
 
 impl<T: Scalar> Charted<T> {
-    /// e₀ − t, χ and load of [`Chart::section`], with the derivatives by the laws of nearby moduli.
+    /// Largest error of a chart, relative to the strain.
+    pub fn error(&self) -> f64 {
+        self.law.iter().map(|chart| chart.error).fold(0.0, f64::max)
+    }
+
+    /// e₀ − t, χ and load, with the derivatives by the laws of nearby moduli.
     #[inline(always)]
     pub fn section<P: Lane<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
-        let [mut extra, mut chi, load] = self.law.section(t, b);
+        let [mut extra, mut chi, load] = first(&self.law, t, b);
         for (weight, law) in &self.nearby {
-            let other = law.section(t, b);
+            let other = first(law, t, b);
             extra = extra.grown(P::splat(*weight) * other[0]);
             chi = chi.grown(P::splat(*weight) * other[1]);
         }

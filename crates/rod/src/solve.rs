@@ -164,7 +164,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let rounding = of(ROUNDINGS * P::Scalar::ROUNDING) * (one + shown * x.abs());
         let mut error = left + self.truncated(fixed, force, measure) + rounding;
         if let Some(charted) = &fixed.law {
-            error = error + of(2.0 * charted.law.error);
+            error = error + of(2.0 * charted.error());
         }
         let second = match self.effects.stick {
             true => {

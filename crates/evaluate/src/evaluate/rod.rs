@@ -89,8 +89,8 @@ impl<'a> Rods<'a> {
     pub fn solve(&self, tolerance: f64, section: &Section) -> Vec<Solved> {
         let framed: Vec<Option<Framed<'_>>> = self.open.par_iter().map(|&i| self.framed(i)).collect();
         let taps: Vec<Tap<'_>> = framed.iter().flatten().map(|framed| framed.tap).collect();
-        let section = if taps.is_empty() { None } else { section.chart() };
-        let mut next = solve(&taps, self.effects(), tolerance, section).into_iter();
+        let charts = if taps.is_empty() { Vec::new() } else { section.charts() };
+        let mut next = solve(&taps, self.effects(), tolerance, &charts).into_iter();
         let solved: Vec<_> = framed.into_iter().map(|one| Some((one?, next.next()?))).collect();
         let one = |(&i, solved): (&usize, &Option<(Framed<'_>, Solution)>)| {
             let lost = Solved { grip: self.question.grips[i], ..Solved::LOST };
@@ -131,10 +131,12 @@ impl<'a> Rods<'a> {
             }));
         }
         let taps: Vec<Tap<'_, Slopes>> = duals.iter().flatten().copied().collect();
-        let chart = if taps.is_empty() { None } else { section.chart() };
-        let charts: Option<Vec<_>> = laws.iter().map(|(weight, law)| Some((*weight, law.chart()?))).collect();
-        let Some(laws) = charts else { return vec![None; steps.len()] };
-        let mut solved = slopes(&taps, self.effects(), tolerance, chart, &laws).into_iter();
+        let charts = if taps.is_empty() { Vec::new() } else { section.charts() };
+        let laws: Vec<_> = laws.iter().map(|(weight, law)| (*weight, law.charts())).collect();
+        if laws.iter().any(|(_, law)| law.len() != charts.len()) {
+            return vec![None; steps.len()];
+        }
+        let mut solved = slopes(&taps, self.effects(), tolerance, &charts, &laws).into_iter();
         let one = |((group, steps), dual): ((Option<&[Framed<'_>]>, &Vec<f64>), &Option<_>)| {
             let s = dual.as_ref().and_then(|_| solved.next()).filter(|s| s.error.value <= tolerance)?;
             self.near(group?, steps, &s)
