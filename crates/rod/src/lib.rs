@@ -156,7 +156,10 @@ fn climb<T: Real>(
         let charted = charts.iter().map(|chart| CHARTED * chart.error).fold(0.0, f64::max);
         let fine = fine.max(charted).min(tolerance);
         let rungs = all.iter().map(|rung| (*rung, fine)).chain(last.iter().map(|rung| (*rung, tolerance)));
+        // Taps of a pack take as many passes as the hardest of them.
         let mut open = places;
+        let drive = |i: &usize| taps[*i].turn.value() + (taps[*i].lift / taps[*i].a).value();
+        open.sort_by(|i, k| drive(i).total_cmp(&drive(k)));
         for (rung, enough) in rungs {
             open.retain(|&i| error(&out[i]) > enough);
             if open.is_empty() {

@@ -110,37 +110,37 @@ impl<P: Lane> Piece<P> {
         // A panel without length may lie where the piece would end in a point.
         let radius = self.radius(effects, whisker, s).max(of(1e-9));
         let r2 = radius * radius;
-        let (mut area, mut inertia) = (of(PI) * r2, of(0.25 * PI) * r2 * r2);
-        let (mut p, mut g) = (zero, zero);
-        if effects.inner {
-            let i = self.inner[0] + self.inner[1] * (s - self.near);
-            let i2 = i * i;
-            g = whisker.core;
-            p = i2 / r2;
-            let other = of(PI) * (g - one);
-            area = area + other * i2;
-            inertia = inertia + of(0.25) * other * i2 * i2;
+        let thin = one / r2;
+        if !effects.inner {
+            // k G of a disc, with E = 1: −J = q/4 − 1/24.
+            let slack = (of(4.0) * whisker.quarter - of(2.0 / 3.0)) * whisker.softer;
+            let bare = of(4.0 / PI) * thin * thin;
+            return Section {
+                radius,
+                flex: bare * self.bends,
+                bare,
+                stretch: if effects.extension { of(1.0 / PI) * thin } else { zero },
+                slack: if effects.shear { of(1.0 / PI) * thin * slack } else { zero },
+            };
         }
-        let bare = one / inertia;
+        let i = self.inner[0] + self.inner[1] * (s - self.near);
+        let (i2, g) = (i * i, whisker.core);
+        let (p, other) = (i2 * thin, of(PI) * (g - one));
+        let area = of(PI) * r2 + other * i2;
+        let bare = one / (of(0.25) * (of(PI) * r2 * r2 + other * i2 * i2));
         let mut section = Section { radius, flex: bare * self.bends, bare, stretch: zero, slack: zero };
         if effects.extension {
             section.stretch = one / area;
         }
         if effects.shear {
-            section.slack = if effects.inner {
-                let quarter = whisker.quarter;
-                let over = zero - (one - g) * quarter * (one - p) / (one + g - (one - g) * p);
-                let (b, a) = (p * over, p * over - quarter);
-                let j = of(0.25) * a * (one - p * p)
-                    + of(0.5) * b * (one - p)
-                    + of(1.0 / 24.0) * (one - p * p * p)
-                    + g * (of(0.25) * (a + over) * p * p + of(1.0 / 24.0) * p * p * p);
-                zero - of(PI) * r2 * r2 * r2 * j * section.bare * section.bare
-            } else {
-                // k G of a disc, with E = 1: −J = q/4 − 1/24.
-                (of(0.25) * whisker.quarter - of(1.0 / 24.0)) * of(16.0) / (of(PI) * r2)
-            };
-            section.slack = section.slack * whisker.softer;
+            let quarter = whisker.quarter;
+            let over = zero - (one - g) * quarter * (one - p) / (one + g - (one - g) * p);
+            let (b, a) = (p * over, p * over - quarter);
+            let j = of(0.25) * a * (one - p * p)
+                + of(0.5) * b * (one - p)
+                + of(1.0 / 24.0) * (one - p * p * p)
+                + g * (of(0.25) * (a + over) * p * p + of(1.0 / 24.0) * p * p * p);
+            section.slack = zero - of(PI) * r2 * r2 * r2 * j * bare * bare * whisker.softer;
         }
         section
     }
