@@ -156,7 +156,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let law = (&fixed.turns, fixed.law.as_ref().filter(|_| effects.law));
         // Between a and c the whole moment is carried, on the panels that of linear theory is not.
         let linear = cross([zero, self.radius], force);
-        let mut carried = Carried { moment: linear + cross(lift, force), ..Carried::default() };
+        let mut carried = Carried::at_contact(linear + cross(lift, force));
         if effects.stick {
             carried.friction[0] = cross([zero, radius], tangent);
         }
@@ -182,7 +182,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
                 continue;
             }
             if effects.curved {
-                slide.curve(&fixed.turns, &self.whisker);
+                slide.curve(S, &fixed.turns, &self.whisker);
             }
             carried = slide.pass(&fixed.slide, law, &effects, (force, tangent), (done, true), &carried);
         }

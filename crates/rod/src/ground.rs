@@ -28,6 +28,9 @@ pub struct Fixed<T, const N: usize, const S: usize> {
     pub path: Vec<(T, T)>,
 }
 
+/// Panels of the whisker and those between the contact and where it was at rest.
+pub type Panels<P, const N: usize, const S: usize> = (Vec<Panel<P, N>>, Vec<Panel<P, S>>);
+
 /// A pack of taps. Lengths in contact distances, forces in E a²; axes along and across the resting whisker at the contact.
 pub struct Ground<P, const N: usize, const S: usize> {
     pub effects: Effects,
@@ -92,6 +95,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         fixed: &Fixed<P::Scalar, N, S>,
         effects: Effects,
         lane: impl Fn(usize) -> &'a Tap<'a, P::One>,
+        (mut panels, mut slides): Panels<P, N, S>,
     ) -> Self {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
@@ -152,24 +156,24 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let bend = k0 + k1;
         let normal = Self::normal_of(radius, slope, bend);
         let pole = pack(&|t| t.pole / t.a);
-        let mut panels: Vec<Panel<P, N>> = Vec::with_capacity(count);
+        let (mut used, of_whisker) = (0, (&effects, &whisker));
         for part in parts.iter().rev() {
             let ends = [part.near.min(one), part.far.min(one)];
             if (ends[1] - ends[0]).all_at_most(zero) {
                 continue;
             }
-            let mut panel = Panel::new(&fixed.rule, &effects, &whisker, part, ends, false);
+            let panel = Panel::new(&mut panels, used, &fixed.rule, of_whisker, part, ends, false);
             if effects.curved {
-                panel.curve(&fixed.turns, &whisker);
+                panel.curve(N, &fixed.turns, &whisker);
             }
-            panels.push(panel);
+            used += 1;
         }
+        panels.truncate(used);
         // A contact that moves over several pieces crosses them from c to a: towards the base, or towards the tip.
         let both = if count == 1 { 1 } else { 2 * count };
-        let mut slides: Vec<Panel<P, S>> = Vec::with_capacity(both);
         for k in 0..both {
             let part = &parts[if k < count { count - 1 - k } else { k - count }];
-            slides.push(Panel::new(&fixed.slide, &effects, &whisker, part, [one, one], true));
+            Panel::new(&mut slides, k, &fixed.slide, of_whisker, part, [one, one], true);
         }
         let [versine, sin] = fixed.turns.rotation(whisker.rest);
         let (axis, side) = ([one - versine, zero - sin], [sin, one - versine]);

@@ -231,11 +231,13 @@ unsafe fn wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
 fn packs<P: Lane, const L: usize>(job: &Job<'_>, taps: &[Tap<'_, P::One>]) -> Vec<Solution<P::One>> {
     let fixed = fixed::<P::Scalar, MOST>(job);
     let mut out = Vec::with_capacity(taps.len());
+    let mut panels = Default::default();
     for taps in taps.chunks(L) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
-        let mut ground = Ground::<P, MOST, SLIDE>::new(&fixed, job.effects, lane);
+        let mut ground = Ground::<P, MOST, SLIDE>::new(&fixed, job.effects, lane, panels);
         let solved = ground.solve(&fixed, (job.tolerance, PASSES), &lane);
         out.extend((0..taps.len()).map(|i| solution(&solved, i)));
+        panels = (ground.panels, ground.slides);
     }
     out
 }
@@ -247,7 +249,7 @@ fn exactly(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
         let rod = tap.rod.map(One::<2>::of);
         let tap = tap.map(&rod, One::<2>::of);
         let lane = |_: usize| &tap;
-        let mut ground = Ground::<One<2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane);
+        let mut ground = Ground::<One<2>, NEWTON, SLIDE>::new(&fixed, job.effects, lane, Default::default());
         solution(&ground.solve_exactly(&fixed, (job.tolerance, PASSES), &lane), 0).map(|x| x.value)
     };
     taps.iter().map(solve).collect()

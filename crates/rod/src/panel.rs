@@ -40,7 +40,7 @@ pub struct Panel<P, const N: usize> {
 }
 
 /// Values carried from panel to panel.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct Carried<P> {
     /// Moment less the linear one.
     pub moment: P,
@@ -59,42 +59,61 @@ pub struct Carried<P> {
     pub beyond: P,
 }
 
-impl<P: Lane, const N: usize> Panel<P, N> {
-    /// The panel from `near` to `far`, where s = `far` is towards the contact.
+impl<P: Lane> Carried<P> {
+    /// At the contact, with this moment.
     #[inline(always)]
-    pub fn new(
+    pub fn at_contact(moment: P) -> Self {
+        let zero = P::of(0.0);
+        let (shift, swept, pivoted) = ([zero; 2], [zero; 2], [zero; 2]);
+        Self { moment, lag: zero, shift, swept, friction: [zero; 4], pivoted, load: zero, beyond: zero }
+    }
+}
+
+impl<P: Lane, const N: usize> Panel<P, N> {
+    /// Panel `k` of `panels`, of which there are at least as many, from `near` to `far`, where s = `far` is towards the contact. Panels of packs that were
+    /// solved are used again.
+    #[inline(always)]
+    pub fn new<'a>(
+        panels: &'a mut Vec<Self>,
+        k: usize,
         rule: &Rule<P::Scalar, N>,
-        effects: &Effects,
-        whisker: &Whisker<P>,
+        (effects, whisker): (&Effects, &Whisker<P>),
         part: &Piece<P>,
         [near, far]: [P; 2],
         even: bool,
-    ) -> Self {
+    ) -> &'a mut Self {
         let of = P::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let length = far - near;
-        let q = if even {
+        if k == panels.len() {
+            panels.push(Self {
+                part: *part,
+                place: [zero; 3],
+                weight: [zero; N],
+                arc: [zero; N],
+                section: [Section::default(); N],
+                along: [[one, zero]; N],
+                lever: [[zero; 2]; N],
+                turn: [[zero; 2]; N],
+                give: [zero; N],
+                lag: [zero; N],
+                extra: [zero; N],
+                pull: [zero; N],
+                entry: [zero; 2],
+                begin: [zero; 2],
+            });
+        }
+        let panel = &mut panels[k];
+        panel.part = *part;
+        panel.place[2] = if even {
             one
         } else {
             let thick = part.radius(effects, whisker, near);
             (part.radius(effects, whisker, far) / thick).max(of(1e-3)).sqrt()
         };
-        let mut panel = Self {
-            part: *part,
-            place: [far, length, q],
-            weight: [zero; N],
-            arc: [zero; N],
-            section: [Section::default(); N],
-            along: [[one, zero]; N],
-            lever: [[zero; 2]; N],
-            turn: [[zero; 2]; N],
-            give: [zero; N],
-            lag: [zero; N],
-            extra: [zero; N],
-            pull: [zero; N],
-            entry: [zero; 2],
-            begin: [zero; 2],
-        };
+        for i in 0..rule.nodes() {
+            (panel.lag[i], panel.extra[i], panel.pull[i]) = (zero, zero, zero);
+        }
+        panel.entry = [zero; 2];
         panel.put(rule, effects, whisker, [near, far]);
         panel
     }
@@ -146,8 +165,8 @@ impl<P: Lane, const N: usize> Panel<P, N> {
 
     /// Directions of the resting whisker.
     #[inline(always)]
-    pub fn curve(&mut self, turns: &Turns<P::Scalar>, whisker: &Whisker<P>) {
-        for i in 0..N {
+    pub fn curve(&mut self, n: usize, turns: &Turns<P::Scalar>, whisker: &Whisker<P>) {
+        for i in 0..n.min(N) {
             let [versine, sine] = turns.rotation(whisker.rest_angle(self.arc[i]));
             self.along[i] = [P::of(1.0) - versine, sine];
         }
