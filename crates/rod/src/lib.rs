@@ -45,9 +45,11 @@ use vibrissa_kernel::cpu::{Instructions, Pack, Set, Vectors};
 /// Nodes of a panel and of the stretch between a and c.
 type Rung = [usize; 2];
 
-/// Rungs for whiskers of few pieces, and of many.
-const FEW: [Rung; 2] = [[10, 4], [16, 6]];
-const MANY: [Rung; 2] = [[7, 4], [12, 6]];
+/// Rungs for whiskers of few pieces, and of many; the last is Newton's method.
+const RUNGS: [&[Rung]; 2] = [&[[10, 4], [16, 6], [NEWTON, SLIDE]], &[[7, 4], [12, 6], [NEWTON, SLIDE]]];
+
+/// The same for derivatives. With 10 nodes half of the cones to 20° would be solved twice.
+const OF_SLOPES: [&[Rung]; 2] = [&[[12, 5], [16, 6]], &[[7, 4], [12, 6]]];
 
 /// Number of pieces from which on there are many.
 const PIECES: usize = 5;
@@ -116,7 +118,7 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
 /// Solves `taps`, each to `tolerance` where a rung reaches it. `charts` of the section law: from the smallest loads to the largest, none for Hooke's.
 /// `effects`: those of the model.
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, charts: &[&Chart]) -> Vec<Solution> {
-    climb(taps, effects, tolerance, (charts, &[]), &[[NEWTON, SLIDE]], block)
+    climb(taps, effects, tolerance, (charts, &[]), RUNGS, block)
 }
 
 /// The same of taps with their derivatives by [`SLOPES`] numbers each, without Newton's method. Values and derivatives are iterated to the same tolerance:
@@ -129,16 +131,16 @@ pub fn slopes(
     charts: &[&Chart],
     nearby: &[(f64, Vec<&Chart>)],
 ) -> Vec<Solution<One<SLOPES>>> {
-    climb(taps, effects, tolerance, (charts, nearby), &[], dual_block)
+    climb(taps, effects, tolerance, (charts, nearby), OF_SLOPES, dual_block)
 }
 
-/// Takes `taps` up the ladder, on which `last` follow the rungs of their whisker.
+/// Takes `taps` up the `rungs` for their whiskers.
 fn climb<T: Real>(
     taps: &[Tap<'_, T>],
     effects: Effects,
     tolerance: f64,
     (charts, nearby): (&[&Chart], &[(f64, Vec<&Chart>)]),
-    last: &[Rung],
+    rungs: [&[Rung]; 2],
     solve: impl Fn(&Job<'_>, &[Tap<'_, T>]) -> Vec<Solution<T>> + Sync,
 ) -> Vec<Solution<T>> {
     let mut classes: BTreeMap<(Effects, usize), Vec<usize>> = BTreeMap::new();
@@ -151,16 +153,15 @@ fn climb<T: Real>(
     let mut out = vec![Solution::FAILED.map(T::of); taps.len()];
     let error = |s: &Solution<T>| s.error.value();
     for ((effects, pieces), places) in classes {
-        let all = if pieces < PIECES { FEW } else { MANY };
         let fine = if effects.wrench { CANCELLING } else { FINE.max(SHARE * tolerance) };
         let charted = charts.iter().map(|chart| CHARTED * chart.error).fold(0.0, f64::max);
         let fine = fine.max(charted).min(tolerance);
-        let rungs = all.iter().map(|rung| (*rung, fine)).chain(last.iter().map(|rung| (*rung, tolerance)));
         // Taps of a pack take as many passes as the hardest of them.
         let mut open = places;
         let drive = |i: &usize| taps[*i].turn.value() + (taps[*i].lift / taps[*i].a).value();
         open.sort_by(|i, k| drive(i).total_cmp(&drive(k)));
-        for (rung, enough) in rungs {
+        for &rung in rungs[usize::from(pieces >= PIECES)] {
+            let enough = if rung[0] == NEWTON { tolerance } else { fine };
             open.retain(|&i| error(&out[i]) > enough);
             if open.is_empty() {
                 break;
