@@ -186,7 +186,7 @@ impl Frame {
             side: setup.gauge.side,
             driven: driven.map(lane),
             hub,
-            taper: taper.with(&taper, |x, _| lane(x)),
+            taper: taper.map(lane),
             gauge: gauge.map(lane),
             a: lane(a),
             grip,

@@ -1,5 +1,7 @@
 //! A whisker as the solver takes it: pieces along which radii are linear.
 
+use std::array::from_fn;
+
 use vibrissa_core::physics::body::Body;
 use vibrissa_core::physics::real::Real;
 use vibrissa_core::physics::solid::Bonded;
@@ -46,43 +48,34 @@ pub struct Rod<T = f64> {
 impl<T: Copy> Rod<T> {
     /// `f` of each number.
     pub fn map<U>(&self, f: impl Fn(T) -> U) -> Rod<U> {
-        self.with(self, |x, _| f(x)).expect("as many pieces")
+        self.made(|get| f(get(self)))
     }
 
-    /// `f` of each number of both; `None` if they have not the same parts.
-    pub fn with<O: Copy, U>(&self, o: &Rod<O>, f: impl Fn(T, O) -> U) -> Option<Rod<U>> {
-        let power = match (self.power, o.power) {
-            (Some(x), Some(y)) => Some(each(x, y, &f)),
-            _ => None,
-        };
-        let piece = |(x, y): (&Piece<T>, &Piece<O>)| Piece {
-            near: f(x.near, y.near),
-            far: f(x.far, y.far),
-            radius: each(x.radius, y.radius, &f),
-            inner: each(x.inner, y.inner, &f),
-            bends: f(x.bends, y.bends),
-        };
-        let alike = self.pieces.len() == o.pieces.len() && self.power.is_some() == o.power.is_some();
-        alike.then(|| Rod {
-            pieces: self.pieces.iter().zip(&o.pieces).map(piece).collect(),
-            length: f(self.length, o.length),
-            power,
-            curvature: each(self.curvature, o.curvature, &f),
-            root: each(self.root, o.root, &f),
-            moduli: each(self.moduli, o.moduli, &f),
-            nu: f(self.nu, o.nu),
-            gauge: each(self.gauge, o.gauge, &f),
-        })
+    /// True if both have the same parts.
+    pub fn is_like(&self, o: &Self) -> bool {
+        self.pieces.len() == o.pieces.len() && self.power.is_some() == o.power.is_some()
     }
-}
 
-/// `f` of each pair.
-pub(crate) fn each<T: Copy, O: Copy, U, const N: usize>(
-    x: [T; N],
-    y: [O; N],
-    f: impl Fn(T, O) -> U,
-) -> [U; N] {
-    std::array::from_fn(|k| f(x[k], y[k]))
+    /// A whisker with the parts of this one. `f` makes each number by a function that reads it from a whisker with these parts.
+    pub fn made<U>(&self, f: impl Fn(&dyn Fn(&Self) -> T) -> U) -> Rod<U> {
+        let piece = |i: usize| Piece {
+            near: f(&|r| r.pieces[i].near),
+            far: f(&|r| r.pieces[i].far),
+            radius: from_fn(|k| f(&|r| r.pieces[i].radius[k])),
+            inner: from_fn(|k| f(&|r| r.pieces[i].inner[k])),
+            bends: f(&|r| r.pieces[i].bends),
+        };
+        Rod {
+            pieces: (0..self.pieces.len()).map(piece).collect(),
+            length: f(&|r| r.length),
+            power: self.power.map(|power| from_fn(|k| f(&|r| r.power.unwrap_or(power)[k]))),
+            curvature: from_fn(|k| f(&|r| r.curvature[k])),
+            root: from_fn(|k| f(&|r| r.root[k])),
+            moduli: from_fn(|k| f(&|r| r.moduli[k])),
+            nu: f(&|r| r.nu),
+            gauge: from_fn(|k| f(&|r| r.gauge[k])),
+        }
+    }
 }
 
 impl<T: Real> Rod<T> {

@@ -1,6 +1,5 @@
 //! A tap as the solver takes it, and its answer.
 
-use vibrissa_core::physics::number::Number;
 use vibrissa_core::physics::pole::Space;
 use vibrissa_core::physics::solid::{HALVED, is_solid};
 use vibrissa_core::physics::taper::Taper;
@@ -8,7 +7,6 @@ use vibrissa_core::scene::{Contact, Material, Model, Side};
 use vibrissa_kernel::rule::limits::{ASTRAY, EDGE, HOPELESS};
 
 use super::Rod;
-use super::rod::each;
 
 /// Effects of the model and of the whiskers, equal for all taps of a pack; an effect that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -122,40 +120,48 @@ pub struct Tap<'a, T = f64> {
     pub least: T,
 }
 
-impl<T: Number> Tap<'_, T> {
-    fn numbers(&self) -> [T; 8] {
-        [self.a, self.hub, self.turn, self.lift, self.ratio, self.pole, self.softer, self.least]
-    }
-
+impl<T: Copy> Tap<'_, T> {
     /// `f` of each number, for the whisker `rod`.
     pub fn map<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(T) -> U) -> Tap<'b, U> {
-        self.with(self, rod, |x, _| f(x)).expect("the same parts")
+        self.made(rod, |get| f(get(self)))
     }
 
-    /// `f` of each number of both, for the whisker `rod`; `None` if only one has a skin or a tilted pole.
-    pub fn with<'b, O: Number, U>(
-        &self,
-        o: &Tap<'_, O>,
-        rod: &'b Rod<U>,
-        f: impl Fn(T, O) -> U,
-    ) -> Option<Tap<'b, U>> {
-        let skin = match (self.skin, o.skin) {
-            (Some(x), Some(y)) => {
-                Some(Skin { taper: x.taper.with(&y.taper, &f), start: f(x.start, y.start), halved: x.halved })
-            }
-            _ => None,
+    /// True if both have a skin, and a tilted pole, or both have none.
+    pub fn is_like(&self, o: &Tap<'_, T>) -> bool {
+        self.skin.is_some() == o.skin.is_some() && self.tilt.is_some() == o.tilt.is_some()
+    }
+
+    /// A tap with the parts of this one, for the whisker `rod`. `f` makes each number by a function that reads it from a tap with these parts.
+    pub fn made<'b, U>(&self, rod: &'b Rod<U>, f: impl Fn(&dyn Fn(&Tap<'_, T>) -> T) -> U) -> Tap<'b, U> {
+        let skin = |skin: Skin<T>| {
+            let of = |t: &Tap<'_, T>| t.skin.unwrap_or(skin);
+            let taper = Taper {
+                D: f(&|t| of(t).taper.D),
+                tau: f(&|t| of(t).taper.tau),
+                tan_alpha: f(&|t| of(t).taper.tan_alpha),
+            };
+            Skin { taper, start: f(&|t| of(t).start), halved: skin.halved }
         };
-        let tilt = match (self.tilt, o.tilt) {
-            (Some(x), Some(y)) => {
-                let (point, along) = (each(x.point, y.point, &f), each(x.along, y.along, &f));
-                Some(Tilt { point, along, azimuth: f(x.azimuth, y.azimuth) })
-            }
-            _ => None,
+        let tilt = |tilt: Tilt<T>| {
+            let of = |t: &Tap<'_, T>| t.tilt.unwrap_or(tilt);
+            let point = std::array::from_fn(|k| f(&|t| of(t).point[k]));
+            let along = std::array::from_fn(|k| f(&|t| of(t).along[k]));
+            Tilt { point, along, azimuth: f(&|t| of(t).azimuth) }
         };
-        let [a, hub, turn, lift, ratio, pole, softer, least] = each(self.numbers(), o.numbers(), &f);
-        let soft = each(self.soft, o.soft, &f);
-        let alike = self.skin.is_some() == o.skin.is_some() && self.tilt.is_some() == o.tilt.is_some();
-        alike.then_some(Tap { rod, a, hub, turn, lift, ratio, pole, softer, soft, skin, tilt, least })
+        Tap {
+            rod,
+            a: f(&|t| t.a),
+            hub: f(&|t| t.hub),
+            turn: f(&|t| t.turn),
+            lift: f(&|t| t.lift),
+            ratio: f(&|t| t.ratio),
+            pole: f(&|t| t.pole),
+            softer: f(&|t| t.softer),
+            soft: std::array::from_fn(|k| f(&|t| t.soft[k])),
+            skin: self.skin.map(skin),
+            tilt: self.tilt.map(tilt),
+            least: f(&|t| t.least),
+        }
     }
 }
 

@@ -6,8 +6,8 @@ use vibrissa_core::physics::pole::{self, Pole};
 use vibrissa_core::physics::rod::RodProblem;
 use vibrissa_core::physics::taper::Taper;
 use vibrissa_core::scene::built::{Built, Inner, Profile, Root};
-use vibrissa_core::scene::{Clamp, Contact, Geometry, Material, Model, Side};
-use vibrissa_kernel::Chart;
+use vibrissa_core::scene::{Clamp, Contact, Geometry, Material, Model, Precision, Side};
+use vibrissa_kernel::Ladder;
 use vibrissa_rod::{Effects, Rod, Tap, Tilt, solve};
 
 const MODEL: Model = Model {
@@ -50,8 +50,7 @@ fn tap<'a>(rod: &'a Rod, (a, turn): (f64, f64), model: &Model, tilt: Option<Tilt
 fn compare(built: &Built, model: &Model, angles: &[f64]) {
     let (mut asked, mut told) = (0, 0);
     let (length, gauge_of) = (50.0, |body: &Body| body.gauge(5.0, 2.0));
-    let law = !matches!(model.material, Material::Hooke(_));
-    let chart = if law { Chart::new(&model.material, 0.15, [0.9, 0.0], [1e-11, 1e-9]) } else { None };
+    let section = Ladder::new(Precision::F64, &model.material, TOLERANCE).section;
     for (d, a) in [(2.0, 21.0), (4.0, 33.0), (7.0, 45.0), (10.0, 48.0), (11.0, 20.0)] {
         for &theta in angles {
             let body = Body::new(built, [10.0, d, length], model.material.e0(), model.nu);
@@ -71,7 +70,7 @@ fn compare(built: &Built, model: &Model, angles: &[f64]) {
             let rod = Rod::built(&body, gauge, None);
             let tap = tap(&rod, (a, theta), model, None);
             let effects = Effects::of(model, Side::Contact, model.contact == Contact::Stick);
-            let found = solve(&[tap], effects, TOLERANCE, chart.as_ref())[0];
+            let found = solve(&[tap], effects, TOLERANCE, &section.charts())[0];
             asked += 1;
             if found.error > TOLERANCE {
                 continue;
@@ -144,8 +143,7 @@ fn tilted_poles() {
     for model in
         [MODEL, all, Model { pole_radius: 3.0, ..all }, Model { material: Material::NeoHookean(3.2), ..all }]
     {
-        let chart = Chart::new(&model.material, 0.15, [0.9, 0.0], [1e-11, 1e-9])
-            .filter(|_| !matches!(model.material, Material::Hooke(_)));
+        let section = Ladder::new(Precision::F64, &model.material, TOLERANCE).section;
         for (k, [tilt, lean]) in
             [[0.0, 0.0], [0.3, 0.0], [0.0, 0.4], [-0.2, 0.3], [0.7, -0.6], [0.1, 1.1]].iter().enumerate()
         {
@@ -174,7 +172,7 @@ fn tilted_poles() {
                 let seen = Some(Tilt { point: pole.point, along: pole.along, azimuth });
                 let tap = tap(&rod, (planar.distance, planar.angle), &model, seen);
                 let found =
-                    solve(&[tap], Effects::of(&model, Side::Contact, false), TOLERANCE, chart.as_ref())[0];
+                    solve(&[tap], Effects::of(&model, Side::Contact, false), TOLERANCE, &section.charts())[0];
                 asked += 1;
                 if found.error > TOLERANCE {
                     continue;

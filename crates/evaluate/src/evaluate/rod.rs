@@ -47,20 +47,25 @@ type Slopes = Dual<SLOPES>;
 /// Numbers of a tap that have derivatives, and those by the inputs of its group over their scales.
 pub(super) type Near = ([f64; OUTPUTS], [[f64; OUTPUTS]; SLOPES]);
 
-/// The taps next to the first of `group`, with the places of their inputs and their weights in the derivative.
-fn next<'a>(group: &'a [Framed<'a>], steps: &'a [f64]) -> impl Iterator<Item = (&'a Tap<'a>, usize, f64)> {
+/// A tap next to one, the place of the input that differs, and its weight in the derivative.
+type Beside<'a> = (&'a Tap<'a>, usize, f64);
+
+/// The first tap of `group` and those next to it; `None` if these have other parts.
+fn next<'a>(group: &'a [Framed<'a>], steps: &[f64]) -> Option<(&'a Tap<'a>, Vec<Beside<'a>>)> {
     let weights = steps.iter().enumerate().flat_map(|(k, step)| POINTS.map(|[_, weight]| (k, weight / step)));
-    group[1..].iter().zip(weights).map(|(framed, (k, weight))| (&framed.tap, k, weight))
+    let next = group[1..].iter().zip(weights).map(|(framed, (k, weight))| (&framed.tap, k, weight));
+    let here = &group[0].tap;
+    let alike = |one: Beside<'a>| (here.is_like(one.0) && here.rod.is_like(one.0.rod)).then_some(one);
+    Some((here, next.map(alike).collect::<Option<_>>()?))
 }
 
-/// Adds what `x` of a tap next to one, of this weight, has in derivative `k` of a number.
-fn moved(k: usize, weight: f64) -> impl Fn(Slopes, f64) -> Slopes {
-    move |mut sum, x| {
-        if x != sum.value {
-            sum.slope[k] += weight * (x - sum.value);
-        }
-        sum
+/// The number `x` with its derivatives, from those of taps next to it with the places of their inputs and their weights.
+fn sloped(x: f64, next: impl Iterator<Item = (f64, usize, f64)>) -> Slopes {
+    let mut sum = Slopes::of(x);
+    for (y, k, weight) in next.filter(|(y, ..)| *y != x) {
+        sum.slope[k] += weight * (y - x);
     }
+    sum
 }
 
 impl<'a> Rods<'a> {
@@ -115,19 +120,19 @@ impl<'a> Rods<'a> {
             places.map(|i| self.framed(i)).collect()
         };
         let groups: Vec<Option<Vec<Framed<'_>>>> = steps.iter().map(frame).collect();
-        let groups = || groups.iter().map(Option::as_deref).zip(steps);
-        let rod = |(group, steps): (Option<&[Framed<'_>]>, &Vec<f64>)| {
-            let here = group?[0].tap.rod;
-            let mut others = next(group?, steps).filter(|(tap, ..)| !std::ptr::eq(tap.rod, here));
-            others.try_fold(here.map(Dual::of), |rod, (tap, k, weight)| rod.with(tap.rod, moved(k, weight)))
-        };
-        let rods: Vec<Option<Rod<Slopes>>> = groups().map(rod).collect();
+        let near: Vec<_> =
+            groups.iter().zip(steps).map(|(group, steps)| next(group.as_deref()?, steps)).collect();
+        let mut rods: Vec<Option<Rod<Slopes>>> = Vec::with_capacity(steps.len());
+        for near in &near {
+            rods.push(near.as_ref().map(|(here, next)| {
+                let others = || next.iter().filter(|(tap, ..)| !std::ptr::eq(tap.rod, here.rod));
+                here.rod.made(|get| sloped(get(here.rod), others().map(|&(tap, k, w)| (get(tap.rod), k, w))))
+            }));
+        }
         let mut duals: Vec<Option<Tap<'_, Slopes>>> = Vec::with_capacity(steps.len());
-        for ((group, steps), rod) in groups().zip(&rods) {
-            duals.push(group.zip(rod.as_ref()).and_then(|(group, rod)| {
-                let here = group[0].tap.map(rod, Dual::of);
-                next(group, steps)
-                    .try_fold(here, |all, (tap, k, weight)| all.with(tap, rod, moved(k, weight)))
+        for (near, rod) in near.iter().zip(&rods) {
+            duals.push(near.as_ref().zip(rod.as_ref()).map(|((here, next), rod)| {
+                here.made(rod, |get| sloped(get(here), next.iter().map(|&(tap, k, w)| (get(tap), k, w))))
             }));
         }
         let taps: Vec<Tap<'_, Slopes>> = duals.iter().flatten().copied().collect();
@@ -137,11 +142,11 @@ impl<'a> Rods<'a> {
             return vec![None; steps.len()];
         }
         let mut solved = slopes(&taps, self.effects(), tolerance, &charts, &laws).into_iter();
-        let one = |((group, steps), dual): ((Option<&[Framed<'_>]>, &Vec<f64>), &Option<_>)| {
+        let one = |((group, steps), dual): ((&Option<Vec<Framed<'_>>>, &Vec<f64>), &Option<_>)| {
             let s = dual.as_ref().and_then(|_| solved.next()).filter(|s| s.error.value <= tolerance)?;
-            self.near(group?, steps, &s)
+            self.near(group.as_deref()?, steps, &s)
         };
-        groups().zip(&duals).map(one).collect()
+        groups.iter().zip(steps).zip(&duals).map(one).collect()
     }
 
     /// The numbers of the first tap of `group`, solved by `s`, and their derivatives.
