@@ -24,6 +24,10 @@ const MODEL: Model = Model {
     clamp: Clamp::Rigid,
 };
 
+/// With all effects of a frictionless contact.
+const ALL: Model =
+    Model { material: Material::NeoHookean(3.2), shear: true, extension: true, surface: true, ..MODEL };
+
 /// Tolerance of the strain, relative. Estimates are no bounds: one tap at 0.5 rad is 1.13e-8 off, so twice this passes.
 const TOLERANCE: f64 = 1e-8;
 
@@ -198,29 +202,35 @@ fn tilted_poles() {
     assert!(told * 10 >= asked * 9 && told > 0, "{told} of {asked} are solved");
 }
 
-/// Contacts next to the gauge, under it and beyond it, which need different numbers of passes: each has the same bits alone and among others.
+/// Contacts next to the gauge, under it and beyond it, which need different numbers of passes and charts: each has the same bits alone and among others,
+/// also where panels of a whisker of three pieces were used before.
 #[test]
 fn neighbours_do_not_matter() {
-    let model = Model { pole_radius: 1.5, ..MODEL };
-    let rods: Vec<Rod> = (0..400)
-        .map(|i| {
-            let at = |step: usize, count: usize| (i * step % count) as f64 / count as f64;
-            let taper = Taper::new(8.0 + 4.0 * at(7, 11), 2.0 + 8.0 * at(5, 13), 50.0);
-            Rod::cone(&taper, [3.2, 0.5], taper.gauge(3.0 + 9.0 * at(11, 17), 2.0), None)
-        })
-        .collect();
-    let at = |i: usize, [x1, x2]: [f64; 2]| {
-        (x1 + (x2 - x1) * (0.1 + 0.3 * (i % 23) as f64), (0.1 + 0.7 * (i % 29) as f64).to_radians())
-    };
-    let taps: Vec<Tap<'_>> =
-        rods.iter().enumerate().map(|(i, rod)| tap(rod, at(i, rod.gauge), &model, None)).collect();
-    let effects = Effects::of(&model, Side::Contact, false);
-    for tolerance in [1e-5, TOLERANCE] {
-        let together = solve(&taps, effects, tolerance, None);
+    let profile = Profile::Table(vec![[0.0, 10.0], [14.0, 8.0], [23.0, 7.5], [50.0, 3.0]]);
+    let pieces = Built { profile, ..Built::CONE };
+    for (model, tolerance) in [(MODEL, 1e-5), (MODEL, TOLERANCE), (ALL, 1e-5), (ALL, TOLERANCE)] {
+        let model = Model { pole_radius: 1.5, ..model };
+        let rods: Vec<Rod> = (0..400)
+            .map(|i| {
+                let at = |step: usize, count: usize| (i * step % count) as f64 / count as f64;
+                let (base, d, x_ss) = (8.0 + 4.0 * at(7, 11), 2.0 + 8.0 * at(5, 13), 3.0 + 9.0 * at(11, 17));
+                let built = if i % 3 == 0 { &pieces } else { &Built::CONE };
+                let body = Body::new(built, [base, d, 50.0], 3.2, 0.5);
+                Rod::built(&body, body.gauge(x_ss, 2.0), None)
+            })
+            .collect();
+        let at = |i: usize, [x1, x2]: [f64; 2]| {
+            (x1 + (x2 - x1) * (0.1 + 0.3 * (i % 23) as f64), (0.1 + 0.7 * (i % 29) as f64).to_radians())
+        };
+        let taps: Vec<Tap<'_>> =
+            rods.iter().enumerate().map(|(i, rod)| tap(rod, at(i, rod.gauge), &model, None)).collect();
+        let effects = Effects::of(&model, Side::Contact, false);
+        let section = Ladder::new(Precision::F64, &model.material, tolerance).section;
+        let together = solve(&taps, effects, tolerance, &section.charts());
         assert!(together.iter().filter(|s| s.error <= tolerance).count() > 300);
         let bits = |x: f64| if x.is_nan() { 0 } else { x.to_bits() };
         for (tap, found) in taps.iter().zip(together) {
-            let alone = solve(&[*tap], effects, tolerance, None)[0];
+            let alone = solve(&[*tap], effects, tolerance, &section.charts())[0];
             assert_eq!(bits(alone.strain), bits(found.strain), "{tap:?}: {alone:?} {found:?}");
         }
     }
