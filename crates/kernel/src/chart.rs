@@ -153,16 +153,10 @@ fn trimmed(mut c: Vec<Vec<f64>>, accuracy: f64) -> (Vec<Vec<f64>>, f64) {
 }
 
 /// The rows of a table without the zeros at their ends; at least one number stays.
-fn staircase(mut c: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    for row in &mut c {
-        while row.len() > 1 && row.last() == Some(&0.0) {
-            row.pop();
-        }
-    }
-    while c.len() > 1 && c.last().is_some_and(|row| row[..] == [0.0]) {
-        c.pop();
-    }
-    c
+fn staircase(c: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let end = |row: &Vec<f64>| row.iter().rposition(|x| *x != 0.0).map_or(0, |k| k + 1);
+    let rows = c.iter().rposition(|row| end(row) > 0).unwrap_or(0);
+    c[..=rows].iter().map(|row| row[..end(row).max(1)].to_vec()).collect()
 }
 
 fn monomials(c: &[f64]) -> Vec<f64> {

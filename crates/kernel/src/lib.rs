@@ -131,8 +131,8 @@ impl Ladder {
     pub fn new(precision: Precision, material: &Material, tolerance: f64) -> Self {
         let rungs = |precision, finest: f64| {
             rule::ladder(precision, finest).into_iter().map(move |rule| {
-                let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
-                let section = Section::new(material, rule::chart_range(precision, &rule), errors);
+                let (range, shares) = rule::charted(precision, &rule);
+                let section = Section::new(material, range, shares.map(|share| share * tolerance));
                 Rung { rule, precision, section }
             })
         };

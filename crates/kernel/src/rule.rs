@@ -114,20 +114,14 @@ pub type Range = (f64, [f64; 2]);
 /// Ranges of section charts. Most whiskers stay within the first; the last reaches to the ends of a material's range.
 pub const CHART_RANGES: [Range; 3] = [(0.04, [0.15, 0.0]), (0.08, [0.3, 0.4]), (0.15, [0.9, 0.0])];
 
-/// The range of the section chart on this rung, as a list of one.
-pub fn chart_range(precision: Precision, rule: &Rule) -> &'static [Range] {
-    let place = every_rule(precision).iter().position(|r| r == rule).unwrap_or(2).min(2);
-    &CHART_RANGES[place..=place]
-}
-
 /// Shares of the tolerance: where a chart is cut, and its largest error before its range is shortened.
 pub const COARSE_SHARES: [f64; 2] = [0.02, 0.2];
 
-/// The same on this rung. Taps climb to the second also because bending and the force along the whisker nearly cancel at the gauge: that amplifies
-/// both errors.
-pub fn chart_shares(precision: Precision, rule: &Rule) -> [f64; 2] {
-    let second = every_rule(precision).get(1) == Some(rule);
-    [if second { 0.004 } else { COARSE_SHARES[0] }, COARSE_SHARES[1]]
+/// The range of the section chart on this rung, as a list of one, and its shares of the tolerance. Taps climb to the second rung also because bending and
+/// the force along the whisker nearly cancel at the gauge: that amplifies both errors.
+pub fn charted(precision: Precision, rule: &Rule) -> (&'static [Range], [f64; 2]) {
+    let place = every_rule(precision).iter().position(|r| r == rule).unwrap_or(2).min(2);
+    (&CHART_RANGES[place..=place], [if place == 1 { 0.004 } else { COARSE_SHARES[0] }, COARSE_SHARES[1]])
 }
 
 /// Guards of the iteration, the same numbers on every backend.

@@ -1,6 +1,7 @@
 //! Gauss's nodes on a panel, from its end at the contact (w = 0) to that at the base (w = 1), and the series of small turns.
 
 use vibrissa_core::physics::nodes::Nodes;
+pub use vibrissa_kernel::cpu::dot;
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 use vibrissa_kernel::cpu::series;
 
@@ -44,16 +45,6 @@ impl<T: Scalar, const N: usize> Rule<T, N> {
     pub fn nodes(&self) -> usize {
         self.count.min(N)
     }
-}
-
-/// Σ row y over `n` nodes.
-#[inline(always)]
-pub fn dot<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[P; N]) -> P {
-    let mut sum = P::splat(row[0]) * y[0];
-    for j in 1..n {
-        sum = sum.plus(row[j], y[j]);
-    }
-    sum
 }
 
 /// [`dot`] of both components of vectors.

@@ -274,15 +274,9 @@ impl<'a> Gradient<'a> {
                 grips.extend(own.iter().map(|task| grip(task, here(group))));
                 steps.push(moved[group.clone()].iter().map(|by| by.step).collect());
             }
-            let question = Question {
-                setup,
-                designs,
-                tasks: &those,
-                grips: &grips,
-                charted: false,
-                samples: false,
-                beyond: true,
-            };
+            let (tasks, grips) = (&those, &grips);
+            let question =
+                Question { setup, designs, tasks, grips, charted: false, samples: false, beyond: true };
             let every: Vec<usize> = (0..those.len()).collect();
             let laws = laws(&groups[places[0]]);
             let found = Rods::new(&question, &every).beside(&steps, TOLERANCE, &self.section, laws);

@@ -13,7 +13,7 @@ mod vectors;
 use rayon::prelude::*;
 
 use exact::Tables;
-pub use exact::series;
+pub use exact::{dot, series};
 pub use pack::{Instructions, Pack, Packed, Plain, Scalar, Set, WIDEST};
 
 use super::{Job, Solution, Solver, Tap};

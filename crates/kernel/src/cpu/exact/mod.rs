@@ -30,7 +30,7 @@ use super::pack::{Packed, Scalar};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
 use gauge::{gauge, sensitivity, shares};
 use sweep::{State, sweep};
-pub use tables::{Tables, series};
+pub use tables::{Tables, dot, series};
 
 /// Change of the strain by changes of the two unknowns. A function: closures called twice lack the caller's instruction set.
 #[inline(always)]

@@ -75,11 +75,12 @@ pub fn series(terms: usize, first: u32) -> Vec<f64> {
     (0..terms as u32).map(|k| (if k % 2 == 0 { 1.0 } else { -1.0 }) / factorial(first + 2 * k)).collect()
 }
 
+/// Σ row y over `n` nodes.
 #[inline(always)]
 pub fn dot<P: Packed, const N: usize>(n: usize, row: &[P::Scalar; N], y: &[P; N]) -> P {
     let mut sum = P::splat(row[0]) * y[0];
     for j in 1..n {
-        sum = P::splat(row[j]).mul_add(y[j], sum);
+        sum = sum.plus(row[j], y[j]);
     }
     sum
 }
