@@ -99,7 +99,7 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
         let asked: Vec<Tap> = tuples.iter().filter_map(frame).collect();
         let effects = Effects::new(&setup.model, setup.gauge.side, false);
         let rung = &Ladder::new(Precision::F64, &setup.model.material, 1e-8).rungs[0];
-        let job = Job { effects, rule: &rung.rule, tolerance: 1e-8, chart: rung.chart() };
+        let job = Job { effects, rule: &rung.rule, tolerance: 1e-8, chart: rung.section.chart() };
         let (mut found, mut wanted) = (Vec::new(), Vec::new());
         device.solve(&job, &asked, &mut found).expect("answers");
         cpu.solve(&job, &asked, &mut wanted).expect("answers");

@@ -86,10 +86,10 @@ impl Chart {
         for (j, &x) in ts.iter().enumerate() {
             let t = axial * x;
             let (straight, _) = law(t, 0.0)?;
-            // χ at b = 0 from four small b. Its error grows as 1/β in q: it is of eighth order.
+            // q divides by b², which amplifies an error of χ at b = 0: four small b leave one of eighth order.
             let mut chi = 0.0;
             for (times, weight) in [(1.0, 4096.0), (2.0, -1344.0), (4.0, 84.0), (8.0, -1.0)] {
-                let b = 4e-3 * times;
+                let b = times * (0.03 * bending[0]).min(4e-3);
                 chi += weight / 2835.0 * (law(t, b)?.1 / b - 1.0);
             }
             r.push(if t == 0.0 { 0.0 } else { (straight - t) / (t * t) });
@@ -132,14 +132,14 @@ fn trimmed1(mut c: Vec<f64>, accuracy: f64) -> (Vec<f64>, f64) {
     (c, cut)
 }
 
-/// Sets coefficients to 0, always the smallest that no other one of higher powers holds, while they sum to at most `accuracy`; also returns the sum cut, at
-/// least that of the last row and column. No row keeps more than the one before it.
+/// Sets coefficients to 0, smallest first, among those at the ends of rows that are longer than the next, while the sum cut is at most `accuracy`; also
+/// returns that sum. It begins with the last row and column, for what was never computed.
 fn trimmed(mut c: Vec<Vec<f64>>, accuracy: f64) -> (Vec<Vec<f64>>, f64) {
     let size = |row: &[f64]| row.iter().map(|x| x.abs()).sum::<f64>();
     let mut lengths: Vec<usize> = c.iter().map(Vec::len).collect();
     let mut cut = size(&c[c.len() - 1]) + c.iter().map(|row| row[row.len() - 1].abs()).sum::<f64>();
     loop {
-        let free = |&i: &usize| lengths[i] > lengths.get(i + 1).copied().unwrap_or(usize::from(i == 0));
+        let free = |&i: &usize| lengths[i] > lengths.get(i + 1).copied().unwrap_or(0);
         let last = |&i: &usize| c[i][lengths[i] - 1].abs();
         let Some(i) = (0..c.len()).filter(free).min_by(|i, k| last(i).total_cmp(&last(k))) else { break };
         if cut + last(&i) > accuracy {

@@ -85,12 +85,12 @@ impl Section {
         self.charts[place].get_or_init(made).as_ref()
     }
 
-    /// The chart of the largest loads; `None` for Hooke's law.
+    /// The chart of the largest loads; `None` for Hooke's law, and where none can be fitted.
     pub fn chart(&self) -> Option<&Chart> {
         self.over(self.ranges.len() - 1)
     }
 
-    /// Its charts from the smallest loads to the largest; none for Hooke's law.
+    /// Its charts from the smallest loads to the largest, of ranges where one can be fitted; none for Hooke's law.
     pub fn charts(&self) -> Vec<&Chart> {
         (0..self.ranges.len()).filter_map(|place| self.over(place)).collect()
     }
@@ -102,14 +102,8 @@ pub struct Rung {
     /// Nodes, terms, sweeps.
     pub rule: Rule,
     precision: Precision,
-    section: Section,
-}
-
-impl Rung {
     /// Section law over the range of this rung.
-    pub fn chart(&self) -> Option<&Chart> {
-        self.section.chart()
-    }
+    pub section: Section,
 }
 
 /// Rungs and section law for taps of a material, to a tolerance.
@@ -117,7 +111,7 @@ impl Rung {
 pub struct Ladder {
     /// Rungs of the kernel, cheapest first; after those in f32 come those in f64, for contacts that stick.
     pub rungs: Vec<Rung>,
-    /// The section law over its whole range, for taps that the kernel does not solve.
+    /// The section law over all ranges, for taps that the kernel does not solve.
     pub section: Section,
 }
 
@@ -222,7 +216,7 @@ pub fn solve(
         let solver: &mut dyn Solver = if alone { &mut cpu } else { &mut *solver };
         // Few taps take full Newton, and contacts that stick need more digits than f32 has.
         let goal = if rung.rule.full || precision != own { fine } else { tolerance };
-        let job = Job { effects, rule: &rung.rule, tolerance: goal, chart: rung.chart() };
+        let job = Job { effects, rule: &rung.rule, tolerance: goal, chart: rung.section.chart() };
         if step == 0 && taps.len() <= limit {
             solver.solve(&job, taps, out)?;
             continue;

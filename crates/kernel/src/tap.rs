@@ -7,7 +7,7 @@ use super::cpu::Pack;
 use super::onset::Pose;
 use super::rule::limits::{EDGE, HOPELESS};
 use vibrissa_core::design::Shared;
-use vibrissa_core::physics::{driven::Driven, linear::StrainCurve};
+use vibrissa_core::physics::{driven::Driven, linear::StrainCurve, taper::Taper};
 use vibrissa_core::scene::{Grip, Setup};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
@@ -186,7 +186,7 @@ impl Frame {
             side: setup.gauge.side,
             driven: driven.map(lane),
             hub,
-            taper: taper.map(lane),
+            taper: Taper { D: lane(taper.D), tau: lane(taper.tau), tan_alpha: lane(taper.tan_alpha) },
             gauge: gauge.map(lane),
             a: lane(a),
             grip,

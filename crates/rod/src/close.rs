@@ -156,7 +156,9 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let law = (&fixed.turns, fixed.law.as_ref().filter(|_| effects.law));
         // Between a and c the whole moment is carried, on the panels that of linear theory is not.
         let linear = cross([zero, self.radius], force);
-        let mut carried = Carried::at_contact(linear + cross(lift, force));
+        let (moment, [shift, swept, pivoted]) = (linear + cross(lift, force), [[zero; 2]; 3]);
+        let ([lag, load], friction) = ([zero; 2], [zero; 4]);
+        let mut carried = Carried { moment, lag, shift, swept, friction, pivoted, load, beyond: zero };
         if effects.stick {
             carried.friction[0] = cross([zero, radius], tangent);
         }

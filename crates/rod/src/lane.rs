@@ -15,7 +15,7 @@ pub trait Lane: Packed {
     /// Number `i`.
     fn one(&self, i: usize) -> Self::One;
 
-    /// The magnitude of a number or of its derivatives together, whichever is larger.
+    /// The larger of the magnitude and the sum of the magnitudes of the derivatives; NaN where one of them is.
     #[inline(always)]
     fn size(self) -> Self {
         self.abs()
@@ -64,7 +64,8 @@ impl<const K: usize> Lane for Dual<K> {
     #[inline]
     fn size(self) -> Self {
         let slopes: f64 = self.slope.into_iter().map(f64::abs).sum();
-        Self { value: self.value.abs().max(slopes), ..Self::default() }
+        let value = self.value.abs();
+        Self { value: if value > slopes { value } else { slopes }, ..Self::default() }
     }
 
     #[inline]

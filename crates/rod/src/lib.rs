@@ -152,11 +152,14 @@ fn climb<T: Real>(
     }
     let mut out = vec![Solution::FAILED.map(T::of); taps.len()];
     let error = |s: &Solution<T>| s.error.value();
+    if effects.law && charts.is_empty() {
+        return out;
+    }
     for ((effects, pieces), places) in classes {
         let fine = if effects.wrench { CANCELLING } else { FINE.max(SHARE * tolerance) };
         let charted = charts.iter().map(|chart| CHARTED * chart.error).fold(0.0, f64::max);
         let fine = fine.max(charted).min(tolerance);
-        // Taps of a pack take as many passes as the hardest of them.
+        // A pack takes the passes of its hardest tap: those of like drives share packs.
         let mut open = places;
         let drive = |i: &usize| taps[*i].turn.value() + (taps[*i].lift / taps[*i].a).value();
         open.sort_by(|i, k| drive(i).total_cmp(&drive(k)));

@@ -59,19 +59,9 @@ pub struct Carried<P> {
     pub beyond: P,
 }
 
-impl<P: Lane> Carried<P> {
-    /// At the contact, with this moment.
-    #[inline(always)]
-    pub fn at_contact(moment: P) -> Self {
-        let zero = P::of(0.0);
-        let (shift, swept, pivoted) = ([zero; 2], [zero; 2], [zero; 2]);
-        Self { moment, lag: zero, shift, swept, friction: [zero; 4], pivoted, load: zero, beyond: zero }
-    }
-}
-
 impl<P: Lane, const N: usize> Panel<P, N> {
-    /// Panel `k` of `panels`, of which there are at least as many, from `near` to `far`, where s = `far` is towards the contact. Panels of packs that were
-    /// solved are used again.
+    /// Makes panel `k` of `panels`, or appends it, from `near` to `far`, where s = `far` is towards the contact. A panel of a pack that was solved keeps
+    /// `lever`, `turn`, `give` and `begin` until `Ground::linear` sets them (slides never do), and `along` until `curve` does.
     #[inline(always)]
     pub fn new<'a>(
         panels: &'a mut Vec<Self>,
@@ -228,8 +218,10 @@ impl<P: Lane, const N: usize> Panel<P, N> {
                 self.extra[i] = zero.if_less(done, self.extra[i], extra);
                 moment = moment + all * chi;
                 let (e, kr) = (axial + extra, b * (one + chi));
-                next.load = next.load.max(e + kr).max(two * (kr - e));
-                next.beyond = next.beyond.max(beyond);
+                // A panel that only neighbours reach has no length, and may have radii that no whisker has.
+                let real = self.place[1].abs();
+                next.load = next.load.max(zero.if_less(real, (e + kr).max(two * (kr - e)), zero));
+                next.beyond = next.beyond.max(zero.if_less(real, beyond, zero));
             }
             bends[i] = moment * self.section[i].flex * self.weight[i];
         }

@@ -32,7 +32,7 @@ pub struct Charted<T> {
     pub nearby: Vec<(T, Vec<Chart<T>>)>,
 }
 
-/// e₀ − t, χ and load of [`Chart::section`] by the first of `charts` that reaches so far. A lane does not depend on its neighbours.
+/// e₀ − t, χ and load of [`Chart::section`]. Each lane takes the first of `charts` whose range holds its load, else the last, whatever its neighbours take.
 #[inline(always)]
 fn first<P: Packed>(charts: &[Chart<P::Scalar>], t: P, b: P) -> [P; 3] {
     let one = P::of(1.0);
@@ -61,11 +61,12 @@ impl<T: Scalar> Charted<T> {
     /// e₀ − t, χ and load, with the derivatives by the laws of nearby moduli.
     #[inline(always)]
     pub fn section<P: Lane<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
-        let [mut extra, mut chi, load] = first(&self.law, t, b);
+        let [mut extra, mut chi, mut load] = first(&self.law, t, b);
         for (weight, law) in &self.nearby {
             let other = first(law, t, b);
             extra = extra.grown(P::splat(*weight) * other[0]);
             chi = chi.grown(P::splat(*weight) * other[1]);
+            load = load.max(other[2]);
         }
         [extra, chi, load]
     }

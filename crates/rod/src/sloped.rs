@@ -200,7 +200,7 @@ impl Lane for Sloped {
     fn size(self) -> Self {
         let plain = |v| Self(v, Self::default().1);
         let [a, b, c] = each!(|k| plain(self.1[k]).abs());
-        // A sum is NaN where one of them is.
+        // A sum keeps NaN, which `max` may drop.
         plain(self.0).abs().max(a + b + c)
     }
     #[inline(always)]

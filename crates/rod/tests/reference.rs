@@ -203,10 +203,10 @@ fn tilted_poles() {
 }
 
 /// Contacts next to the gauge, under it and beyond it, which need different numbers of passes and charts: each has the same bits alone and among others,
-/// also where panels of a whisker of three pieces were used before.
+/// also where panels of a whisker of four pieces were used before.
 #[test]
 fn neighbours_do_not_matter() {
-    let profile = Profile::Table(vec![[0.0, 10.0], [14.0, 8.0], [23.0, 7.5], [50.0, 3.0]]);
+    let profile = Profile::Table(vec![[0.0, 10.0], [14.0, 8.0], [23.0, 3.0], [30.0, 9.0], [50.0, 5.0]]);
     let pieces = Built { profile, ..Built::CONE };
     for (model, tolerance) in [(MODEL, 1e-5), (MODEL, TOLERANCE), (ALL, 1e-5), (ALL, TOLERANCE)] {
         let model = Model { pole_radius: 1.5, ..model };

@@ -110,7 +110,7 @@ fn mapped([scale, shift]: [f32; 2], x: Lanes) -> Lanes {
 
 impl Flexed {
     /// Whiskers `wanted` of one rig, gauges that end before `last`, contacts at `distances` and at both `ends` of the range of interest, mm.
-    /// `None` of cones clamped at their base, and where f is not smooth.
+    /// `None` for cones clamped at their base, if a knot lies within the range of gauges, and if no series is accurate enough.
     pub fn new(setup: &Setup, wanted: &Wanted, distances: &[f64], ends: [f64; 2], last: f64) -> Option<Self> {
         let built = setup.built.as_deref()?;
         let (e0, nu) = (setup.model.material.e0(), setup.model.nu);
@@ -235,8 +235,8 @@ impl Flexed {
         let (zero, one, never, half) = (of(0.0), of(1.0), of(1e30), of(0.5));
         let (u, last) = (&self.more, f.len() - 1);
         let (mut highest, mut peak, mut around) = (f[2], Lanes::splat(u[2]), [f[2]; 3]);
-        for k in 4..last {
-            for (old, new) in around.iter_mut().zip([f[k - 2], f[k - 1], f[k + 1]]) {
+        for k in 3..last {
+            for (old, new) in around.iter_mut().zip([f[(k - 2).max(2)], f[k - 1], f[k + 1]]) {
                 *old = highest.if_less(f[k], new, *old);
             }
             peak = highest.if_less(f[k], Lanes::splat(u[k]), peak);

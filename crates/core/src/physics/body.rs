@@ -10,7 +10,7 @@ use super::linear::shear_coefficient;
 use super::nodes::each;
 use crate::scene::built::{Built, Inner, Profile, Root};
 
-/// Most panels of a gauge on a whisker of a power law.
+/// Ends of panels of a gauge on a power law, each half of the way to the tip.
 const HALVES: i32 = 6;
 
 /// A built whisker.

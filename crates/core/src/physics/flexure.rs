@@ -1,4 +1,4 @@
-//! Linear theory of a built whisker (model §7), by quadrature: the reading of each sensor per unit of drive.
+//! Linear theory of a built whisker (model §7), by series of its sums (`cumulative.rs`): the reading of each sensor per unit of drive.
 //! A unit force does the work C = ∫ m²/EI ds + …, m(s) = (h − r₀(s)) × n, so that a drive θ with the lever w needs P = w θ/C.
 
 use std::sync::Arc;
@@ -27,6 +27,7 @@ pub struct Flexure {
     /// The work over the whisker, and the strain over the gauge.
     sums: Arc<[Cumulative; 2]>,
 }
+
 /// A value and its derivative by a.
 type Sloped = [f64; 2];
 

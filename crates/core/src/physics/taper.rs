@@ -22,11 +22,6 @@ impl<T: Number> Taper<T> {
         Self { D, tau: (D - d) / (D * L_a), tan_alpha: (D - d) / (T::of(2.0) * L_a) }
     }
 
-    /// `f` of each number.
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Taper<U> {
-        Taper { D: f(self.D), tau: f(self.tau), tan_alpha: f(self.tan_alpha) }
-    }
-
     /// Radius R(s) = D/2 (1 − τ s), mm.
     #[inline(always)]
     pub fn radius(&self, s: T) -> T {

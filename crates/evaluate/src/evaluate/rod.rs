@@ -122,19 +122,20 @@ impl<'a> Rods<'a> {
         let groups: Vec<Option<Vec<Framed<'_>>>> = steps.iter().map(frame).collect();
         let near: Vec<_> =
             groups.iter().zip(steps).map(|(group, steps)| next(group.as_deref()?, steps)).collect();
-        let mut rods: Vec<Option<Rod<Slopes>>> = Vec::with_capacity(steps.len());
-        for near in &near {
-            rods.push(near.as_ref().map(|(here, next)| {
-                let others = || next.iter().filter(|(tap, ..)| !std::ptr::eq(tap.rod, here.rod));
-                here.rod.made(|get| sloped(get(here.rod), others().map(|&(tap, k, w)| (get(tap.rod), k, w))))
-            }));
-        }
-        let mut duals: Vec<Option<Tap<'_, Slopes>>> = Vec::with_capacity(steps.len());
-        for (near, rod) in near.iter().zip(&rods) {
-            duals.push(near.as_ref().zip(rod.as_ref()).map(|((here, next), rod)| {
-                here.made(rod, |get| sloped(get(here), next.iter().map(|&(tap, k, w)| (get(tap), k, w))))
-            }));
-        }
+        let rods = near.iter().map(|near| {
+            let (here, next) = near.as_ref()?;
+            let others = || next.iter().filter(|(tap, ..)| !std::ptr::eq(tap.rod, here.rod));
+            let made = |get: &dyn Fn(&Rod) -> f64| {
+                sloped(get(here.rod), others().map(|&(tap, k, w)| (get(tap.rod), k, w)))
+            };
+            Some(here.rod.made(made))
+        });
+        let rods: Vec<Option<Rod<Slopes>>> = rods.collect();
+        let duals = near.iter().zip(&rods).map(|(near, rod)| {
+            let ((here, next), rod) = (near.as_ref()?, rod.as_ref()?);
+            Some(here.made(rod, |get| sloped(get(here), next.iter().map(|&(tap, k, w)| (get(tap), k, w)))))
+        });
+        let duals: Vec<Option<Tap<'_, Slopes>>> = duals.collect();
         let taps: Vec<Tap<'_, Slopes>> = duals.iter().flatten().copied().collect();
         let charts = if taps.is_empty() { Vec::new() } else { section.charts() };
         let laws: Vec<_> = laws.iter().map(|(weight, law)| (*weight, law.charts())).collect();
