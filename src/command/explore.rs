@@ -78,7 +78,6 @@ pub fn run(asked: &Asked<ExploreRequest>, context: &Context<'_>) -> Result<Reply
 
 /// Checks that `out` may be written: not a folder, not an input, and only an older page is replaced unless forced.
 fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
-    let here = out.canonicalize().ok();
     let ours = || {
         let mut start = Vec::new();
         let read = File::open(out).and_then(|file| file.take(HEAD.len() as u64).read_to_end(&mut start));
@@ -86,7 +85,7 @@ fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
     };
     let (why, allowed) = if out.is_dir() {
         ("this is a folder; a page is one file", "the name of a file, such as explore.html")
-    } else if here.is_some() && inputs.iter().any(|input| input.canonicalize().ok() == here) {
+    } else if inputs.iter().any(|input| same_file::is_same_file(out, input).unwrap_or(false)) {
         ("this is an input", "another file")
     } else if out.exists() && !out.is_file() {
         ("this is a pipe or a device; a page is a file", "the name of a file")
