@@ -79,7 +79,7 @@ const TERMS: usize = 14;
 /// Most passes of a rung.
 const PASSES: usize = 40;
 
-/// Numbers by which derivatives are taken together.
+/// Number of inputs by which derivatives are found in one solve.
 pub const SLOPES: usize = 3;
 
 const GRAIN: usize = 128;

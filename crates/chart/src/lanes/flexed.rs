@@ -255,7 +255,7 @@ impl Flexed {
         let end = slope.mul_add(tip - Lanes::splat(u[last]), f[last]).max(zero);
         peak = highest.if_less(end, tip, peak);
         highest = highest.max(end);
-        // Where a whisker widens, f beyond its tip changes as that of its cone.
+        // Beyond the tip of a whisker that widens, f changes as that of its cone.
         let farthest = end * design.strain(ranker, zero) / design.strain(ranker, tip);
         let farthest = design.tau.if_less(zero, farthest, zero);
         design.peak = peak;

@@ -24,10 +24,10 @@ const OF_POWER: u32 = 5;
 /// Ratio of the radii at its ends from which on the series of a cone's panel would be too short.
 const TAPERED: f64 = 1.6;
 
-/// The same of the turn of a curved whisker along a panel, rad.
+/// Largest turn of a curved whisker along a panel, rad; beyond it the series would be too short.
 const TURNED: f64 = 2.0;
 
-/// What is summed: the work, or the strain of a gauge times R; and the compliance of shear.
+/// The integrands: those of the work, or of the strain of a gauge, which have the factor R; with or without shear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Of {
     /// True for the strain.
@@ -46,7 +46,7 @@ pub struct Sums {
     pub first: DVec2,
     /// To the second.
     pub second: DMat2,
-    /// Of shear, mm/N.
+    /// The compliance of shear, mm/N.
     pub shear: DMat2,
 }
 

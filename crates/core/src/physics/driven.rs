@@ -3,7 +3,7 @@
 use super::number::Number;
 use crate::scene::model::Drive;
 
-/// How far a tap drives the whisker: a number, or a lane of several taps.
+/// The drive of a tap: one number, or a lane of numbers of several taps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Driven<T = f64> {
     /// θ, by which the base turns.
@@ -41,7 +41,7 @@ impl<T: Number> Driven<T> {
 }
 
 impl Driven {
-    /// Of a tap at `a` mm with the drive of charts: θ, or δ/a.
+    /// The drive of a tap at `a` mm, from that of charts: θ, or δ/a.
     pub fn of_chart(kind: Drive, drive: f64, a: f64) -> Self {
         match kind {
             Drive::Angle => Self::Radians(drive),

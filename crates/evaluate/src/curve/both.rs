@@ -69,7 +69,7 @@ pub struct Inverter<'e, 'a> {
     pub setup: &'e Setup,
     /// Solves them.
     pub evaluator: &'e mut Evaluator<'a>,
-    /// What it refers to the reference.
+    /// The taps that it leaves to the reference.
     pub referral: Referral,
     /// The whiskers.
     pub designs: &'e [Design],

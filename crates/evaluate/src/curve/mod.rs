@@ -26,7 +26,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Of taps, `driven`. `parts`: pieces ascending in u, each with f at its looks, f being `of`; `end`: the smallest u with a solution, 0 where nothing
+    /// The curve of taps `driven`. `parts`: pieces ascending in u, each with f at its looks, f being `of`; `end`: the smallest u with a solution, 0 where nothing
     /// was cut off.
     pub fn new<'f>(
         of: StrainCurve,

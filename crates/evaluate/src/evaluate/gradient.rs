@@ -239,7 +239,7 @@ impl<'a> Gradient<'a> {
         ((!same).then(whisker), Task::of(task.design, &tuple))
     }
 
-    /// Values and derivatives of the taps of `groups`; `None` where the solver has none of them. `tasks`: those of each group in turn.
+    /// Values and derivatives of the taps of `groups`, where the solver has them, else `None`. `tasks`: those of each group in turn.
     fn solved(
         &self,
         designs: &[Design],
