@@ -26,8 +26,8 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The curve of taps `driven`. `parts`: pieces ascending in u, each with f at its looks, f being `of`; `end`: the smallest u with a solution, 0 where nothing
-    /// was cut off.
+    /// The curve of taps `driven`. `parts`: pieces ascending in u, each with f at its looks, f being `of`; `end`: the smallest u with a solution, 0
+    /// where nothing was cut off.
     pub fn new<'f>(
         of: StrainCurve,
         driven: Driven,
