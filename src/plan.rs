@@ -194,7 +194,7 @@ pub fn of_study(study: &Study, options: &RunOptions) -> Option<f64> {
         return solved(taps, &study.setup, options);
     };
     let each = if layout.drives().is_some_and(|axis| axis.len() > 1) { READ_TOGETHER } else { READ };
-    study.setup.built.is_none().then(|| shared(taps * each, options))
+    (study.setup.built.is_none() && layout.is_upright()).then(|| shared(taps * each, options))
 }
 
 /// The same of a search.

@@ -80,7 +80,7 @@ impl Along {
         // The leading power of the drive in the deviation from the model's linear limit.
         let mut own = setup.clone();
         own.estimate.theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
-        let power = power(&own);
+        let power = power(&own, false);
         let maps = variables(setup, power);
         let ranges = domain.scaled(setup.drive);
         let axis = |k: usize| Axis { range: ranges[k], map: maps[k], whole: false };

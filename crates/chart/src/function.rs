@@ -34,8 +34,9 @@ const HELD: f64 = 0.003;
 const RELATIVE: f64 = 1e-4;
 const SMALL: f64 = 0.02;
 
-/// Power of the drive with which K − 1 vanishes: 2 if the rod is symmetric in the force, 1 if the theory is the model's limit, else 0.
-pub fn power(setup: &Setup) -> i32 {
+/// Power of the drive with which K − 1 vanishes: 2 if the rod is symmetric in the force, 1 if the theory is the model's limit, else 0. `leans`: a pole
+/// does, so that a tap depends on the sign of its drive.
+pub fn power(setup: &Setup, leans: bool) -> i32 {
     let model = &setup.model;
     let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
     let theory = model.shear == (setup.estimate.theory == Theory::Timoshenko);
@@ -43,7 +44,7 @@ pub fn power(setup: &Setup) -> i32 {
     let limit = frictionless && !model.surface && theory && !solid && setup.gauge.foil.is_none();
     let straight = setup.built.as_ref().is_none_or(|built| built.is_straight());
     let hooke = matches!(model.material, Material::Hooke(_));
-    let even = straight && !model.extension && model.pole_radius == 0.0 && hooke;
+    let even = straight && !leans && !model.extension && model.pole_radius == 0.0 && hooke;
     let angle = setup.drive == Drive::Angle;
     match (limit, even && angle) {
         (false, _) => 0,

@@ -24,6 +24,8 @@ const SUMMED: f64 = 3.0;
 
 pub(super) struct Maker<'a> {
     pub setup: &'a Setup,
+    /// Direction of all poles.
+    pub direction: Direction,
     /// Ranges of drive (rad or mm), a length, D, τ and x, mm and 1/mm.
     pub asked: [[f64; 2]; AXES],
     /// Largest x2 − x1, mm.
@@ -62,11 +64,14 @@ impl Maker<'_> {
         within
     }
 
+    fn power(&self) -> i32 {
+        power(self.setup, self.direction.lean != 0.0)
+    }
+
     fn chart(&self, a: f64) -> Result<(Option<DistanceChart>, u64), SolveError> {
         let (setup, drives) = (self.setup, self.drives);
-        let (ranges, job) = (scaled(setup.drive, &self.asked, a), (power(setup), self.tolerance, &NEVER));
-        let mut spent = Sweeps::default();
-        let place = (a, Direction::UPRIGHT);
+        let (ranges, job) = (scaled(setup.drive, &self.asked, a), (self.power(), self.tolerance, &NEVER));
+        let (mut spent, place) = (Sweeps::default(), (a, self.direction));
         let asked = (ranges, self.width / a, !drives.is_empty());
         let chart = DistanceChart::towards(setup, place, asked, job, &mut spent)?;
         let all = |chart: &DistanceChart| {
@@ -121,7 +126,7 @@ impl Maker<'_> {
     ) -> Result<Option<Vec<Check>>, SolveError> {
         let within = self.within(charts);
         let points = within.map(|[lo, hi]| hi <= lo);
-        let power = power(self.setup);
+        let power = self.power();
         let [_, farthest] = range(charts.iter().map(|chart| chart.a));
         let point = |i: usize| {
             let a = distances[((i as f64 * GOLDEN).fract() * distances.len() as f64) as usize];
@@ -135,20 +140,20 @@ impl Maker<'_> {
         let all: Vec<(f64, [f64; AXES])> = (0..CHECKS).map(point).collect();
         let asked: Vec<(f64, [f64; AXES])> =
             all.iter().map(|(a, numbers)| (*a, quantities(self.setup, numbers, *a))).collect();
-        let contact = (farthest, Direction::UPRIGHT, None);
+        let contact = (farthest, self.direction, None);
         let mut taps = Taps::new(self.setup, contact, Some(self.width), (solved(power, false), &NEVER));
         let found = taps.solve_at(&asked)?;
         self.taps += taps.sweeps.taps;
         let told = |i: usize| {
             let ((a, numbers), (_, q)) = (all[i], asked[i]);
-            Some((a, numbers, functions(self.setup, (a, Direction::UPRIGHT), &q, &found[i])?))
+            Some((a, numbers, functions(self.setup, (a, self.direction), &q, &found[i])?))
         };
         Ok((0..CHECKS).map(told).collect())
     }
 
     /// Largest error of the strain at `checks` as read between `charts`; `None` if a function exceeds its bound.
     fn passed(&self, charts: &[DistanceChart], checks: &[Check]) -> Option<f64> {
-        let power = power(self.setup);
+        let power = self.power();
         let nodes: Vec<f64> = charts.iter().map(|chart| chart.a).collect();
         let mut worst = 0.0f64;
         for (a, numbers, wanted) in checks {

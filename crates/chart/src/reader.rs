@@ -135,9 +135,7 @@ pub fn charts(
         return Ok(Vec::new());
     }
     let [_, far] = range(distances.iter().copied());
-    // With a lean taps depend on the sign of the drive.
-    let leans = directions.iter().any(|direction| direction.lean != 0.0);
-    let power = if leans { power(setup).min(1) } else { power(setup) };
+    let power = power(setup, directions.iter().any(|direction| direction.lean != 0.0));
     let chart = |(a, direction): &(f64, Direction)| {
         let Some((ranges, width)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
         let ranges = scaled(setup.drive, &ranges, *a);

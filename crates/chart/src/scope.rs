@@ -13,7 +13,7 @@ use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
 use crate::physics::{driven::Driven, taper::Taper};
 use crate::reduce::range;
-use crate::scene::{Convention, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
+use crate::scene::{Convention, Direction, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
 
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;
@@ -79,6 +79,8 @@ fn charted(setup: &Setup) -> bool {
 pub struct Scope {
     /// Rig and model.
     pub setup: Setup,
+    /// Direction of all poles.
+    pub direction: Direction,
     /// mm, in the layout's order.
     pub distances: Vec<f64>,
     /// One per distance, or those that `between` reads.
@@ -113,7 +115,7 @@ impl Scope {
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
         let ranked = known && (study.setup.built.is_none() || by == RankBy::KSd);
         let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
-        charted(&study.setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
+        charted(&study.setup) && layout.direction().is_some() && layout.n_directions == 1 && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
 
     /// The scope of `study` at `tolerance`; `None` if its taps must be solved one by one.
@@ -131,7 +133,8 @@ impl Scope {
         drives.sort_by(|a, b| a.0.total_cmp(&b.0));
         let shared: Vec<f64> = drives.iter().map(|d| d.0).collect();
         let bounds = (tolerance, MOST_DISTANCES[usize::from(many)]);
-        let (made, _) = Self::over(setup, (&distances, &shared), &Wanted::of(layout), bounds)?;
+        let place = (distances.as_slice(), layout.direction().unwrap_or_default());
+        let (made, _) = Self::over(setup, place, &shared, &Wanted::of(layout), bounds)?;
         let Some(mut scope) = made else { return Ok(None) };
         scope.drives = drives;
         scope.output = study.output;
@@ -152,13 +155,14 @@ impl Scope {
         {
             return Ok((None, 0));
         }
-        Self::over(setup, (distances, &[]), wanted, (tolerance, MOST_DISTANCES[0]))
+        Self::over(setup, (distances, Direction::UPRIGHT), &[], wanted, (tolerance, MOST_DISTANCES[0]))
     }
 
     /// Charts for all of `distances` that hold all of `drives` (rad or mm), and the taps solved; at most `most` distances have a chart each.
     fn over(
         setup: &Setup,
-        (distances, drives): (&[f64], &[f64]),
+        (distances, direction): (&[f64], Direction),
+        drives: &[f64],
         wanted: &Wanted,
         (tolerance, most): (f64, u64),
     ) -> Result<(Option<Self>, u64), SolveError> {
@@ -171,7 +175,7 @@ impl Scope {
         if flexed.is_none() && setup.built.is_some() {
             return Ok((None, 0));
         }
-        let mut maker = Maker { setup, asked, width, drives, tolerance, taps: 0 };
+        let mut maker = Maker { setup, direction, asked, width, drives, tolerance, taps: 0 };
         let many = match between::fits(setup, distances) {
             true => maker.between(distances)?,
             false => Many::Rough,
@@ -187,6 +191,7 @@ impl Scope {
         let within = maker.within(&charts);
         let scope = Self {
             setup: setup.clone(),
+            direction,
             distances: distances.to_vec(),
             ends,
             within,
@@ -217,8 +222,9 @@ impl Scope {
             self.within[Quantity::Drive as usize][0]
         };
         let length = if self.shaped { t.L_a } else { 0.0 };
-        // Rows are those of upright poles; a design may leave it to its strokes.
-        let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
+        // A design may leave its direction to its strokes.
+        let Direction { tilt, lean } = self.direction;
+        let elsewhere = (t.tilt - tilt).abs() > 0.0 || (t.lean - lean).abs() > 0.0;
         let [rest @ .., places] = &self.held;
         let holds = |[x1, x2]: [f64; 2]| {
             x2 - x1 <= self.widest
@@ -226,7 +232,7 @@ impl Scope {
         };
         // A gauge ends no later than on a cylinder, which needs no root.
         let on_cylinder = self.setup.gauge.foil.is_none() && holds([t.x_ss, t.x_ss + t.l]);
-        let inside = !tilted
+        let inside = !elsewhere
             && rest.iter().zip([drive, length, t.D, taper.tau]).all(|([lo, hi], q)| *lo <= q && q <= *hi)
             && (on_cylinder || holds(taper.gauge(t.x_ss, t.l)));
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }

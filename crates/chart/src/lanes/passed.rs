@@ -1,13 +1,14 @@
-//! The share of the strain that a gauge's foil passes on.
+//! The share of the strain of a chart that a gauge reads: less than all under a foil, and at a tilted pole.
 
 use super::{Lanes, Ranker};
+use crate::design::radians;
 use crate::kernel::cpu::Packed;
 use crate::physics::{solid::Bonded, taper::Taper};
 use crate::scene::Tuple;
 
-/// Foil share of each design, and limits in terms of all of the strain, which charts read.
+/// Share of each design, and limits in terms of the strain that charts read.
 pub(super) struct Passed {
-    /// Share that the foil passes on; 1 without a foil.
+    /// That of the foil times cos² β; 1 without a foil at an upright pole.
     pub share: Lanes,
     /// The strain limit, so scaled.
     pub limit: Lanes,
@@ -18,18 +19,24 @@ pub(super) struct Passed {
 impl Passed {
     #[inline(always)]
     pub fn new(ranker: &Ranker, tuples: &[Tuple]) -> Self {
-        let (limit, fixed) = (Lanes::splat(ranker.strain_limit), ranker.fixed.map(Lanes::splat));
-        let mut passed = Self { share: Lanes::of(1.0), limit, fixed };
-        let Some(foil) = &ranker.scope.setup.gauge.foil else { return passed };
-        let modulus = ranker.scope.setup.model.material.e0();
+        let setup = &ranker.scope.setup;
+        let tilted = radians(ranker.scope.direction)[0].cos().powi(2);
+        let fixed = |share: f64| ranker.fixed.map(|given| (share * (1.0 + f64::from(given)) - 1.0) as f32);
+        let mut passed = Self {
+            share: Lanes::splat(tilted as f32),
+            limit: Lanes::splat(ranker.strain_limit / tilted as f32),
+            fixed: fixed(tilted).map(Lanes::splat),
+        };
+        let Some(foil) = &setup.gauge.foil else { return passed };
         for (lane, t) in tuples.iter().enumerate() {
             let taper = Taper::new(t.D, t.d, t.L_a);
-            let share = Bonded::new(foil, &taper, taper.gauge(t.x_ss, t.l), modulus).transfer;
-            let own = foil.strain_limit.map_or(f32::INFINITY, |own| (own / share) as f32);
-            passed.share.0[lane] = share as f32;
-            passed.limit.0[lane] = ranker.strain_limit.min(own);
-            if let (Some(given), Some(fixed)) = (&mut passed.fixed, ranker.fixed) {
-                given.0[lane] = (share * (1.0 + f64::from(fixed)) - 1.0) as f32;
+            let of_foil =
+                Bonded::new(foil, &taper, taper.gauge(t.x_ss, t.l), setup.model.material.e0()).transfer;
+            let own = foil.strain_limit.map_or(f32::INFINITY, |own| (own / of_foil) as f32);
+            passed.share.0[lane] = (tilted * of_foil) as f32;
+            passed.limit.0[lane] = ranker.strain_limit.min(own) / tilted as f32;
+            if let (Some(all), Some(fixed)) = (&mut passed.fixed, fixed(tilted * of_foil)) {
+                all.0[lane] = fixed;
             }
         }
         passed

@@ -68,10 +68,11 @@ impl Written {
 }
 
 impl Ranker {
-    /// The charts as a device reads them, one for each distance; `None` where it cannot: between charts, with a foil, or of built whiskers.
+    /// The charts as a device reads them, one for each distance; `None` where it cannot: between charts, with a foil, of built whiskers or at tilted poles.
     pub(crate) fn sheet(&self) -> Option<Sheet> {
         let (scope, charts) = (&self.scope, &self.scope.charts);
-        if self.between.is_some() || scope.setup.gauge.foil.is_some() || scope.setup.built.is_some() {
+        let all = scope.setup.gauge.foil.is_none() && scope.direction.is_upright();
+        if self.between.is_some() || !all || scope.setup.built.is_some() {
             return None;
         }
         let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use super::axis::Axis;
 use super::property::Property;
-use super::space::{COLUMNS, Column, Factor, Tuple};
+use super::space::{COLUMNS, Column, Direction, Factor, Tuple};
 use crate::reduce::range;
 
 /// A grid of taps.
@@ -138,9 +138,15 @@ impl Layout {
         self.strokes.last().and_then(alone)
     }
 
+    /// The direction of all poles, if they have one.
+    pub fn direction(&self) -> Option<Direction> {
+        let [[tilt, most], [lean, last]] = [Column::Tilt, Column::Lean].map(|column| self.bounds(column));
+        (tilt == most && lean == last).then_some(Direction { tilt, lean })
+    }
+
     /// True if every pole is upright.
     pub fn is_upright(&self) -> bool {
-        [Column::Tilt, Column::Lean].into_iter().all(|column| self.bounds(column) == [0.0; 2])
+        self.direction().is_some_and(Direction::is_upright)
     }
 
     /// Drives of each direction.

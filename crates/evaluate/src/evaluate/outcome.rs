@@ -56,14 +56,9 @@ pub fn outcome_of_chart(
 ) -> Option<Outcome> {
     let asked = Asked::known(setup, design, task, f64::NAN)?;
     let Asked { setup, shared, driven, linear, .. } = asked;
-    let (share, deviation) = match (task.direction.is_upright(), shared.foil) {
-        (true, None) => (1.0, -strain / (1.0 + strain)),
-        (true, Some(foil)) => (foil.transfer, 1.0 / (foil.transfer + foil.transfer * strain) - 1.0),
-        (false, _) => {
-            let share = radians(task.direction)[0].cos().powi(2);
-            (share, 1.0 / (share + share * strain) - 1.0)
-        }
-    };
+    let share = radians(task.direction)[0].cos().powi(2) * shared.foil.map_or(1.0, |foil| foil.transfer);
+    let deviation =
+        if share == 1.0 { -strain / (1.0 + strain) } else { 1.0 / (share + share * strain) - 1.0 };
     let [strain_2, azimuth, slide] = beside.map_or([f64::NAN; 3], |found| {
         let [strain_2, azimuth, slide] = std::array::from_fn(|f| beside_linear(task.direction)[f] + found[f]);
         [linear * strain_2, azimuth, driven.path(task.a + setup.hub) * slide]
