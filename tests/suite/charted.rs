@@ -255,6 +255,8 @@ fn designs_of_a_lab_of_every_model() {
     let timoshenko = "[model]\nshear = true\n[estimate]\ntheory = \"timoshenko\"";
     let far = "[model]\nextension = true\nmaterial = { neo-hookean = 3.2 }";
     let friction = format!("{PRACTICAL}\ncontact = {{ coulomb = 0.3 }}");
+    let [tilted, leaning] =
+        [format!("tilt = 35\n{own}"), format!("tilt = -20\nlean = 12\n{shared}")];
     let (seed, random) = (", seed = 7", ", sampler = \"random\", seed = 3");
     for (rig, side, drive, model, by, sampler) in [
         ("", "", own, PRACTICAL, "K_sd", ""),
@@ -267,6 +269,9 @@ fn designs_of_a_lab_of_every_model() {
         ("", "", own, &friction, "K_sd", random),
         ("", "", shared, &friction, "total_rms_mm", ""),
         ("sharp", "", own, PRACTICAL, "K_sd", ""),
+        ("hub = 4", "strain_limit = 0.06", &tilted, PRACTICAL, "K_sd", ""),
+        ("", "", &tilted, "[estimate]\nK = 1.5", "total_rms_mm", random),
+        ("", "", &leaning, PRACTICAL, "total_rms_mm", ""),
     ] {
         let per = if sampler == random { "\nper = \"design\"" } else { "" };
         let text = lab(rig, side, drive, model, &format!("top = 50\nby = \"{by}\"{per}"));
@@ -274,7 +279,8 @@ fn designs_of_a_lab_of_every_model() {
         let tips = text.replace("sharp\n", "").replace("min = 2.5, max = 7", "min = 1.25, max = 1.3");
         let text =
             if rig == "sharp" { tips.replace("min = 8, max = 12", "min = 10, max = 12") } else { text };
-        let device = if drive == shared && model == friction { "lanes" } else { "device" };
+        let planar = !drive.contains("tilt") && (drive != shared || model != friction);
+        let device = if planar { "device" } else { "lanes" };
         agrees(&text, Ranked { by, device, near: 5e-4, read: if rig == "sharp" { 0.0 } else { 0.9 } });
     }
 }
