@@ -121,7 +121,8 @@ pub const COARSE_SHARES: [f64; 2] = [0.02, 0.2];
 /// the force along the whisker nearly cancel at the gauge: that amplifies both errors.
 pub fn charted(precision: Precision, rule: &Rule) -> (&'static [Range], [f64; 2]) {
     let place = every_rule(precision).iter().position(|r| r == rule).unwrap_or(2).min(2);
-    (&CHART_RANGES[place..=place], [if place == 1 { 0.004 } else { COARSE_SHARES[0] }, COARSE_SHARES[1]])
+    let [cut, allowed] = COARSE_SHARES;
+    (&CHART_RANGES[place..=place], [if place == 1 { 0.002 } else { 0.5 * cut }, allowed])
 }
 
 /// Guards of the iteration, the same numbers on every backend.
