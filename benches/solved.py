@@ -33,7 +33,8 @@ shear = true
 extension = true
 {model}
 [output]
-tuples = true
+tuples = false
+distances = false
 """
 NEO = "material = { neo-hookean = 3.2 }"
 ROOT = "root = { k_theta = 942.5, k_y = 20 }"

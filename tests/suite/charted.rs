@@ -255,8 +255,7 @@ fn designs_of_a_lab_of_every_model() {
     let timoshenko = "[model]\nshear = true\n[estimate]\ntheory = \"timoshenko\"";
     let far = "[model]\nextension = true\nmaterial = { neo-hookean = 3.2 }";
     let friction = format!("{PRACTICAL}\ncontact = {{ coulomb = 0.3 }}");
-    let [tilted, leaning] =
-        [format!("tilt = 35\n{own}"), format!("tilt = -20\nlean = 12\n{shared}")];
+    let [tilted, leaning] = [format!("tilt = 35\n{own}"), format!("tilt = -20\nlean = 12\n{shared}")];
     let (seed, random) = (", seed = 7", ", sampler = \"random\", seed = 3");
     for (rig, side, drive, model, by, sampler) in [
         ("", "", own, PRACTICAL, "K_sd", ""),

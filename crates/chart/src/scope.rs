@@ -13,7 +13,9 @@ use crate::estimate::WIDENING;
 use crate::kernel::ranking::Case;
 use crate::physics::{driven::Driven, taper::Taper};
 use crate::reduce::range;
-use crate::scene::{Convention, Direction, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple};
+use crate::scene::{
+    Convention, Direction, Drive, Geometry, Layout, Output, RankBy, Setup, Study, Theory, Tuple,
+};
 
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;
@@ -115,7 +117,13 @@ impl Scope {
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
         let ranked = known && (study.setup.built.is_none() || by == RankBy::KSd);
         let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
-        charted(&study.setup) && layout.direction().is_some() && layout.n_directions == 1 && ranked && sizes && layout.len() >= LEAST_TAPS && few
+        charted(&study.setup)
+            && layout.direction().is_some()
+            && layout.n_directions == 1
+            && ranked
+            && sizes
+            && layout.len() >= LEAST_TAPS
+            && few
     }
 
     /// The scope of `study` at `tolerance`; `None` if its taps must be solved one by one.

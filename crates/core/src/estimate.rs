@@ -74,11 +74,10 @@ impl<'a> Estimator<'a> {
     /// Distance from |ε| = `strain` of a tap at `a` mm, `driven`, with the calibration `k`. Where f levels off a
     /// single root is `outside_calibration` beyond the tip if the tap is before the peak of f, else beyond [`FAR`].
     pub fn estimate(&self, k: f64, strain: f64, driven: Driven, a: f64) -> Estimated {
-        let Some(roots) = self.shared.theory.roots(k * strain / driven.size()) else {
+        let Some(roots) = self.shared.theory.roots_in(k * strain / driven.size(), self.range) else {
             return Estimated::NO_ROOT;
         };
-        let slope = self.shared.theory.curve().slope(roots.far);
-        let told = self.estimated(roots.far, driven.size() * slope / k, roots.near, roots.unseen);
+        let told = self.estimated(roots.far, driven.size() * roots.slope / k, roots.near, roots.unseen);
         let (length, its_own) = (self.shared.length, a > self.shared.theory.peak().0);
         let farthest = if its_own { FAR * length } else { length * (1.0 + WIDENING) };
         let outside = told.status == Status::OK && roots.levels_off && roots.far > farthest;

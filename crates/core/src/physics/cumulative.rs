@@ -54,9 +54,21 @@ fn outer(p: DVec2, q: DVec2) -> DMat2 {
     DMat2::from_cols(p * q.x, p * q.y)
 }
 
-/// 1/EI, q/EI, q qᵀ/EI and d dᵀ/kGA, or their integrals: first the parts that are not 0 for a straight whisker.
+/// 1/EI, q/EI, q qᵀ/EI and d dᵀ/kGA, or their integrals: first what the strain of a straight whisker needs, then the rest that is not 0 there, then what
+/// that of a curved one needs.
 type Parts = [f64; 9];
-const STRAIGHT: usize = 4;
+
+/// Calls a function of the first K parts.
+macro_rules! with_parts {
+    ($count:expr, $call:ident($($with:expr),+)) => {
+        match $count {
+            2 => $call::<2>($($with),+),
+            4 => $call::<4>($($with),+),
+            5 => $call::<5>($($with),+),
+            _ => $call::<9>($($with),+),
+        }
+    };
+}
 
 /// Powers of q in them.
 const POWERS: [usize; 9] = [0, 1, 2, 0, 1, 2, 2, 0, 0];
@@ -87,6 +99,16 @@ impl Sums {
 }
 
 impl Of {
+    /// How many of the parts are needed.
+    fn count(self, body: &Body) -> usize {
+        match (body.built.is_straight(), self.strain) {
+            (true, true) => 2,
+            (true, false) => 4,
+            (false, true) => 5,
+            (false, false) => 9,
+        }
+    }
+
     /// The integrands at `s`, on the piece that holds `within`, with q over `scale`.
     fn parts(self, body: &Body, s: f64, within: f64, q: DVec2) -> Parts {
         let section = body.section(s, within);
@@ -121,7 +143,7 @@ struct Panel {
     near: DVec2,
     before: Sums,
     /// Series of the sums from its near end on over the length h to their place, to the power of each; `None` where the compliance is not smooth.
-    series: Option<Box<[Parts; POINTS]>>,
+    series: Option<Box<[f64]>>,
 }
 
 /// The points in [−1, 1], and for each power n of v the matrix from the values of some g at the points (rows) to the series of ∫ vⁿ g dv (columns), with
@@ -161,19 +183,7 @@ impl Panel {
             let s = from + h;
             of.parts(body, s, within, (near - body.rest(s)) / h)
         });
-        let mut series = Box::new([[0.0; 9]; POINTS]);
-        let count = if body.built.is_straight() { STRAIGHT } else { 9 };
-        for part in 0..count {
-            let mut column = [0.0; POINTS];
-            for (weights, parts) in rule.means[POWERS[part]].iter().zip(&at) {
-                column.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * parts[part]);
-            }
-            series.iter_mut().zip(column).for_each(|(row, sum)| row[part] = sum);
-        }
-        let [tail, all] = [&series[POINTS - 2..], &series[..]]
-            .map(|rows| PLAIN.map(|part| rows.iter().map(|row| row[part].abs()).fold(0.0, f64::max)));
-        let smooth = tail.iter().zip(all).all(|(tail, all)| *tail <= ROUNDING * all);
-        Self { span, near, before, series: smooth.then_some(series) }
+        Self { span, near, before, series: with_parts!(of.count(body), series(rule, &at)) }
     }
 
     /// The sums up to `to` about its rest place `about`.
@@ -183,37 +193,45 @@ impl Panel {
             return self.before.moved(about - self.near).and(of.between(body, [from, to], about));
         };
         let (x, h) = (scaled(self.span, to), to - from);
-        let means = match body.built.is_straight() {
-            true => {
-                let mut means = [0.0; 9];
-                means[..STRAIGHT].copy_from_slice(&value::<STRAIGHT>(series, x));
-                means
-            }
-            false => value(series, x),
-        };
+        let means = with_parts!(of.count(body), value(series, x));
         let scales = [h, h * h, h * h * h];
         let sums = Sums::of(from_fn(|i| scales[POWERS[i]] * means[i]));
         self.before.and(sums).moved(about - self.near)
     }
 }
 
-/// The first K parts of a series at x (Clenshaw 1955): even and odd terms apart, which are series in T₂(x) and wait less for each other.
-#[inline]
-fn value<const K: usize>(series: &[Parts; POINTS], x: f64) -> [f64; K] {
+/// The series of the first K parts, from all parts at the points: rows of K numbers. `None` if it has not converged.
+fn series<const K: usize>(rule: &Rule, at: &[Parts; POINTS]) -> Option<Box<[f64]>> {
+    let mut rows = [[0.0; K]; POINTS];
+    for part in 0..K {
+        let mut column = [0.0; POINTS];
+        for (weights, parts) in rule.means[POWERS[part]].iter().zip(at) {
+            column.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * parts[part]);
+        }
+        rows.iter_mut().zip(column).for_each(|(row, sum)| row[part] = sum);
+    }
+    let largest = |rows: &[[f64; K]], part: usize| rows.iter().map(|row| row[part].abs()).fold(0.0, f64::max);
+    let smooth = |part: usize| largest(&rows[POINTS - 2..], part) <= ROUNDING * largest(&rows, part);
+    PLAIN.into_iter().filter(|part| *part < K).all(smooth).then(|| rows.as_flattened().into())
+}
+
+/// The first K parts of a series at x (Clenshaw 1955), the others 0: even and odd terms apart, which are series in T₂(x) and wait less for each other.
+fn value<const K: usize>(series: &[f64], x: f64) -> Parts {
+    let (rows, _) = series.as_chunks::<K>();
     let twice = 4.0 * x * x - 2.0;
     let (mut last, mut sum) = ([[0.0; K]; 2], [[0.0; K]; 2]);
-    for k in (0..POINTS / 2).rev() {
-        for odd in 0..2 {
-            let row = &series[2 * k + odd];
-            let next = from_fn(|i| (row[i] - last[odd][i]) + twice * sum[odd][i]);
-            (last[odd], sum[odd]) = (sum[odd], next);
+    for [even, odd] in rows.as_chunks::<2>().0.iter().rev() {
+        for (row, (last, sum)) in [even, odd].into_iter().zip(last.iter_mut().zip(&mut sum)) {
+            let next: [f64; K] = from_fn(|i| (row[i] - last[i]) + twice * sum[i]);
+            (*last, *sum) = (*sum, next);
         }
     }
     // T₀ = 1, T₂ = twice/2, and T₁ = x, T₃ = x (twice − 1).
-    from_fn(|i| {
-        let even = sum[0][i] - 0.5 * twice * last[0][i];
-        even + x * (sum[1][i] - last[1][i])
-    })
+    let mut all = [0.0; 9];
+    for i in 0..K {
+        all[i] = sum[0][i] - 0.5 * twice * last[0][i] + x * (sum[1][i] - last[1][i]);
+    }
+    all
 }
 
 /// Sums from one end of a span of a whisker on.

@@ -16,18 +16,23 @@ pub struct Inverse {
 
 #[derive(Debug, Clone)]
 struct Cut {
-    /// Ends of monotone pieces, ascending: u, f and df/du there; empty where the roots have a closed form.
-    ends: Vec<[f64; 3]>,
+    /// Ends of monotone pieces, ascending; empty where the roots have a closed form.
+    ends: Vec<End>,
     peak: (f64, f64),
     /// f for a → ∞; 0 if it has no limit.
     farthest: f64,
 }
+
+/// u, f and df/du.
+type End = [f64; 3];
 
 /// Distances at which the linear theory gives a reading, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Roots {
     /// The largest.
     pub far: f64,
+    /// df/da there, 1/mm of f.
+    pub slope: f64,
     /// The next one, if any.
     pub near: Option<f64>,
     /// True if there is a larger one, beyond the farthest contact of which f is known.
@@ -37,7 +42,7 @@ pub struct Roots {
 }
 
 /// Places at which the sign of the slope is checked, beyond the gauge and on it; f has a few extrema, far apart on this scale.
-const SAMPLES: [usize; 2] = [32, 16];
+const SAMPLES: [usize; 2] = [24, 8];
 
 impl Cut {
     fn new(curve: &StrainCurve) -> Self {
@@ -58,11 +63,6 @@ impl Cut {
             let peak = highest(lo, places.map(|u| (u, curve.at_inverse(u).0)));
             return Self { ends: Vec::new(), peak, farthest };
         }
-        let slope = |u: f64| curve.at_inverse(u).1;
-        let end = |u: f64| {
-            let (f, slope) = curve.at_inverse(u);
-            [u, f, slope]
-        };
         // Quadratic spacing resolves the steep rise next to the apex.
         let mid = hi.min(1.0 / x2);
         let [beyond, on] = SAMPLES;
@@ -70,14 +70,9 @@ impl Cut {
         let second = (0..=on).map(|i| mid + (hi - mid) * (i as f64 / on as f64).powi(3));
         // f has kinks next to those of the whisker.
         let knots = curve.knots().iter().map(|s| 1.0 / s).filter(|u| lo < *u && *u < hi);
-        let mut ends: Vec<[f64; 3]> = Vec::new();
-        for next in distinct(first.chain(second).chain(knots)).into_iter().map(end) {
-            if let Some(&[u, _, before]) = ends.last()
-                && (before > 0.0 && next[2] < 0.0 || before < 0.0 && next[2] > 0.0)
-            {
-                ends.push(end(bracketed(slope, u, next[0])));
-            }
-            ends.push(next);
+        let mut ends: Vec<End> = Vec::with_capacity(2 * (beyond + on));
+        for u in distinct(first.chain(second).chain(knots)) {
+            add(&mut ends, curve, end(curve, u), 1);
         }
         let peak = highest(lo, ends.iter().map(|&[u, f, _]| (u, f)));
         Self { ends, peak, farthest }
@@ -113,56 +108,68 @@ impl Inverse {
 
     /// Roots of f(a) = `reading` > 0 (strain per rad or mm); `None` above the peak. Below f(∞) a widening whisker has its near root only.
     pub fn roots(&self, reading: f64) -> Option<Roots> {
-        let root = |ends: &[[f64; 3]]| {
+        self.roots_in(reading, [0.0, f64::INFINITY])
+    }
+
+    /// The same; outside of the `range`, mm, the near root is only known to lie outside.
+    pub fn roots_in(&self, reading: f64, [least, most]: [f64; 2]) -> Option<Roots> {
+        let crossed = |ends: &&[End]| {
             let [[from, lo, _], [to, hi, _]] = [ends[0], ends[1]];
-            let crosses = lo == reading || (lo - reading) * (hi - reading) < 0.0;
-            (crosses && from.max(to) > 0.0).then(|| self.newton(reading, [ends[0], ends[1]]))
+            (lo == reading || (lo - reading) * (hi - reading) < 0.0) && from.max(to) > 0.0
         };
         let [far, near] = match plain(&self.curve) {
-            true => self.plain_roots(reading),
+            true => {
+                let [far, near] = self.plain_roots(reading);
+                [far.map(|u| [u, self.curve.at_inverse(u).1]), near.map(|u| [u, f64::NAN])]
+            }
             false => {
-                let mut found = self.cut().ends.windows(2).filter_map(root).filter(|u| *u > 0.0);
-                [found.next(), found.next()]
+                let mut pieces = self.cut().ends.windows(2).filter(crossed);
+                let root =
+                    |ends: &[End]| Some(self.root(reading, [ends[0], ends[1]])).filter(|[u, _]| *u > 0.0);
+                let told = |ends: &[End]| match ends[0][0] * least <= 1.0 && ends[1][0] * most >= 1.0 {
+                    true => root(ends),
+                    false => Some(ends[1]).map(|[u, _, slope]| [u, slope]),
+                };
+                [pieces.find_map(root), pieces.find_map(told)]
             }
         };
         let Cut { peak: (peak, _), farthest, .. } = *self.cut();
-        far.map(|far| {
+        far.map(|[far, slope]| {
             let unseen = peak > 0.0 && far > peak && reading >= farthest;
-            Roots { far: 1.0 / far, near: near.map(|u| 1.0 / u), unseen, levels_off: farthest > 0.0 }
+            let near = near.map(|[u, _]| 1.0 / u);
+            Roots { far: 1.0 / far, slope: -slope * far * far, near, unseen, levels_off: farthest > 0.0 }
         })
     }
 
-    /// Root of f = `reading` between the ends of a monotone piece: Newton from the inverse cubic through both, or a halving outside the bracket.
-    fn newton(&self, reading: f64, [[mut from, lo, by_lo], [mut to, hi, by_hi]]: [[f64; 3]; 2]) -> f64 {
-        let (t, width) = ((reading - lo) / (hi - lo), to - from);
-        let [p, q] = [by_lo, by_hi].map(|by| (hi - lo) / (width * by));
-        // Next to an extremum the cubic would leave the piece.
-        let share = match p.max(q) <= 3.0 && p.min(q) >= 0.0 {
-            true => t * (t * (3.0 - 2.0 * t) + (1.0 - t) * (p * (1.0 - t) - q * t)),
-            false => t,
-        };
-        let (mut u, mut before) = (from + width * share, width);
+    /// Root of f = `reading` between the ends of a monotone piece, and df/du there: by inverse cubics through both ends of the bracket, or where these
+    /// would leave it by Newton's method or a halving.
+    fn root(&self, reading: f64, [mut from, mut to]: [End; 2]) -> [f64; 2] {
+        let line = from[0] + (to[0] - from[0]) * (reading - from[1]) / (to[1] - from[1]);
+        let mut u = cubic(reading, from, to).map_or(line, |[u, _]| u);
         for _ in 0..100 {
-            let (f, slope) = self.curve.at_inverse(u);
-            let miss = f - reading;
-            if (f > reading) == (lo > reading) {
-                from = u;
+            let here = end(&self.curve, u);
+            let [_, f, slope] = here;
+            let replaced = if (f > reading) == (from[1] > reading) { &mut from } else { &mut to };
+            let width = (u - replaced[0]).abs();
+            *replaced = here;
+            let (step, rounding) = ((f - reading) / slope, f64::EPSILON * u.abs());
+            if f == reading || step.abs() <= 2.0 * rounding || from[0] == to[0] {
+                return [u, slope];
+            }
+            let inside = |next: &f64| *next > from[0].min(to[0]) && *next < from[0].max(to[0]);
+            // The error left is about that of the cubic or of Newton's method.
+            if let Some([next, slope]) = cubic(reading, from, to).filter(|[next, _]| inside(next)) {
+                if step.abs().powi(3) <= rounding * width * width {
+                    return [next, slope];
+                }
+                u = next;
+            } else if let Some(next) = Some(u - step).filter(inside) {
+                u = next;
             } else {
-                to = u;
+                u = 0.5 * (from[0] + to[0]);
             }
-            let step = miss / slope;
-            if miss == 0.0 || step.abs() <= 2.0 * f64::EPSILON * u.abs() || from == to {
-                return u;
-            }
-            let next = u - step;
-            let inside = next > from.min(to) && next < from.max(to);
-            // The next step would be about this small: convergence is quadratic.
-            if inside && step * step <= f64::EPSILON * u.abs() * before {
-                return next;
-            }
-            (before, u) = (step.abs(), if inside { next } else { 0.5 * (from + to) });
         }
-        u
+        [u, self.curve.at_inverse(u).1]
     }
 
     /// Both roots of C (u − τ)(A − B u) = f, or of C₁ (1 − x1 u)² = f where the contact would be on the gauge.
@@ -192,6 +199,35 @@ impl Inverse {
             None => [near, None],
         }
     }
+}
+
+fn end(curve: &StrainCurve, u: f64) -> End {
+    let (f, slope) = curve.at_inverse(u);
+    [u, f, slope]
+}
+
+/// Adds the place `next` to the ends of monotone pieces: after an extremum between, or after a halving where there may be two.
+fn add(ends: &mut Vec<End>, curve: &StrainCurve, next: End, halvings: u32) {
+    if let Some(&last) = ends.last() {
+        let turns = last[2] > 0.0 && next[2] < 0.0 || last[2] < 0.0 && next[2] > 0.0;
+        if turns {
+            ends.push(end(curve, bracketed(|u| curve.at_inverse(u).1, last[0], next[0])));
+        } else if halvings > 0 && cubic(last[1], last, next).is_none() {
+            add(ends, curve, end(curve, 0.5 * (last[0] + next[0])), halvings - 1);
+            return add(ends, curve, next, halvings - 1);
+        }
+    }
+    ends.push(next);
+}
+
+/// u and df/du where f is `reading`, by the cubic in f through two places and their slopes; `None` where it may not be monotone, as next to an extremum.
+fn cubic(reading: f64, [from, lo, by_lo]: End, [to, hi, by_hi]: End) -> Option<[f64; 2]> {
+    let (t, width, rise) = ((reading - lo) / (hi - lo), to - from, hi - lo);
+    let [p, q] = [by_lo, by_hi].map(|by| rise / (width * by));
+    let (rest, monotone) = (1.0 - t, p <= 3.0 && q <= 3.0 && p >= 0.0 && q >= 0.0);
+    let share = t * (t * (3.0 - 2.0 * t) + rest * (p * rest - q * t));
+    let slope = 6.0 * t * rest + p * rest * (1.0 - 3.0 * t) - q * t * (2.0 - 3.0 * t);
+    monotone.then_some([from + width * share, rise / (width * slope)])
 }
 
 fn highest(lo: f64, places: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
