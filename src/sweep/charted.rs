@@ -81,8 +81,7 @@ impl Search<'_> {
             // Few designs at first, until there is a bound.
             let to = end.min(from + most.min(FIRST + (GROWTH - 1) * run.reached.next));
             let bound = bound(&mut run.reached.found, self.ranker.keep());
-            let ks: Vec<u64> = (from..to).collect();
-            let found = self.ranker.rank(self.layout, &ks, bound);
+            let found = self.ranker.rank_all(self.layout, from..to, bound);
             run.reached.solve += begun.elapsed().as_secs_f64();
             self.take(run, found, to - from)?;
         }

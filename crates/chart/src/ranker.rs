@@ -1,5 +1,7 @@
 //! Ranks the designs of a sweep from charts, in lanes or on a device, and reads rows for searches.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::lanes::Found;
@@ -41,6 +43,11 @@ impl Rankers {
     pub fn case(&self, t: &Tuple) -> Case {
         let ranker = self.0.get(t.rig as usize).and_then(Option::as_ref);
         ranker.map_or(Case::Hard, |ranker| ranker.case(t))
+    }
+
+    /// Rows of a range of designs of `layout` that rank below `bound`.
+    pub fn rank_all(&self, layout: &Layout, designs: Range<u64>, bound: f32) -> Found {
+        self.rank(layout, &designs.collect::<Vec<u64>>(), bound)
     }
 
     /// Rows of the designs `ks` of `layout` that rank below `bound`.

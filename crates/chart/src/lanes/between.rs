@@ -101,7 +101,7 @@ impl Rows {
                     apart[k] = factor.mul_add(chart.kappa[k] - self.mean[k], apart[k]);
                 }
             }
-            self.spread(&apart, &apart, m);
+            self.spread(&apart, Lanes::of(1.0), m);
         }
     }
 }

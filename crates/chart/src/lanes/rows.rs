@@ -40,27 +40,24 @@ pub(super) struct Rows {
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct Row<'a> {
     pub drive: Lanes,
+    /// driveᵉ.
     pub power: Lanes,
-    basis: [Lanes; ORDERS],
+    basis: &'a [f32],
 }
 
-impl Row {
+impl<'a> Row<'a> {
     #[inline(always)]
-    pub fn at(stroke: &Stroke, m: usize) -> Self {
-        let mut basis = [Lanes::of(0.0); ORDERS];
-        for k in 0..m {
-            basis[k] = Lanes::splat(stroke.basis[k]);
-        }
-        Self { drive: Lanes::splat(stroke.drive), power: Lanes::splat(stroke.power), basis }
+    pub fn at(stroke: &'a Stroke) -> Self {
+        Self { drive: Lanes::splat(stroke.drive), power: Lanes::splat(stroke.power), basis: &stroke.basis }
     }
 
     #[inline(always)]
     pub fn read(&self, values: &[Lanes], m: usize) -> Lanes {
-        let mut sum = self.basis[0] * values[0];
-        for k in 1..m {
-            sum = self.basis[k].mul_add(values[k], sum);
+        let mut sum = Lanes::splat(self.basis[0]) * values[0];
+        for (c, value) in self.basis[..m].iter().zip(values).skip(1) {
+            sum = Lanes::splat(*c).mul_add(*value, sum);
         }
         sum
     }
@@ -174,25 +171,26 @@ impl Rows {
 
     #[inline(always)]
     fn push(&mut self, tap: TapSeries<'_>, i: usize, m: usize) {
-        let share = Lanes::of(1.0 / (i + 1) as f64);
-        let (mut from_old, mut from_new) = ([Lanes::of(0.0); ORDERS], [Lanes::of(0.0); ORDERS]);
+        let [share, rest] = [1.0, i as f64].map(|x| Lanes::of(x / (i + 1) as f64));
         self.largest = self.largest.max(tap.largest);
         self.slack[0] = (tap.slack[0] - self.slack[0]).mul_add(share, self.slack[0]);
         self.slack[1] = tap.slack[0].mul_add(tap.slack[0], self.slack[1]);
+        let mut apart = self.mean;
         for k in 0..m {
-            from_old[k] = tap.kappa[k] - self.mean[k];
-            self.mean[k] = from_old[k].mul_add(share, self.mean[k]);
-            from_new[k] = tap.kappa[k] - self.mean[k];
+            apart[k] = tap.kappa[k] - apart[k];
+            self.mean[k] = apart[k].mul_add(share, self.mean[k]);
         }
-        self.spread(&from_old, &from_new, m);
+        self.spread(&apart, rest, m);
     }
 
+    /// Adds `share` of the products of deviations from the mean.
     #[inline(always)]
-    pub(super) fn spread(&mut self, a: &[Lanes; ORDERS], b: &[Lanes; ORDERS], m: usize) {
+    pub(super) fn spread(&mut self, apart: &[Lanes; ORDERS], share: Lanes, m: usize) {
         let mut at = 0;
         for k in 0..m {
+            let shared = apart[k] * share;
             for l in k..m {
-                self.spread[at] = a[k].mul_add(b[l], self.spread[at]);
+                self.spread[at] = shared.mul_add(apart[l], self.spread[at]);
                 at += 1;
             }
         }
@@ -210,25 +208,23 @@ impl Rows {
     }
 
     #[inline(always)]
-    pub fn row<const OWN: bool>(&self, ranker: &Ranker, j: usize) -> Row {
-        if OWN {
-            let mut basis = [Lanes::of(0.0); ORDERS];
-            basis[0] = Lanes::of(1.0);
-            return Row { drive: self.own[0], power: self.own[1], basis };
+    pub fn row<'a, const OWN: bool>(&self, ranker: &'a Ranker, j: usize) -> Row<'a> {
+        match OWN {
+            true => Row { drive: self.own[0], power: self.own[1], basis: &[1.0] },
+            false => Row::at(&ranker.angles[j].stroke),
         }
-        Row::at(&ranker.angles[j].stroke, ranker.points)
     }
 
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
-    pub fn miss(&self, row: &Row, tap: TapSeries<'_>, m: usize) -> Lanes {
+    pub fn miss(&self, row: &Row<'_>, tap: TapSeries<'_>, m: usize) -> Lanes {
         let deviation = row.power * row.read(tap.kappa, m);
         (self.calibration(row, m) - deviation) / (Lanes::of(1.0) + deviation)
     }
 
     /// K̄ − 1 of a row.
     #[inline(always)]
-    pub fn calibration(&self, row: &Row, m: usize) -> Lanes {
+    pub fn calibration(&self, row: &Row<'_>, m: usize) -> Lanes {
         match self.passed.fixed {
             Some(fixed) => fixed,
             None => row.power * row.read(&self.mean, m),

@@ -118,10 +118,11 @@ impl Rows {
         let (mut less, mut more) = (of(0.99999) - self.largest, of(1.00001) + self.largest);
         if OWN {
             (powers, slack, apart) = ([self.own[1]; 2], zero, apart + tap.slack[0]);
-            // Least and largest K at each design's drive.
-            let k = self.own[1].mul_add(tap.kappa[0], one);
-            let [least, most] = [k - self.own[1] * tap.slack[0], k + self.own[1] * tap.slack[0]];
-            (less, more) = (one / most, zero.if_less(least, one / least, of(1e30)));
+            // 1/K at each design's drive, K within x of itself: 1 − x < 1/(1 + x), 1/(1 − x) < 1 + 2 x.
+            let inverse = one / self.own[1].mul_add(tap.kappa[0], one);
+            let x = self.own[1] * tap.slack[0] * inverse;
+            less = inverse - inverse * x;
+            more = of(0.4).if_less(x, of(1e30), inverse + inverse * (x + x));
         }
         let fixed = self.passed.fixed.unwrap_or(zero);
         let (lo, hi) = (sum - apart, sum + apart);
@@ -158,36 +159,34 @@ impl Rows {
             let out = least.if_less(self.design.end(a) * inverse - one, one, zero);
             near = one - beyond.max(out * (one - results[1]));
         }
-        tally.add(times(results, near), edges, 0..drives);
         let open = near * (one - known_word);
         let whole = if OWN { zero } else { complete.if_less(of(drives as f64), zero, one) };
         tally.hard = tally.hard.max(one - near).max(open * (one - whole));
         let open = open * whole;
+        tally.add(near * known_word + open, times(results, near), edges, 0..drives);
         if OWN || open.all_at_most(zero) {
             return;
         }
         for group in groups {
             let results = certain(bounds, self.reach::<OWN>(group, tap, known, m));
             if open.all_at_most(results[0] + results[1] + results[2]) {
-                tally.add(times(results, open), edges, group.drives.clone());
+                tally.add(zero, times(results, open), edges, group.drives.clone());
                 continue;
             }
             // Words of a group without limits are summed first.
             let is_free = of(group.drives.end as f64).all_at_most(edges[0].min(edges[1]));
-            let mut free = [zero; 3];
+            let [mut ambiguous, mut rootless] = [zero; 2];
             for j in group.drives.clone() {
                 let q = self.miss(&self.row::<OWN>(ranker, j), tap, m);
                 let results = certain(bounds, [q; 2]);
                 if is_free {
-                    free = [free[0] + results[0], free[1] + results[1], free[2] + results[2]];
+                    (ambiguous, rootless) = (ambiguous + results[1], rootless + results[2]);
                     tally.mark(open * results[2], j..j + 1);
                 } else {
-                    tally.add(times(results, open), edges, j..j + 1);
+                    tally.add(zero, times(results, open), edges, j..j + 1);
                 }
             }
-            for (taps, free) in tally.taps.iter_mut().zip(free) {
-                taps[0] = open.mul_add(free, taps[0]);
-            }
+            tally.add_free([ambiguous * open, rootless * open]);
         }
     }
 }

@@ -156,9 +156,10 @@ impl Axis {
     pub fn each(&self, at: &[u64], mut put: impl FnMut(usize, f64)) {
         match self {
             Self::Samples { points, dimension, .. } => {
-                let coordinate = points.sampler.coordinates(points.seed, *dimension);
-                at.iter().enumerate().for_each(|(n, i)| put(n, self.sampled(coordinate(*i as u32))));
+                let indices = at.iter().map(|i| *i as u32);
+                points.sampler.each((points.seed, *dimension), indices, |n, x| put(n, self.sampled(x)));
             }
+            Self::Value(value) => (0..at.len()).for_each(|n| put(n, *value)),
             _ => at.iter().enumerate().for_each(|(n, i)| put(n, self.at(*i))),
         }
     }

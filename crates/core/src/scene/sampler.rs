@@ -23,7 +23,9 @@ pub const MAX_DIMENSIONS: u32 = JOE_KUO.len() as u32;
 impl Sampler {
     /// Coordinate `dimension` of point `index`, as a fraction of 2³². `dimension` is below [`MAX_DIMENSIONS`].
     pub fn coordinate(self, seed: u64, dimension: u32, index: u32) -> u32 {
-        self.coordinates(seed, dimension)(index)
+        let mut found = 0;
+        self.each((seed, dimension), [index].into_iter(), |_, coordinate| found = coordinate);
+        found
     }
 
     /// [`Self::coordinate`] in the middle of its step, between 0 and 1.
@@ -31,13 +33,21 @@ impl Sampler {
         middle(self.coordinate(seed, dimension, index))
     }
 
-    /// [`Self::coordinate`] by index.
-    pub fn coordinates(self, seed: u64, dimension: u32) -> impl Fn(u32) -> u32 {
-        let kind = (self, Self::scramble(seed, dimension));
-        move |index| match kind {
-            (Self::Sobol, None) => sobol(dimension, index),
-            (Self::Sobol, Some(key)) => owen(sobol(dimension, index), key),
-            (Self::Random, _) => philox([index, dimension / 4, 0, 0], words(seed))[(dimension % 4) as usize],
+    /// Gives [`Self::coordinate`] of many points to `put`, each with its place among them.
+    pub fn each(
+        self,
+        (seed, dimension): (u64, u32),
+        points: impl Iterator<Item = u32>,
+        mut put: impl FnMut(usize, u32),
+    ) {
+        let all = points.enumerate();
+        match (self, Self::scramble(seed, dimension)) {
+            (Self::Sobol, None) => all.for_each(|(n, index)| put(n, sobol(dimension, index))),
+            (Self::Sobol, Some(key)) => all.for_each(|(n, index)| put(n, owen(sobol(dimension, index), key))),
+            (Self::Random, _) => {
+                let (lane, key) = ((dimension % 4) as usize, words(seed));
+                all.for_each(|(n, index)| put(n, philox([index, dimension / 4, 0, 0], key)[lane]));
+            }
         }
     }
 
