@@ -16,7 +16,7 @@ impl Rows {
         &self,
         ranker: &Ranker,
         (tap, distance): (TapSeries<'_>, &Distance),
-        last: &Row<'_>,
+        last: &Row,
         hard: &mut Lanes,
     ) -> [Lanes; 2] {
         let of = Lanes::of;

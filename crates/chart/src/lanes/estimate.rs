@@ -82,7 +82,7 @@ impl Rows {
     fn distance(
         &self,
         ranker: &Ranker,
-        row: &Row<'_>,
+        row: &Row,
         tap: (TapSeries<'_>, &Distance),
         (noise, peak): (Lanes, Lanes),
     ) -> Told {
@@ -90,14 +90,14 @@ impl Rows {
     }
 
     #[inline(always)]
-    pub fn noise(&self, ranker: &Ranker, row: &Row<'_>) -> Lanes {
+    pub fn noise(&self, ranker: &Ranker, row: &Row) -> Lanes {
         let k = Lanes::of(1.0) + self.calibration(row, ranker.points);
         k * Lanes::splat(ranker.noise) / row.drive / self.passed.share
     }
 
     /// The value by which a row is ranked, of its distance errors, and 1 where every tap has a distance.
     #[inline(always)]
-    pub fn estimate(&self, ranker: &Ranker, row: &Row<'_>, taps: &Taps, by: RankBy) -> (Lanes, Lanes) {
+    pub fn estimate(&self, ranker: &Ranker, row: &Row, taps: &Taps, by: RankBy) -> (Lanes, Lanes) {
         let of = Lanes::of;
         let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
         let noise = self.noise(ranker, row);
@@ -150,7 +150,7 @@ impl Floor {
             let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
             let mut smooth = Lanes::of(1.0);
             for (k, stroke) in ranker.grid.iter().enumerate() {
-                let row = Row::at(stroke);
+                let row = Row::at(stroke, m);
                 let told = rows.distance(ranker, &row, tap, (rows.noise(ranker, &row), peak));
                 smooth = smooth.min(told.smooth);
                 let (error, sigma) = (told.error / row.power, told.sigma * row.drive);
@@ -170,7 +170,7 @@ impl Floor {
 
     /// Square of the bound of a row.
     #[inline(always)]
-    pub fn at(&self, ranker: &Ranker, row: &Row<'_>, by: RankBy) -> Lanes {
+    pub fn at(&self, ranker: &Ranker, row: &Row, by: RankBy) -> Lanes {
         let m = ranker.points;
         let errors = row.power * row.power * row.read(&self.errors, m);
         let noises = row.read(&self.noises, m) / (row.drive * row.drive);

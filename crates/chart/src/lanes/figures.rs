@@ -91,20 +91,20 @@ impl Rows {
             read = read + counted;
             let room = (self.design.length - a) * Lanes::splat(distance.inverse);
             let edges = [self.passed.limit.if_less(strain, zero, one), room.if_less(moved, zero, one)];
-            tally.add(results[0] + results[1] + results[2], results, edges, 0..1);
+            tally.add(results, edges, 0..1);
         }
 
         let highest = words.peak * row.drive;
         let peak = one / self.design.peak;
         let calibration = self.calibration(&row, 1);
-        let (asked, combinations) = (taps.len() as u64, tally.combined());
+        let asked = taps.len() as u64;
         for lane in 0..self.live {
             if tally.is_hard(lane) {
                 out.push(None);
                 continue;
             }
             let at = |x: &Lanes| f64::from(x.0[lane]);
-            let noted = (0..COMBINED).filter(|k| combinations[k / 4][k % 4].0[lane] > 0.0);
+            let noted = (0..COMBINED).filter(|k| tally.taps[k / 4][k % 4].0[lane] > 0.0);
             let status = noted.fold(Status::OK, |all, k| all | combined(k));
             let told = read.0[lane] as u64;
             // The chart's K is of the strain before the foil: divide by the foil's share.

@@ -54,7 +54,7 @@ impl Rows {
     pub fn count_together(
         &self,
         ranker: &Ranker,
-        row: &Row<'_>,
+        row: &Row,
         scratch: &Scratch,
         tally: &mut Tally<'_>,
     ) -> bool {
@@ -95,8 +95,7 @@ impl Rows {
             let above = (limit * k[1]).if_less(f[0] * row.drive, one, zero);
             let below = (limit * k[0]).if_less(f[1] * row.drive, zero, one);
             let sure = (results[0] + results[1] + results[2]).min(above + below);
-            let counted = of(group.count as f64) * sure;
-            tally.add(counted, times(results, counted), [below, one], 0..1);
+            tally.add(times(results, of(group.count as f64) * sure), [below, one], 0..1);
             if one.all_at_most(sure) {
                 continue;
             }
@@ -124,7 +123,7 @@ impl Rows {
     fn count_one_by_one(
         &self,
         between: &Between,
-        row: &Row<'_>,
+        row: &Row,
         (strains, kappa, places): (&[Lanes], &[Lanes], &[Place]),
         tally: &mut Tally<'_>,
     ) {
@@ -148,9 +147,14 @@ impl Rows {
         let results = certain(self.design.words.picked(places).bounds(f), [q; 2]);
         let limit = picked(&self.passed.limit, places);
         let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
-        for (q, Place { lane, group }) in places.iter().enumerate() {
-            for at in q * NEIGHBOURS..q * NEIGHBOURS + between.neighbours[*group].count {
-                tally.add_one(results.map(|result| result.0[at]), above.0[at] > 0.5, *lane);
+        let below = one - above;
+        for (taps, share) in tally.taps.iter_mut().zip(results) {
+            for (sum, worn) in taps.iter_mut().zip([share * below, share * above]) {
+                for (q, Place { lane, group }) in places.iter().enumerate() {
+                    for at in q * NEIGHBOURS..q * NEIGHBOURS + between.neighbours[*group].count {
+                        sum.0[*lane] += worn.0[at];
+                    }
+                }
             }
         }
     }

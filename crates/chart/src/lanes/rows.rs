@@ -40,24 +40,27 @@ pub(super) struct Rows {
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct Row<'a> {
+pub(super) struct Row {
     pub drive: Lanes,
-    /// driveᵉ.
     pub power: Lanes,
-    basis: &'a [f32],
+    basis: [Lanes; ORDERS],
 }
 
-impl<'a> Row<'a> {
+impl Row {
     #[inline(always)]
-    pub fn at(stroke: &'a Stroke) -> Self {
-        Self { drive: Lanes::splat(stroke.drive), power: Lanes::splat(stroke.power), basis: &stroke.basis }
+    pub fn at(stroke: &Stroke, m: usize) -> Self {
+        let mut basis = [Lanes::of(0.0); ORDERS];
+        for k in 0..m {
+            basis[k] = Lanes::splat(stroke.basis[k]);
+        }
+        Self { drive: Lanes::splat(stroke.drive), power: Lanes::splat(stroke.power), basis }
     }
 
     #[inline(always)]
     pub fn read(&self, values: &[Lanes], m: usize) -> Lanes {
-        let mut sum = Lanes::splat(self.basis[0]) * values[0];
-        for (c, value) in self.basis[..m].iter().zip(values).skip(1) {
-            sum = Lanes::splat(*c).mul_add(*value, sum);
+        let mut sum = self.basis[0] * values[0];
+        for k in 1..m {
+            sum = self.basis[k].mul_add(values[k], sum);
         }
         sum
     }
@@ -208,23 +211,25 @@ impl Rows {
     }
 
     #[inline(always)]
-    pub fn row<'a, const OWN: bool>(&self, ranker: &'a Ranker, j: usize) -> Row<'a> {
-        match OWN {
-            true => Row { drive: self.own[0], power: self.own[1], basis: &[1.0] },
-            false => Row::at(&ranker.angles[j].stroke),
+    pub fn row<const OWN: bool>(&self, ranker: &Ranker, j: usize) -> Row {
+        if OWN {
+            let mut basis = [Lanes::of(0.0); ORDERS];
+            basis[0] = Lanes::of(1.0);
+            return Row { drive: self.own[0], power: self.own[1], basis };
         }
+        Row::at(&ranker.angles[j].stroke, ranker.points)
     }
 
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
-    pub fn miss(&self, row: &Row<'_>, tap: TapSeries<'_>, m: usize) -> Lanes {
+    pub fn miss(&self, row: &Row, tap: TapSeries<'_>, m: usize) -> Lanes {
         let deviation = row.power * row.read(tap.kappa, m);
         (self.calibration(row, m) - deviation) / (Lanes::of(1.0) + deviation)
     }
 
     /// K̄ − 1 of a row.
     #[inline(always)]
-    pub fn calibration(&self, row: &Row<'_>, m: usize) -> Lanes {
+    pub fn calibration(&self, row: &Row, m: usize) -> Lanes {
         match self.passed.fixed {
             Some(fixed) => fixed,
             None => row.power * row.read(&self.mean, m),

@@ -13,10 +13,10 @@ pub(super) fn times([clear, ambiguous, rootless]: Results, share: Lanes) -> Resu
     [clear * share, ambiguous * share, rootless * share]
 }
 
-/// Taps of each lane; whole numbers, far below the 2²⁴ up to which f32 counts.
+/// Taps of each lane per combination; whole numbers, far below the 2²⁴ up to which f32 counts.
 pub(super) struct Tally<'a> {
-    /// All, those that are ambiguous, and those without a root, by words that do not depend on the estimate: no word, `strain_limit`, `slipped_off`, both.
-    taps: [[Lanes; 4]; 3],
+    /// For each result, by words that do not depend on the estimate: no word, `strain_limit`, `slipped_off`, both.
+    pub taps: [[Lanes; 4]; 3],
     /// 1 for a design that must be solved tap by tap.
     pub hard: Lanes,
     /// 1 at each drive at which a tap has no distance; empty where no row needs it.
@@ -29,21 +29,10 @@ impl<'a> Tally<'a> {
         Self { taps: [[Lanes::of(0.0); 4]; 3], hard, rootless }
     }
 
-    /// Adds `all` and those of `results` that are not clear, at `drives` of a tap that is above the strain limit from the drive `above` on and has slipped
-    /// off from `slipped` on.
+    /// Adds `results` at `drives` of a tap that is above the strain limit from the drive `above` on and has slipped off from `slipped` on.
     #[inline(always)]
-    pub fn add(
-        &mut self,
-        all: Lanes,
-        [_, ambiguous, rootless]: Results,
-        [above, slipped]: [Lanes; 2],
-        drives: Range<usize>,
-    ) {
+    pub fn add(&mut self, results: Results, [above, slipped]: [Lanes; 2], drives: Range<usize>) {
         let zero = Lanes::of(0.0);
-        // Most packs have only clear taps, which are added once.
-        if all.max(ambiguous).max(rootless).all_at_most(zero) {
-            return;
-        }
         let [from, to] = [Lanes::of(drives.start as f64), Lanes::of(drives.end as f64)];
         let is_clean = to.all_at_most(above.min(slipped));
         let mut worn = [to - from, zero, zero, zero];
@@ -52,7 +41,8 @@ impl<'a> Tally<'a> {
             let clean = above.min(slipped);
             worn = [clean - from, slipped - clean, above - clean, to - above.max(slipped)];
         }
-        for (taps, share) in self.taps.iter_mut().zip([all, ambiguous, rootless]) {
+        for (taps, share) in self.taps.iter_mut().zip(results) {
+            // Most packs have only clear taps.
             if share.all_at_most(zero) {
                 continue;
             }
@@ -63,33 +53,7 @@ impl<'a> Tally<'a> {
                 }
             }
         }
-        self.mark(rootless, drives);
-    }
-
-    /// Adds numbers of ambiguous taps and taps without a root that have no other word.
-    #[inline(always)]
-    pub fn add_free(&mut self, numbers: [Lanes; 2]) {
-        for (taps, number) in self.taps[1..].iter_mut().zip(numbers) {
-            taps[0] = taps[0] + number;
-        }
-    }
-
-    /// Adds one tap of a `lane`, with shares by result.
-    #[inline(always)]
-    pub fn add_one(&mut self, [clear, ambiguous, rootless]: [f32; 3], above: bool, lane: usize) {
-        for (taps, share) in self.taps.iter_mut().zip([clear + ambiguous + rootless, ambiguous, rootless]) {
-            taps[usize::from(above)].0[lane] += share;
-        }
-    }
-
-    /// Taps by result, in the order of [`crate::kernel::ranking::TOLD`], and by the other words.
-    #[inline(always)]
-    pub fn combined(&self) -> [[Lanes; 4]; 3] {
-        let mut taps = self.taps;
-        for k in 0..4 {
-            taps[0][k] = taps[0][k] - taps[1][k] - taps[2][k];
-        }
-        taps
+        self.mark(results[2], drives);
     }
 
     #[inline(always)]
@@ -117,9 +81,9 @@ impl<'a> Tally<'a> {
     #[inline(always)]
     pub fn words(&self, counts: Lanes) -> Words {
         let zero = Lanes::of(0.0);
-        let (mut words, all) = (Words::default(), self.combined());
+        let mut words = Words::default();
         for (k, sum_of) in words.taps.iter_mut().enumerate() {
-            let taps = all[k / 4][k % 4] * counts;
+            let taps = self.taps[k / 4][k % 4] * counts;
             if !taps.all_at_most(zero) {
                 *sum_of = sum(taps);
             }

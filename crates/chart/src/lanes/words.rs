@@ -159,34 +159,36 @@ impl Rows {
             let out = least.if_less(self.design.end(a) * inverse - one, one, zero);
             near = one - beyond.max(out * (one - results[1]));
         }
+        tally.add(times(results, near), edges, 0..drives);
         let open = near * (one - known_word);
         let whole = if OWN { zero } else { complete.if_less(of(drives as f64), zero, one) };
         tally.hard = tally.hard.max(one - near).max(open * (one - whole));
         let open = open * whole;
-        tally.add(near * known_word + open, times(results, near), edges, 0..drives);
         if OWN || open.all_at_most(zero) {
             return;
         }
         for group in groups {
             let results = certain(bounds, self.reach::<OWN>(group, tap, known, m));
             if open.all_at_most(results[0] + results[1] + results[2]) {
-                tally.add(zero, times(results, open), edges, group.drives.clone());
+                tally.add(times(results, open), edges, group.drives.clone());
                 continue;
             }
             // Words of a group without limits are summed first.
             let is_free = of(group.drives.end as f64).all_at_most(edges[0].min(edges[1]));
-            let [mut ambiguous, mut rootless] = [zero; 2];
+            let mut free = [zero; 3];
             for j in group.drives.clone() {
                 let q = self.miss(&self.row::<OWN>(ranker, j), tap, m);
                 let results = certain(bounds, [q; 2]);
                 if is_free {
-                    (ambiguous, rootless) = (ambiguous + results[1], rootless + results[2]);
+                    free = [free[0] + results[0], free[1] + results[1], free[2] + results[2]];
                     tally.mark(open * results[2], j..j + 1);
                 } else {
-                    tally.add(zero, times(results, open), edges, j..j + 1);
+                    tally.add(times(results, open), edges, j..j + 1);
                 }
             }
-            tally.add_free([ambiguous * open, rootless * open]);
+            for (taps, free) in tally.taps.iter_mut().zip(free) {
+                taps[0] = open.mul_add(free, taps[0]);
+            }
         }
     }
 }
