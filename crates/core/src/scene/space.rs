@@ -67,11 +67,6 @@ impl Direction {
     pub fn is_upright(self) -> bool {
         self == Self::UPRIGHT
     }
-
-    /// True if |tilt| and |lean| are below 90°.
-    pub fn is_valid(self) -> bool {
-        self.tilt.abs() < 90.0 && self.lean.abs() < 90.0
-    }
 }
 
 /// One tap: D, d, L_a, x_ss, l, a in mm, tilt and lean in degrees, and θ in degrees (or δ in mm), indexed by [`Column`].

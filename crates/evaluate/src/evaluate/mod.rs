@@ -206,11 +206,6 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// True if no kernel is used: for the reference, or the closed forms of a linear geometry.
-    fn needs_no_kernel(&self) -> bool {
-        matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
-    }
-
     /// [`Self::run_referring`] for designs with rigs of one kind, without the guard; `expected`: the answers of the reference, if known, so that it need
     /// not be used again.
     pub fn run_alike(
@@ -222,7 +217,9 @@ impl<'a> Evaluator<'a> {
     ) -> Outcomes {
         go_on(self.stop)?;
         let (setup, stop) = (self.setup, self.stop);
-        let outcomes = if self.needs_no_kernel() {
+        // Linear geometry has closed forms.
+        let outcomes = if matches!(self.method, Method::Reference) || setup.model.geometry == Geometry::Linear
+        {
             let answer = |t: &Task| match stop.load(Ordering::Relaxed) {
                 true => Outcome::NOTHING,
                 false => reference(setup, &designs[t.design as usize], t),

@@ -32,7 +32,9 @@ impl<'a> Asked<'a> {
 
     /// The same, with θ f if that is known, else NaN.
     pub fn of(setup: &'a Setup, design: &'a Design, task: &'a Task, linear: f64) -> Option<Self> {
-        let inside = design.admits(setup, task.a, task.drive) && task.direction.is_valid();
+        let Direction { tilt, lean } = task.direction;
+        let inside =
+            design.admits(setup, task.a, task.drive) && [tilt, lean].iter().all(|angle| angle.abs() < 90.0);
         if inside { Self::known(setup, design, task, linear) } else { None }
     }
 

@@ -1,6 +1,6 @@
 //! Measures `vibrissa locate` on a stream: time to the first answer, latency of single lines, readings per second.
 //!
-//!     cargo run --release --example stream_latency -- target/release/vibrissa results/prototype-d10/calibration.toml
+//!     cargo bench --bench stream_latency -- target/release/vibrissa results/prototype-d10/calibration.toml
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -29,7 +29,8 @@ fn quantile(sorted: &[Duration], share: f64) -> f64 {
 }
 
 fn main() -> std::io::Result<()> {
-    let arguments: Vec<String> = std::env::args().collect();
+    // Cargo adds `--bench`.
+    let arguments: Vec<String> = std::env::args().filter(|argument| argument != "--bench").collect();
     let [_, program, calibration] = arguments.as_slice() else {
         eprintln!("usage: stream_latency PROGRAM CALIBRATION");
         std::process::exit(2);
