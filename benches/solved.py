@@ -3,7 +3,7 @@
 
     benches/solved.py NAME=PROGRAM [NAME=PROGRAM …]      PROGRAM: a path to `vibrissa`
 
-The taps are those of 3 000 designs at ten distances, each design at a drive of its own; every tap is solved, and its distance estimated. The seconds are
+The taps are those of 3 000 designs at ten distances, each design at a drive of its own; every tap is solved, and its distance estimated; only rows of designs are written. The seconds are
 `seconds.solve` of run.json, the fewest of three rounds (ROUNDS=1: of one). EXTRA="--precision f64" adds flags."""
 import json
 import os

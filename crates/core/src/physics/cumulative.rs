@@ -286,11 +286,10 @@ impl Cumulative {
 
     /// The sums up to `to`, or to the end of the span, about a place.
     pub fn to(&self, body: &Body, to: f64, about: DVec2) -> Sums {
-        let after = self.panels.partition_point(|panel| panel.span[0] < to);
-        match after.checked_sub(1).map(|place| &self.panels[place]) {
-            Some(panel) if to < self.end => panel.to(body, self.of, to, about),
-            Some(_) => self.all.moved(about - self.far),
-            None => Sums::ZERO,
+        if to >= self.end {
+            return self.all.moved(about - self.far);
         }
+        let after = self.panels.partition_point(|panel| panel.span[0] < to);
+        after.checked_sub(1).map_or(Sums::ZERO, |place| self.panels[place].to(body, self.of, to, about))
     }
 }
