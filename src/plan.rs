@@ -186,7 +186,7 @@ const DOUBLE: f64 = 2.0;
 
 const SEARCHED: f64 = 2e4;
 
-/// Seconds of a sweep of `study`; `None` if no device takes part, because the CPU solves all taps, or ranks whiskers that shaders have no f of.
+/// Seconds of a sweep of `study`; `None` if no device takes part, because the CPU solves all taps, or ranks built whiskers or taps at tilted poles.
 pub fn of_study(study: &Study, options: &RunOptions) -> Option<f64> {
     let taps = study.space.tuples().0 as f64;
     let charted = |layout: &Layout| options.precision != Some(Precision::F64) && Scope::fits(study, layout);

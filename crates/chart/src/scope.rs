@@ -117,13 +117,10 @@ impl Scope {
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
         let ranked = known && (study.setup.built.is_none() || by == RankBy::KSd);
         let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
-        charted(&study.setup)
-            && layout.direction().is_some()
-            && layout.n_directions == 1
-            && ranked
-            && sizes
-            && layout.len() >= LEAST_TAPS
-            && few
+        // Built whiskers at tilted poles have no charts.
+        let direction = layout.direction().filter(|of| of.is_upright() || study.setup.built.is_none());
+        let alike = direction.is_some() && layout.n_directions == 1;
+        charted(&study.setup) && alike && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
 
     /// The scope of `study` at `tolerance`; `None` if its taps must be solved one by one.

@@ -77,7 +77,8 @@ impl<'a> Estimator<'a> {
         let Some(roots) = self.shared.theory.roots_in(k * strain / driven.size(), self.range) else {
             return Estimated::NO_ROOT;
         };
-        let told = self.estimated(roots.far, driven.size() * roots.slope / k, roots.near, roots.unseen);
+        let slope = self.shared.theory.curve().slope(roots.far);
+        let told = self.estimated(roots.far, driven.size() * slope / k, roots.near, roots.unseen);
         let (length, its_own) = (self.shared.length, a > self.shared.theory.peak().0);
         let farthest = if its_own { FAR * length } else { length * (1.0 + WIDENING) };
         let outside = told.status == Status::OK && roots.levels_off && roots.far > farthest;

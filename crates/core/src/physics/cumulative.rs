@@ -54,8 +54,8 @@ fn outer(p: DVec2, q: DVec2) -> DMat2 {
     DMat2::from_cols(p * q.x, p * q.y)
 }
 
-/// 1/EI, q/EI, q qᵀ/EI and d dᵀ/kGA, or their integrals: first what the strain of a straight whisker needs, then the rest that is not 0 there, then what
-/// that of a curved one needs.
+/// 1/EI, q/EI, q qᵀ/EI and d dᵀ/kGA, or their integrals: first what the strain of a straight whisker needs, then the rest that is not 0 there, then
+/// what that of a curved one needs, then the rest.
 type Parts = [f64; 9];
 
 /// Calls a function of the first K parts.

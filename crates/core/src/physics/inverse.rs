@@ -31,8 +31,6 @@ type End = [f64; 3];
 pub struct Roots {
     /// The largest.
     pub far: f64,
-    /// df/da there, 1/mm of f.
-    pub slope: f64,
     /// The next one, if any.
     pub near: Option<f64>,
     /// True if there is a larger one, beyond the farthest contact of which f is known.
@@ -118,58 +116,51 @@ impl Inverse {
             (lo == reading || (lo - reading) * (hi - reading) < 0.0) && from.max(to) > 0.0
         };
         let [far, near] = match plain(&self.curve) {
-            true => {
-                let [far, near] = self.plain_roots(reading);
-                [far.map(|u| [u, self.curve.at_inverse(u).1]), near.map(|u| [u, f64::NAN])]
-            }
+            true => self.plain_roots(reading),
             false => {
                 let mut pieces = self.cut().ends.windows(2).filter(crossed);
-                let root =
-                    |ends: &[End]| Some(self.root(reading, [ends[0], ends[1]])).filter(|[u, _]| *u > 0.0);
+                let root = |ends: &[End]| Some(self.root(reading, [ends[0], ends[1]])).filter(|u| *u > 0.0);
                 let told = |ends: &[End]| match ends[0][0] * least <= 1.0 && ends[1][0] * most >= 1.0 {
                     true => root(ends),
-                    false => Some(ends[1]).map(|[u, _, slope]| [u, slope]),
+                    false => Some(ends[1][0]),
                 };
                 [pieces.find_map(root), pieces.find_map(told)]
             }
         };
         let Cut { peak: (peak, _), farthest, .. } = *self.cut();
-        far.map(|[far, slope]| {
+        far.map(|far| {
             let unseen = peak > 0.0 && far > peak && reading >= farthest;
-            let near = near.map(|[u, _]| 1.0 / u);
-            Roots { far: 1.0 / far, slope: -slope * far * far, near, unseen, levels_off: farthest > 0.0 }
+            Roots { far: 1.0 / far, near: near.map(|u| 1.0 / u), unseen, levels_off: farthest > 0.0 }
         })
     }
 
-    /// Root of f = `reading` between the ends of a monotone piece, and df/du there: by inverse cubics through both ends of the bracket, or where these
-    /// would leave it by Newton's method or a halving.
-    fn root(&self, reading: f64, [mut from, mut to]: [End; 2]) -> [f64; 2] {
+    /// Root of f = `reading` between the ends of a monotone piece: by inverse cubics through both ends of the bracket, or where these would leave it by
+    /// Newton's method or a halving.
+    fn root(&self, reading: f64, [mut from, mut to]: [End; 2]) -> f64 {
         let line = from[0] + (to[0] - from[0]) * (reading - from[1]) / (to[1] - from[1]);
-        let mut u = cubic(reading, from, to).map_or(line, |[u, _]| u);
+        let mut u = cubic(reading, from, to).unwrap_or(line);
         for _ in 0..100 {
             let here = end(&self.curve, u);
             let [_, f, slope] = here;
             let replaced = if (f > reading) == (from[1] > reading) { &mut from } else { &mut to };
-            let width = (u - replaced[0]).abs();
+            let left = (u - replaced[0]).abs();
             *replaced = here;
             let (step, rounding) = ((f - reading) / slope, f64::EPSILON * u.abs());
             if f == reading || step.abs() <= 2.0 * rounding || from[0] == to[0] {
-                return [u, slope];
+                return u;
             }
             let inside = |next: &f64| *next > from[0].min(to[0]) && *next < from[0].max(to[0]);
-            // The error left is about that of the cubic or of Newton's method.
-            if let Some([next, slope]) = cubic(reading, from, to).filter(|[next, _]| inside(next)) {
-                if step.abs().powi(3) <= rounding * width * width {
-                    return [next, slope];
+            let by_cubic = cubic(reading, from, to).filter(inside);
+            // The error of the next cubic, from that of this one and the shortest way to an end.
+            let width = left.min((to[0] - from[0]).abs()).min(u.abs());
+            match by_cubic.or(Some(u - step).filter(inside)) {
+                Some(next) if by_cubic.is_some() && step.abs().powi(3) <= rounding * width * width => {
+                    return next;
                 }
-                u = next;
-            } else if let Some(next) = Some(u - step).filter(inside) {
-                u = next;
-            } else {
-                u = 0.5 * (from[0] + to[0]);
+                next => u = next.unwrap_or(0.5 * (from[0] + to[0])),
             }
         }
-        [u, self.curve.at_inverse(u).1]
+        u
     }
 
     /// Both roots of C (u − τ)(A − B u) = f, or of C₁ (1 − x1 u)² = f where the contact would be on the gauge.
@@ -220,14 +211,12 @@ fn add(ends: &mut Vec<End>, curve: &StrainCurve, next: End, halvings: u32) {
     ends.push(next);
 }
 
-/// u and df/du where f is `reading`, by the cubic in f through two places and their slopes; `None` where it may not be monotone, as next to an extremum.
-fn cubic(reading: f64, [from, lo, by_lo]: End, [to, hi, by_hi]: End) -> Option<[f64; 2]> {
-    let (t, width, rise) = ((reading - lo) / (hi - lo), to - from, hi - lo);
-    let [p, q] = [by_lo, by_hi].map(|by| rise / (width * by));
-    let (rest, monotone) = (1.0 - t, p <= 3.0 && q <= 3.0 && p >= 0.0 && q >= 0.0);
-    let share = t * (t * (3.0 - 2.0 * t) + rest * (p * rest - q * t));
-    let slope = 6.0 * t * rest + p * rest * (1.0 - 3.0 * t) - q * t * (2.0 - 3.0 * t);
-    monotone.then_some([from + width * share, rise / (width * slope)])
+/// u where f is `reading`, by the cubic in f through two places and their slopes; `None` where it may not be monotone, as next to an extremum.
+fn cubic(reading: f64, [from, lo, by_lo]: End, [to, hi, by_hi]: End) -> Option<f64> {
+    let (t, width) = ((reading - lo) / (hi - lo), to - from);
+    let [p, q] = [by_lo, by_hi].map(|by| (hi - lo) / (width * by));
+    let share = t * (t * (3.0 - 2.0 * t) + (1.0 - t) * (p * (1.0 - t) - q * t));
+    (p <= 3.0 && q <= 3.0 && p >= 0.0 && q >= 0.0).then_some(from + width * share)
 }
 
 fn highest(lo: f64, places: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {

@@ -81,7 +81,7 @@ impl Answers for Paper {
         let k = between(&self.drives, &self.factors.K, drive);
         let size = Driven::of_users(self.kind, drive).size();
         let roots = self.inverse.roots(k * reading / size).ok_or(Status::NO_ROOT)?;
-        let slope = size * roots.slope / k;
+        let slope = size * self.inverse.curve().slope(roots.far) / k;
         let variance = reading * reading * between(&self.drives, &self.factors.K_variance, drive);
         // A distance on the near side may belong to one beyond the calibration.
         let near = roots.near.or(roots.unseen.then_some(roots.far));
