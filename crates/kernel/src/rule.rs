@@ -117,8 +117,8 @@ pub const CHART_RANGES: [Range; 3] = [(0.04, [0.15, 0.0]), (0.08, [0.3, 0.4]), (
 /// Shares of the tolerance: where a chart is cut, and its largest error before its range is shortened.
 pub const COARSE_SHARES: [f64; 2] = [0.02, 0.2];
 
-/// The range of the section chart on this rung, as a list of one, and its shares of the tolerance. Taps climb to the second rung also because bending and
-/// the force along the whisker nearly cancel at the gauge: that amplifies both errors. Sticking contacts climb at more than half of the coarse share.
+/// The range of the section chart on this rung, as a list of one, and its shares of the tolerance: half the coarse one, beyond which sticking contacts
+/// climb. Taps climb to the second rung also because bending and the force along the whisker nearly cancel at the gauge: that amplifies both errors.
 pub fn charted(precision: Precision, rule: &Rule) -> (&'static [Range], [f64; 2]) {
     let place = every_rule(precision).iter().position(|r| r == rule).unwrap_or(2).min(2);
     let [cut, allowed] = COARSE_SHARES;

@@ -10,7 +10,8 @@
 //! Designs that each have a drive, ranked by the spread of K, get a first look by the largest terms of the charts, and a full one unless no word
 //! depends on the error and the spread is above the bound by more. Neighbouring drives (`groups`) and distances (`neighbours`) are decided together.
 //!
-//! With a foil or at a tilted pole all of this concerns the strain of the chart: K in place of K/T, where T is the share that is read, with limit, noise and a given K scaled alike (`passed`).
+//! With a foil or at a tilted pole all of this concerns the strain of the chart: K in place of K/T, where T is the share that is read, with limit, noise
+//! and a given K scaled alike (`passed`).
 
 // Index loops vectorise over lanes.
 #![allow(clippy::needless_range_loop)]

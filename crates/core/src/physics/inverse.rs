@@ -134,8 +134,8 @@ impl Inverse {
         })
     }
 
-    /// Root of f = `reading` between the ends of a monotone piece: by inverse cubics through both ends of the bracket, or where these would leave it by
-    /// Newton's method or a halving.
+    /// Root of f = `reading` between the ends of a monotone piece: by inverse cubics through both ends of the bracket, or where these would leave it
+    /// by Newton's method or a halving.
     fn root(&self, reading: f64, [mut from, mut to]: [End; 2]) -> f64 {
         let line = from[0] + (to[0] - from[0]) * (reading - from[1]) / (to[1] - from[1]);
         let mut u = cubic(reading, from, to).unwrap_or(line);
