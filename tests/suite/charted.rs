@@ -97,7 +97,7 @@ const STATUSES: &str =
 const PRACTICAL: &str =
     "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
 
-/// Distances without a chart of their own are read between charts, each rank by its own statistics; distances may repeat.
+/// Many distances are read between the charts of a few, for every statistic that ranks; distances may repeat.
 #[test]
 fn many_distances_are_read_from_a_few_charts() {
     let axis = |lo: f64, hi: f64, n: u32| format!("{{ min = {lo}, max = {hi}, samples = {n} }}");
@@ -166,7 +166,8 @@ fn words_of_neighbouring_distances_are_those_of_each() {
     }
 }
 
-/// Words of built whiskers are those of their own linear theory: roots, cores, bores, profiles, curvature, lengths and widening tips.
+/// Status words of built whiskers follow the linear theory of built whiskers, not that of cones: roots, cores, bores, profiles, curvature, lengths and
+/// widening tips.
 #[test]
 fn words_of_built_whiskers_are_those_of_solved_taps() {
     let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = 15000 }}");

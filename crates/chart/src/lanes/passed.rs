@@ -8,7 +8,7 @@ use crate::scene::Tuple;
 
 /// Share of each design, and limits in terms of the strain that charts read.
 pub(super) struct Passed {
-    /// That of the foil times cos² β; 1 without a foil at an upright pole.
+    /// The share that the foil passes on, times cos² β of a pole of tilt β; 1 without a foil at an upright pole.
     pub share: Lanes,
     /// The strain limit, so scaled.
     pub limit: Lanes,

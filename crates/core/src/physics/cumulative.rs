@@ -99,7 +99,7 @@ impl Sums {
 }
 
 impl Of {
-    /// How many of the parts are needed.
+    /// The number of parts that are needed, from the first on.
     fn count(self, body: &Body) -> usize {
         match (body.built.is_straight(), self.strain) {
             (true, true) => 2,
