@@ -34,8 +34,8 @@ pub trait Lane: Packed {
         [z * Self::polynomial(one_minus_cos, z), x * z * Self::polynomial(x_minus_sin, z)]
     }
 
-    /// self to the power n, 0 where self is not above 0.
-    #[inline(always)]
+    /// self to the power n, 0 where self is not above 0. Number by number, so that nothing is gained where it is inlined.
+    #[inline(never)]
     fn pow(self, n: Self) -> Self {
         Self::collect(|i| {
             let x = self.one(i);

@@ -27,6 +27,7 @@ mod tilt;
 mod vector;
 
 use std::collections::BTreeMap;
+use std::iter;
 
 use rayon::prelude::*;
 
@@ -106,9 +107,9 @@ fn fixed<T: vibrissa_kernel::cpu::Scalar, const N: usize>(job: &Job<'_>) -> Fixe
         rule: Rule::new(nodes),
         slide: Rule::new(slide),
         turns: Turns::new(TERMS),
-        law: (!job.charts.is_empty()).then(|| Charted {
-            law: each(job.charts),
-            nearby: job.nearby.iter().map(|(weight, charts)| (T::of(*weight), each(charts))).collect(),
+        law: (!job.charts.is_empty()).then(|| {
+            let nearby = job.nearby.iter().map(|(weight, charts)| (T::of(*weight), each(charts)));
+            Charted(iter::once((T::of(0.0), each(job.charts))).chain(nearby).collect())
         }),
         gauge: points(if job.effects.long { nodes / 2 + 3 } else { 4 }),
         path: points(8),

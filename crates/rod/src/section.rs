@@ -26,28 +26,24 @@ pub struct Whisker<P> {
     pub softer: P,
 }
 
-/// Charts of a section law from the smallest loads to the largest, and those of laws of nearby moduli with their weights in its derivative.
-pub struct Charted<T> {
-    pub law: Vec<Chart<T>>,
-    pub nearby: Vec<(T, Vec<Chart<T>>)>,
-}
+/// Charts of a section law from the smallest loads to the largest, then those of laws of nearby moduli, with their weights in its derivative.
+pub struct Charted<T>(pub Vec<(T, Vec<Chart<T>>)>);
 
 /// e₀ − t, χ and load of [`Chart::section`]. Each lane takes the first of `charts` whose range holds its load, else the last, whatever its neighbours take.
 #[inline(always)]
 fn first<P: Packed>(charts: &[Chart<P::Scalar>], t: P, b: P) -> [P; 3] {
     let one = P::of(1.0);
-    let mut found = charts[0].section(t, b);
-    for chart in &charts[1..] {
-        if found[2].all_at_most(one) {
-            break;
-        }
-        let next = chart.section(t, b);
-        let [extra, chi, load] = found;
+    let mut found = [one, one, P::of(f64::INFINITY)];
+    for chart in charts {
+        let (next, [extra, chi, load]) = (chart.section(t, b), found);
         found = [
             one.if_less(load, next[0], extra),
             one.if_less(load, next[1], chi),
             one.if_less(load, next[2], load),
         ];
+        if found[2].all_at_most(one) {
+            break;
+        }
     }
     found
 }
@@ -55,18 +51,22 @@ fn first<P: Packed>(charts: &[Chart<P::Scalar>], t: P, b: P) -> [P; 3] {
 impl<T: Scalar> Charted<T> {
     /// Largest error of a chart, relative to the strain.
     pub fn error(&self) -> f64 {
-        self.law.iter().map(|chart| chart.error).fold(0.0, f64::max)
+        self.0[0].1.iter().map(|chart| chart.error).fold(0.0, f64::max)
     }
 
     /// e₀ − t, χ and load, with the derivatives by the laws of nearby moduli.
     #[inline(always)]
     pub fn section<P: Lane<Scalar = T>>(&self, t: P, b: P) -> [P; 3] {
-        let [mut extra, mut chi, mut load] = first(&self.law, t, b);
-        for (weight, law) in &self.nearby {
-            let other = first(law, t, b);
-            extra = extra.grown(P::splat(*weight) * other[0]);
-            chi = chi.grown(P::splat(*weight) * other[1]);
-            load = load.max(other[2]);
+        let [mut extra, mut chi, mut load] = [P::of(0.0); 3];
+        for (k, (weight, law)) in self.0.iter().enumerate() {
+            let found = first(law, t, b);
+            if k == 0 {
+                [extra, chi, load] = found;
+                continue;
+            }
+            extra = extra.grown(P::splat(*weight) * found[0]);
+            chi = chi.grown(P::splat(*weight) * found[1]);
+            load = load.max(found[2]);
         }
         [extra, chi, load]
     }

@@ -106,10 +106,11 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let mut state = State { force: zero, other: zero };
         let (mut done, mut pace, [by_other, by_moment]) = (zero, Pace::new(), self.effect());
         let stop = of((STOP * tolerance).max(4.0 * P::Scalar::ROUNDING));
-        let mut moment = zero;
-        let mut closed = self.pass(fixed, &state, done);
-        let mut kept = closed;
-        for count in 1..=most {
+        let (mut moment, mut kept, mut count) = (zero, None, 0);
+        // One call of `pass`: it is compiled into its caller, as is all of a solve.
+        let kept = loop {
+            count += 1;
+            let closed = self.pass(fixed, &state, done);
             let det = one / cross(closed.columns[0], closed.columns[1]);
             let step =
                 [cross(closed.miss, closed.columns[1]) * det, cross(closed.columns[0], closed.miss) * det];
@@ -121,16 +122,16 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             state = self.step(&state, step, done);
             pace.after(size, done);
             // A lane that is done keeps what it was found with, so that no tap depends on its neighbours.
-            kept = closed.kept(&kept, done);
+            let found = kept.map_or(closed, |before| closed.kept(&before, done));
             // The rate of one step is unknown: K − 1 of small drives needs the second.
             if count > 1 {
                 done = stop.if_less(pace.left, done, one);
             }
             if one.all_at_most(done) || count == most {
-                break;
+                break found;
             }
-            closed = self.pass(fixed, &state, done);
-        }
+            kept = Some(found);
+        };
         self.answer(fixed, (&state, &kept), [pace.left, pace.sweeps], lane)
     }
 
@@ -219,8 +220,10 @@ impl<const N: usize, const S: usize> Ground<Dual<2>, N, S> {
         let mut state = seeds([0.0; 2]);
         let (open, mut pace, by_other) = (plain(0.0), Pace::new(), plain(self.effect()[0].value));
         let stop = (STOP * tolerance).max(4.0 * f64::ROUNDING);
-        let mut closed = self.pass(fixed, &state, open);
-        for count in 1..=most {
+        let mut count = 0;
+        let mut closed = loop {
+            count += 1;
+            let closed = self.pass(fixed, &state, open);
             let [first, second] = [0, 1].map(|k| closed.miss.map(|x| plain(x.slope[k])));
             let miss = closed.miss.map(|x| plain(x.value));
             let det = plain(1.0) / cross(first, second);
@@ -238,10 +241,9 @@ impl<const N: usize, const S: usize> Ground<Dual<2>, N, S> {
             state = next;
             pace.after(step[0].abs().max(by_other * step[1].abs()), open);
             if count == most || pace.left.value.is_nan() || pace.left.value <= stop {
-                break;
+                break closed;
             }
-            closed = self.pass(fixed, &state, open);
-        }
+        };
         for k in 0..2 {
             closed.columns[k] = closed.miss.map(|x| plain(x.slope[k]));
         }
