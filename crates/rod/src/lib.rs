@@ -36,6 +36,8 @@ use lane::Lane;
 pub use rod::{Piece, Rod};
 use rule::{Rule, Turns};
 use section::Charted;
+#[cfg(target_arch = "x86_64")]
+use sloped::{NUMBERS, Sloped};
 pub use tap::{Effects, Skin, Solution, Tap, Tilt};
 use vibrissa_core::physics::nodes::Nodes;
 use vibrissa_core::physics::number::Number;
@@ -85,6 +87,10 @@ pub const SLOPES: usize = 3;
 
 const GRAIN: usize = 128;
 const LANES: usize = 8;
+#[cfg(not(target_arch = "x86_64"))]
+const NUMBERS: usize = 1;
+#[cfg(not(target_arch = "x86_64"))]
+type Sloped = One<SLOPES>;
 
 struct Job<'a> {
     effects: Effects,
@@ -187,11 +193,11 @@ fn climb<T: Real>(
     out
 }
 
-/// The set of [`wide`].
+/// The set of [`packs`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Wide;
 
-// SAFETY: its packs are made in `wide`, which needs the proof.
+// SAFETY: its packs are made in `packs`, which needs the proof.
 unsafe impl Set for Wide {
     const HAS: Instructions = Vectors::HAVE;
 }
@@ -200,7 +206,9 @@ unsafe impl Set for Wide {
 fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
     match Vectors::found() {
         // SAFETY: the CPU has the vectors.
-        Some(has) if job.rung[0] != NEWTON => unsafe { wide(has, job, taps) },
+        Some(has) if job.rung[0] != NEWTON => unsafe {
+            packs::<Pack<f64, LANES, Wide>, LANES>(has, job, taps)
+        },
         _ => exactly(job, taps),
     }
 }
@@ -209,38 +217,28 @@ fn block(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
 fn dual_block(job: &Job<'_>, taps: &[Tap<'_, One<SLOPES>>]) -> Vec<Solution<One<SLOPES>>> {
     match Vectors::found() {
         // SAFETY: the CPU has the vectors.
-        Some(has) => unsafe { dual_wide(has, job, taps) },
+        Some(has) => unsafe { packs::<Sloped, NUMBERS>(has, job, taps) },
         None => vec![Solution::FAILED.map(One::of); taps.len()],
     }
 }
 
-/// # Safety
-/// As its first argument proves.
-#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
-unsafe fn dual_wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_, One<SLOPES>>]) -> Vec<Solution<One<SLOPES>>> {
-    #[cfg(target_arch = "x86_64")]
-    return packs::<sloped::Sloped, { sloped::NUMBERS }>(job, taps);
-    #[cfg(not(target_arch = "x86_64"))]
-    packs::<One<SLOPES>, 1>(job, taps)
-}
-
-/// # Safety
-/// As its first argument proves.
-#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
-unsafe fn wide(_: Vectors, job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
-    packs::<Pack<f64, LANES, Wide>, LANES>(job, taps)
-}
-
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
-#[inline(always)]
-fn packs<P: Lane, const L: usize>(job: &Job<'_>, taps: &[Tap<'_, P::One>]) -> Vec<Solution<P::One>> {
+///
+/// # Safety
+/// As its first argument proves.
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+unsafe fn packs<P: Lane, const L: usize>(
+    has: Vectors,
+    job: &Job<'_>,
+    taps: &[Tap<'_, P::One>],
+) -> Vec<Solution<P::One>> {
     let fixed = fixed::<P::Scalar, MOST>(job);
     let mut out = Vec::with_capacity(taps.len());
     let mut panels = Default::default();
     for taps in taps.chunks(L) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
         let mut ground = Ground::<P, MOST, SLIDE>::new(&fixed, job.effects, lane, panels);
-        let solved = ground.solve(&fixed, (job.tolerance, PASSES), &lane);
+        let solved = ground.solve(has, &fixed, (job.tolerance, PASSES), &lane);
         out.extend((0..taps.len()).map(|i| solution(&solved, i)));
         panels = (ground.panels, ground.slides);
     }

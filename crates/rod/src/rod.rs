@@ -29,8 +29,6 @@ pub struct Piece<T = f64> {
 pub struct Rod<T = f64> {
     /// From the base to the tip.
     pub pieces: Vec<Piece<T>>,
-    /// L_a, mm; infinite where the cone continues.
-    pub length: T,
     /// R(0), R(L_a), n and L_a, where the diameter is a power of the distance from the tip.
     pub power: Option<[T; 4]>,
     /// κ_base and κ_slope, 1/mm and 1/mm².
@@ -67,7 +65,6 @@ impl<T: Copy> Rod<T> {
         };
         Rod {
             pieces: (0..self.pieces.len()).map(piece).collect(),
-            length: f(&|r| r.length),
             power: self.power.map(|power| from_fn(|k| f(&|r| r.power.unwrap_or(power)[k]))),
             curvature: from_fn(|k| f(&|r| r.curvature[k])),
             root: from_fn(|k| f(&|r| r.root[k])),
@@ -100,7 +97,6 @@ impl Rod {
         let radius = |s: f64| [taper.radius(s), -taper.tan_alpha];
         Self {
             pieces: pieces(edges, foil, |near, _| (radius(near), [0.0; 2])),
-            length: f64::INFINITY,
             power: None,
             curvature: [0.0; 2],
             root: [0.0; 3],
@@ -129,7 +125,6 @@ impl Rod {
         };
         Self {
             pieces: pieces(edges, foil, piece),
-            length,
             power: power.map(|[base, tip, n]| [base, tip, n, length]),
             curvature: body.built.curvature,
             root: [root.k_theta, root.k_x, root.k_y].map(|k| 1.0 / k),

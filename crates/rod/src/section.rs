@@ -33,14 +33,17 @@ pub struct Charted<T>(pub Vec<(T, Vec<Chart<T>>)>);
 #[inline(always)]
 fn first<P: Packed>(charts: &[Chart<P::Scalar>], t: P, b: P) -> [P; 3] {
     let one = P::of(1.0);
-    let mut found = [one, one, P::of(f64::INFINITY)];
-    for chart in charts {
+    let mut found = [one; 3];
+    for (k, chart) in charts.iter().enumerate() {
         let (next, [extra, chi, load]) = (chart.section(t, b), found);
-        found = [
-            one.if_less(load, next[0], extra),
-            one.if_less(load, next[1], chi),
-            one.if_less(load, next[2], load),
-        ];
+        found = match k {
+            0 => next,
+            _ => [
+                one.if_less(load, next[0], extra),
+                one.if_less(load, next[1], chi),
+                one.if_less(load, next[2], load),
+            ],
+        };
         if found[2].all_at_most(one) {
             break;
         }

@@ -1,6 +1,7 @@
 //! Newton's method for the two unknowns of a tap: a pass and a step in turn, or with the derivatives of the passes themselves.
 
 use vibrissa_core::physics::real::Dual;
+use vibrissa_kernel::cpu::Vectors;
 use vibrissa_kernel::cpu::pack::{Packed, Scalar};
 use vibrissa_kernel::rule::limits::{ASTRAY, HOPELESS, LOST, ROUNDINGS, TINY};
 
@@ -93,10 +94,11 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         State { force: pick(next.force, state.force), other: pick(next.other, state.other) }
     }
 
-    /// Solves the pack in at most `most` passes.
+    /// Solves the pack in at most `most` passes. The passes are a function of their own: LLVM takes a minute for one that holds all.
     #[inline(always)]
     pub fn solve<'a>(
         &mut self,
+        has: Vectors,
         fixed: &Fixed<P::Scalar, N, S>,
         (tolerance, most): (f64, usize),
         lane: &impl Fn(usize) -> &'a Tap<'a, P::One>,
@@ -107,10 +109,10 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         let (mut done, mut pace, [by_other, by_moment]) = (zero, Pace::new(), self.effect());
         let stop = of((STOP * tolerance).max(4.0 * P::Scalar::ROUNDING));
         let (mut moment, mut kept, mut count) = (zero, None, 0);
-        // One call of `pass`: it is compiled into its caller, as is all of a solve.
         let kept = loop {
             count += 1;
-            let closed = self.pass(fixed, &state, done);
+            // SAFETY: `has` proves it.
+            let closed = unsafe { self.passed(has, fixed, &state, done) };
             let det = one / cross(closed.columns[0], closed.columns[1]);
             let step =
                 [cross(closed.miss, closed.columns[1]) * det, cross(closed.columns[0], closed.miss) * det];
@@ -133,6 +135,20 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
             kept = Some(found);
         };
         self.answer(fixed, (&state, &kept), [pace.left, pace.sweeps], lane)
+    }
+
+    /// # Safety
+    /// As `Vectors` prove.
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
+    #[inline(never)]
+    unsafe fn passed(
+        &mut self,
+        _: Vectors,
+        fixed: &Fixed<P::Scalar, N, S>,
+        state: &State<P>,
+        done: P,
+    ) -> Closed<P> {
+        self.pass(fixed, state, done)
     }
 
     #[inline(always)]
