@@ -3,7 +3,7 @@
 use super::axis::{AXES, Map, Quantity};
 use super::build::Bound;
 use super::taps::{design, driven};
-use crate::design::{Shared, radians};
+use crate::design::{Shared, tilted};
 use crate::evaluate::Outcome;
 use crate::physics::{driven::Driven, linear::shear_length2, solid::is_solid};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
@@ -99,9 +99,9 @@ pub fn functions(
     if o.status.has(Status::NO_READING) || !o.deviation.is_finite() {
         return None;
     }
-    let cos = radians(direction)[0].cos();
+    let [cos, share] = tilted(direction);
     let strain = match setup.gauge.second || !direction.is_upright() {
-        true => o.strain / (o.strain_linear * cos * cos) - 1.0,
+        true => o.strain / (o.strain_linear * share) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
     let force = linear_force(setup, &design(setup, None, a, q).shared?, a, driven(setup, a, q));

@@ -10,7 +10,7 @@ use super::function::linear_force;
 use super::gauge::asked;
 use super::lanes::Readings;
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
-use crate::design::{Design, radians};
+use crate::design::{Design, tilted};
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, Source, Task, outcome_of_chart};
 use crate::kernel::{Effects, cpu::Vectors};
@@ -92,7 +92,7 @@ impl Source for Reader {
                     tasks.iter().enumerate().filter_map(numbers).unzip();
                 let found = self.charts.read(i, &taps);
                 let second = self.beside.as_ref().map(|second| second.read(i, &taps));
-                let cos = radians(chart.direction)[0].cos();
+                let [cos, _] = tilted(chart.direction);
                 for (k, place) in places.into_iter().enumerate() {
                     let task = &tasks[place];
                     let (design, (functions, share)) = (&designs[task.design as usize], found[k]);

@@ -1,7 +1,7 @@
 //! The share of the strain of a chart that a gauge reads: less than all under a foil, and at a tilted pole.
 
 use super::{Lanes, Ranker};
-use crate::design::radians;
+use crate::design;
 use crate::kernel::cpu::Packed;
 use crate::physics::{solid::Bonded, taper::Taper};
 use crate::scene::Tuple;
@@ -20,7 +20,7 @@ impl Passed {
     #[inline(always)]
     pub fn new(ranker: &Ranker, tuples: &[Tuple]) -> Self {
         let setup = &ranker.scope.setup;
-        let tilted = radians(ranker.scope.direction)[0].cos().powi(2);
+        let tilted = design::tilted(ranker.scope.direction)[1];
         let fixed = |share: f64| ranker.fixed.map(|given| (share * (1.0 + f64::from(given)) - 1.0) as f32);
         let mut passed = Self {
             share: Lanes::splat(tilted as f32),

@@ -2,7 +2,7 @@
 
 use super::solve::Solved;
 use super::{Outcome, Task};
-use crate::design::{Design, Shared, radians};
+use crate::design::{Design, Shared, radians, tilted};
 use crate::kernel::rule::limits::EDGE;
 use crate::physics::driven::Driven;
 use crate::physics::rod::{RodProblem, TiltedTap};
@@ -58,7 +58,7 @@ pub fn outcome_of_chart(
 ) -> Option<Outcome> {
     let asked = Asked::known(setup, design, task, f64::NAN)?;
     let Asked { setup, shared, driven, linear, .. } = asked;
-    let share = radians(task.direction)[0].cos().powi(2) * shared.foil.map_or(1.0, |foil| foil.transfer);
+    let share = tilted(task.direction)[1] * shared.foil.map_or(1.0, |foil| foil.transfer);
     let deviation =
         if share == 1.0 { -strain / (1.0 + strain) } else { 1.0 / (share + share * strain) - 1.0 };
     let [strain_2, azimuth, slide] = beside.map_or([f64::NAN; 3], |found| {
@@ -192,15 +192,15 @@ impl Asked<'_> {
     /// Linear theory of a tilted pole: the rod bends by θ cos β towards its contact, at the azimuth β.
     fn tilted(&self, upright: Outcome) -> Outcome {
         let Self { setup, task, driven, .. } = *self;
-        let cos = radians(task.direction)[0].cos();
+        let [cos, share] = tilted(task.direction);
         let [strain_2, azimuth, slide] = beside_linear(task.direction);
         let t2 = azimuth.tan().powi(2);
         Outcome {
-            strain: upright.strain * cos * cos,
+            strain: upright.strain * share,
             strain_2: upright.strain * strain_2,
             deviation: upright.deviation + t2 + upright.deviation * t2,
             normal_force: upright.normal_force * cos,
-            wrench: upright.wrench.map(|x| x * cos * cos),
+            wrench: upright.wrench.map(|x| x * share),
             azimuth,
             slide: driven.path(task.a + setup.hub) * slide,
             axial: 0.0,
