@@ -4,7 +4,8 @@
     benches/solved.py NAME=PROGRAM [NAME=PROGRAM …]      PROGRAM: a path to `vibrissa`
 
 The taps are those of 3 000 designs at ten distances, each design at a drive of its own; every tap is solved, and its distance estimated; only rows of designs are written. The seconds are
-`seconds.solve` of run.json, the fewest of three rounds (ROUNDS=1: of one). EXTRA="--precision f64" adds flags."""
+`seconds.solve` of run.json, the fewest of three rounds (ROUNDS=1: of one); the last column compares `seconds.total`, which has designs, rows and tables too. ONLY="root;core"
+takes these kinds. EXTRA="--precision f64" adds flags."""
 import json
 import os
 import pathlib
@@ -50,28 +51,30 @@ KINDS = {
     "distorting sections": ("", "", 'clamp = "glued"\nsection = "distorting"'),
     "tilted pole": ("", "tilt = 20\nlean = 10", NEO),
 }
+ONLY = os.environ.get("ONLY", ";".join(KINDS)).split(";")
 
 
 def solved(program, spec, out):
     command = [program, "sweep", spec, "--backend", "cpu", "--threads", "1", *EXTRA, "--force", "--quiet", "--out", out]
     subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
-    return json.loads((out / "run.json").read_text())["seconds"]["solve"]
+    seconds = json.loads((out / "run.json").read_text())["seconds"]
+    return seconds["solve"], seconds["total"]
 
 
 def main(*programs):
     programs = dict(p.split("=", 1) for p in programs)
     first = next(iter(programs))
-    print("| whisker |", " | ".join(f"{p}, s" for p in programs), "| ratio |")
-    print("|---" * (len(programs) + 2) + "|")
+    print("| whisker |", " | ".join(f"{p}, s" for p in programs), "| ratio | of totals |")
+    print("|---" * (len(programs) + 3) + "|")
     with tempfile.TemporaryDirectory() as work:
         work = pathlib.Path(work)
-        for name, (whisker, tap, model) in KINDS.items():
+        for name, (whisker, tap, model) in ((name, KINDS[name]) for name in ONLY):
             path = work / "taps.toml"
             path.write_text(SPEC.format(n=DESIGNS, whisker=whisker, tap=tap, model=model))
             rounds = [{p: solved(program, path, work / "out") for p, program in programs.items()} for _ in range(ROUNDS)]
-            best = {p: min(r[p] for r in rounds) for p in programs}
-            last = list(programs)[-1]
-            print(f"| {name} |", " | ".join(f"{best[p]:.3f}" for p in programs), f"| {best[first] / best[last]:.2f} |", flush=True)
+            best = {p: [min(r[p][k] for r in rounds) for k in (0, 1)] for p in programs}
+            ratios = " | ".join(f"{old / new:.2f}" for old, new in zip(best[first], best[list(programs)[-1]]))
+            print(f"| {name} |", " | ".join(f"{best[p][0]:.3f}" for p in programs), f"| {ratios} |", flush=True)
 
 
 main(*sys.argv[1:])

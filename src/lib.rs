@@ -9,21 +9,17 @@
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 
 #[doc(hidden)]
-pub use vibrissa_chart as chart;
-#[doc(hidden)]
-pub use vibrissa_core::{
-    combinations, design, digits, error, estimate, excerpt, physics, recommend, reduce, scene, status,
+pub use {
+    vibrissa_chart as chart,
+    vibrissa_core::{
+        combinations, design, digits, error, estimate, excerpt, physics, recommend, reduce, scene, status,
+    },
+    vibrissa_evaluate::{backend, curve, evaluate, progress, statistics, taps},
+    vibrissa_kernel as kernel,
+    vibrissa_lab::{calibrate, contour, estimator, export, files, locate, measure, record, simulate},
+    vibrissa_spec as spec,
+    vibrissa_table::{self as sink, fields, text_file},
 };
-#[doc(hidden)]
-pub use vibrissa_evaluate::{backend, curve, evaluate, progress, statistics, taps};
-#[doc(hidden)]
-pub use vibrissa_kernel as kernel;
-#[doc(hidden)]
-pub use vibrissa_lab::{calibrate, contour, estimator, export, files, locate, measure, record, simulate};
-#[doc(hidden)]
-pub use vibrissa_spec as spec;
-#[doc(hidden)]
-pub use vibrissa_table::{self as sink, fields, text_file};
 
 pub mod api;
 #[doc(hidden)]

@@ -49,7 +49,7 @@ pub struct Plan {
     /// Seconds of making charts, with refused ones; `None` if none was tried.
     pub chart: Option<f64>,
     pub seconds: f64,
-    /// Taps of a chunk: as many whole designs as fit, at least one. Progress is saved in whole chunks.
+    /// Taps of a chunk: as many whole designs as fit, at least one. On CPUs few, so that what is known of them stays in a cache.
     pub chunk: u64,
 }
 
@@ -117,7 +117,11 @@ impl Plan {
             rankers,
             chart,
             seconds,
-            chunk: chunk(solved, study, choice),
+            chunk: match solved {
+                Way::Reference => 1 << 10,
+                _ if choice.backend.adapter.is_some() => CHUNK,
+                _ => 1 << 13,
+            },
         })
     }
 
@@ -139,17 +143,6 @@ fn rankers(study: &Study, choice: &Choice) -> Option<Rankers> {
         Some(_) => of_rigs(study).iter().map(one).collect(),
     };
     all.iter().any(Option::is_some).then_some(Rankers(all))
-}
-
-/// Taps of a chunk: about a second of one thread, so fewer for slow methods; more for a device.
-fn chunk(solved: Way, study: &Study, choice: &Choice) -> u64 {
-    let setup = &study.setup;
-    match () {
-        () if solved == Way::Reference => 1 << 10,
-        () if setup.built.is_some() && setup.model.geometry == Geometry::Exact => 1 << 13,
-        () if choice.backend.adapter.is_some() => CHUNK,
-        () => 1 << 16,
-    }
 }
 
 /// One study per rig of a grid; empty if there are too many rigs, or if rigs are sampled together with axes of designs.

@@ -14,6 +14,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Referral, Task};
+use crate::plan::Way;
 use crate::scene::{RankBy, Tuple};
 use crate::sink::{AtDistance, AtDrive, Frame, Table, TapRow, run_json::Counts, table::Chosen};
 use crate::statistics::{Reduction, Told};
@@ -54,8 +55,9 @@ impl Group {
         let designs: Vec<Design> = numbers.par_iter().map(|&k| Design::new(setup, taps.design(k))).collect();
         let total = total as usize;
         let mut group = Self { numbers, designs, starts, outcomes: Vec::with_capacity(total) };
-        for from in (0..total).step_by(chunk as usize) {
-            let to = total.min(from + chunk as usize);
+        let step = if run.plan.solved == Way::Reference { chunk } else { CHUNK } as usize;
+        for from in (0..total).step_by(step) {
+            let to = total.min(from + step);
             group.outcomes.extend(run.evaluate(&group.designs, &group.tasks(taps, from..to))?);
             if to < total {
                 run.show(to as u64);

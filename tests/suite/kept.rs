@@ -93,7 +93,7 @@ fn stopped_after(text: &str, list: &str, place: Place, block: u64) -> u32 {
     stops
 }
 
-/// Closed forms, so that several chunks are quick; 2 designs a chunk.
+/// Closed forms, so that several chunks are quick; a design each.
 fn linear(output: &str) -> String {
     format!(
         "[whisker]\nD = [8, 10]\nd = {{ from = 4, to = 7, steps = 9 }}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\

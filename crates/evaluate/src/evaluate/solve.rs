@@ -17,7 +17,7 @@ const ROUGH: f64 = 100.0;
 const SURELY: f64 = 10.0;
 
 /// Least frames per thread.
-const FRAMES: usize = 1024;
+const FRAMES: usize = 256;
 
 /// A tap whose contact is held by `grip`.
 #[derive(Clone, Copy)]
