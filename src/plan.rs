@@ -49,7 +49,7 @@ pub struct Plan {
     /// Seconds of making charts, with refused ones; `None` if none was tried.
     pub chart: Option<f64>,
     pub seconds: f64,
-    /// Taps of a chunk: as many whole designs as fit, at least one. On CPUs few, so that what is known of them stays in a cache.
+    /// Taps of a chunk: as many whole designs as fit, at least one. On CPUs few, so that its designs, taps and outcomes fit in a cache.
     pub chunk: u64,
 }
 

@@ -227,7 +227,7 @@ pub fn radians(direction: Direction) -> [f64; 2] {
     [direction.tilt, direction.lean].map(f64::to_radians)
 }
 
-/// cos β and cos² β at a pole of tilt β: in linear theory its force is cos β of that of an upright pole, and a gauge reads cos² β of the strain (model §6).
+/// cos β and cos² β of a tilt β: in linear theory the force is cos β times that at an upright pole, the gauge reads cos² β of the strain (model §6).
 #[inline]
 pub fn tilted(direction: Direction) -> [f64; 2] {
     let cos = radians(direction)[0].cos();

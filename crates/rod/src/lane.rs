@@ -34,7 +34,7 @@ pub trait Lane: Packed {
         [z * Self::polynomial(one_minus_cos, z), x * z * Self::polynomial(x_minus_sin, z)]
     }
 
-    /// self to the power n, 0 where self is not above 0. Number by number, so that nothing is gained where it is inlined.
+    /// self to the power n, 0 where self is not above 0. It computes number by number: a copy in each caller would be no faster.
     #[inline(never)]
     fn pow(self, n: Self) -> Self {
         Self::collect(|i| {

@@ -138,7 +138,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
     }
 
     /// # Safety
-    /// As `Vectors` prove.
+    /// The CPU must have the instructions that `Vectors` prove.
     #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,fma"))]
     #[inline(never)]
     unsafe fn passed(

@@ -13,7 +13,7 @@ pub(super) fn times([clear, ambiguous, rootless]: Results, share: Lanes) -> Resu
     [clear * share, ambiguous * share, rootless * share]
 }
 
-/// Taps of each lane per combination; whole numbers, far below the 2²⁴ up to which f32 counts.
+/// Taps of each lane per combination; whole numbers of at most 2²⁴, up to which f32 counts exactly.
 pub(super) struct Tally<'a> {
     /// For each result, by words that do not depend on the estimate: no word, `strain_limit`, `slipped_off`, both.
     pub taps: [[Lanes; 4]; 3],
