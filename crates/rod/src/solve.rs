@@ -94,7 +94,7 @@ impl<P: Lane, const N: usize, const S: usize> Ground<P, N, S> {
         State { force: pick(next.force, state.force), other: pick(next.other, state.other) }
     }
 
-    /// Solves the pack in at most `most` passes. The passes are a function of their own: LLVM takes a minute for one that holds all.
+    /// Solves the pack in at most `most` passes. Each pass is a call of `passed`: LLVM takes a minute to compile passes and steps in one function.
     #[inline(always)]
     pub fn solve<'a>(
         &mut self,
